@@ -1,0 +1,84 @@
+!> Driver of the unit tests.
+!>
+!>     run_unit_tests                all suites
+!>     run_unit_tests SUITE...       the suites named
+!>     run_unit_tests --list         the names
+!>
+!> Exit code 0 when every check held, 1 when one failed, 2 when a name is unknown. The last line
+!> is `N passed, N failed`.
+program run_unit_tests
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use testing, only: tests_type
+  use test_testing, only: collect_testing
+  implicit none
+
+  abstract interface
+    !> A suite.
+    subroutine suite_interface(tests)
+      import :: tests_type
+      type(tests_type), intent(inout) :: tests
+    end subroutine suite_interface
+  end interface
+
+  !> A suite and the name it is chosen by.
+  type :: suite_type
+    character(len=24) :: name = ''
+    procedure(suite_interface), pointer, nopass :: collect => null()
+  end type suite_type
+
+  type(suite_type), allocatable :: suites(:)
+  type(tests_type) :: tests
+  character(len=24), allocatable :: wanted(:)
+  integer :: i
+
+  allocate (suites(0))
+  call register('testing', collect_testing)
+
+  call read_arguments(wanted)
+  if (any(wanted == '--list')) then
+    do i = 1, size(suites)
+      write (*, '(a)') trim(suites(i)%name)
+    end do
+    stop
+  end if
+  do i = 1, size(wanted)
+    if (any(suites%name == wanted(i))) cycle
+    write (error_unit, '(a)') 'unknown suite '//trim(wanted(i))//'; --list tells the names'
+    stop 2
+  end do
+  do i = 1, size(suites)
+    if (size(wanted) > 0 .and. .not. any(wanted == suites(i)%name)) cycle
+    call suites(i)%collect(tests)
+  end do
+  call tests%summary()
+  if (tests%fail_count > 0) stop 1
+
+contains
+
+  !> Add a suite to the list.
+  subroutine register(name, collect)
+    !> Name it is chosen by.
+    character(len=*), intent(in) :: name
+    !> The subroutine that makes its checks.
+    procedure(suite_interface) :: collect
+
+    type(suite_type) :: suite
+
+    suite%name = name
+    suite%collect => collect
+    suites = [suites, suite]
+  end subroutine register
+
+  !> The words of the command line.
+  subroutine read_arguments(words)
+    !> One element a word.
+    character(len=24), allocatable, intent(out) :: words(:)
+
+    integer :: n
+
+    allocate (words(command_argument_count()))
+    do n = 1, size(words)
+      call get_command_argument(n, words(n))
+    end do
+  end subroutine read_arguments
+end program run_unit_tests
