@@ -1,0 +1,224 @@
+!> Shape functions of any kind, their local derivatives, and the isoparametric map.
+!>
+!> x = sum N_a x_a (Beuth et al. 2008, eq. 13), J = dx/dlocal, dN/dx = J^-T dN/dlocal. Called at
+!> every point of every iteration: nothing is allocated here.
+module qsmpm_element_shape
+  use qsmpm_kinds, only: wp
+  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
+    wedge15, local_dimension, node_count, max_nodes
+  use qsmpm_shape_triangle, only: tri3_shape, tri3_gradients, tri6_shape, tri6_gradients, &
+    tri6_second
+  use qsmpm_shape_quad, only: quad4_shape, quad4_gradients, quad4_second, quad8_shape, &
+    quad8_gradients, quad8_second
+  use qsmpm_shape_tet, only: tet4_shape, tet4_gradients, tet10_shape, tet10_gradients, &
+    tet10_second
+  use qsmpm_shape_hex, only: hex8_shape, hex8_gradients, hex8_second, hex20_shape, &
+    hex20_gradients, hex20_second
+  use qsmpm_shape_wedge, only: wedge6_shape, wedge6_gradients, wedge6_second, wedge15_shape, &
+    wedge15_gradients, wedge15_second
+  implicit none
+  private
+
+  public :: shape_functions, shape_gradients, shape_second_gradients
+  public :: element_jacobian, element_geometry
+
+contains
+
+  !> Values of the shape functions.
+  pure subroutine shape_functions(kind, local, shape)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (local dimension).
+    real(wp), intent(in) :: local(:)
+    !> One value a node.
+    real(wp), intent(out) :: shape(:)
+
+    select case (kind)
+    case (tri3)
+      call tri3_shape(local, shape)
+    case (tri6)
+      call tri6_shape(local, shape)
+    case (quad4)
+      call quad4_shape(local, shape)
+    case (quad8)
+      call quad8_shape(local, shape)
+    case (tet4)
+      call tet4_shape(local, shape)
+    case (tet10)
+      call tet10_shape(local, shape)
+    case (hex8)
+      call hex8_shape(local, shape)
+    case (hex20)
+      call hex20_shape(local, shape)
+    case (wedge6)
+      call wedge6_shape(local, shape)
+    case (wedge15)
+      call wedge15_shape(local, shape)
+    end select
+  end subroutine shape_functions
+
+  !> First derivatives by the local coordinates.
+  pure subroutine shape_gradients(kind, local, gradients)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (local dimension).
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (local dimension, node).
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (kind)
+    case (tri3)
+      call tri3_gradients(gradients)
+    case (tri6)
+      call tri6_gradients(local, gradients)
+    case (quad4)
+      call quad4_gradients(local, gradients)
+    case (quad8)
+      call quad8_gradients(local, gradients)
+    case (tet4)
+      call tet4_gradients(gradients)
+    case (tet10)
+      call tet10_gradients(local, gradients)
+    case (hex8)
+      call hex8_gradients(local, gradients)
+    case (hex20)
+      call hex20_gradients(local, gradients)
+    case (wedge6)
+      call wedge6_gradients(local, gradients)
+    case (wedge15)
+      call wedge15_gradients(local, gradients)
+    end select
+  end subroutine shape_gradients
+
+  !> Second derivatives by the local coordinates.
+  pure subroutine shape_second_gradients(kind, local, second)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (local dimension).
+    real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (local dimension, local dimension, node).
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (kind)
+    case (tri3)
+      second(1:2, 1:2, 1:3) = 0.0_wp
+    case (tri6)
+      call tri6_second(second)
+    case (quad4)
+      call quad4_second(second)
+    case (quad8)
+      call quad8_second(local, second)
+    case (tet4)
+      second(1:3, 1:3, 1:4) = 0.0_wp
+    case (tet10)
+      call tet10_second(second)
+    case (hex8)
+      call hex8_second(local, second)
+    case (hex20)
+      call hex20_second(local, second)
+    case (wedge6)
+      call wedge6_second(second)
+    case (wedge15)
+      call wedge15_second(local, second)
+    end select
+  end subroutine shape_second_gradients
+
+  !> Jacobian matrix of the isoparametric map.
+  pure subroutine element_jacobian(gradients, nodes, jacobian)
+    !> dN/dlocal (dim, nodes).
+    real(wp), intent(in) :: gradients(:, :)
+    !> Node coordinates (dim, nodes).
+    real(wp), intent(in) :: nodes(:, :)
+    !> dx_i/dlocal_j (dim, dim).
+    real(wp), intent(out) :: jacobian(:, :)
+
+    integer :: a, j
+
+    jacobian = 0.0_wp
+    do a = 1, size(nodes, 2)
+      do j = 1, size(nodes, 1)
+        jacobian(:, j) = jacobian(:, j) + nodes(:, a)*gradients(j, a)
+      end do
+    end do
+  end subroutine element_jacobian
+
+  !> Values and derivatives by x at a local point.
+  pure subroutine element_geometry(kind, local, nodes, shape, gradients, determinant)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (dim).
+    real(wp), intent(in) :: local(:)
+    !> Node coordinates (dim, nodes), length.
+    real(wp), intent(in) :: nodes(:, :)
+    !> One value a node.
+    real(wp), intent(out) :: shape(:)
+    !> dN/dx (dim, nodes), 1/length; 0 where the map is singular.
+    real(wp), intent(out) :: gradients(:, :)
+    !> Determinant of dx/dlocal; not positive where the element is tangled.
+    real(wp), intent(out) :: determinant
+
+    real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
+    integer :: n, d, a, i
+
+    n = node_count(kind)
+    d = local_dimension(kind)
+    call shape_functions(kind, local, shape)
+    call shape_gradients(kind, local, local_gradients(:d, :n))
+    call element_jacobian(local_gradients(:d, :n), nodes(:d, :n), jacobian(:d, :d))
+    if (d == 2) then
+      call invert_2(jacobian, inverse, determinant)
+    else
+      call invert_3(jacobian, inverse, determinant)
+    end if
+    do a = 1, n
+      do i = 1, d
+        gradients(i, a) = dot_product(local_gradients(:d, a), inverse(:d, i))
+      end do
+    end do
+  end subroutine element_geometry
+
+  !> Inverse of the leading 2 x 2 block, 0 when it is singular.
+  pure subroutine invert_2(matrix, inverse, determinant)
+    !> Matrix.
+    real(wp), intent(in) :: matrix(3, 3)
+    !> Inverse; only the block is set.
+    real(wp), intent(out) :: inverse(3, 3)
+    !> Determinant.
+    real(wp), intent(out) :: determinant
+
+    determinant = matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1)
+    inverse(:2, 1) = [matrix(2, 2), -matrix(2, 1)]*reciprocal(determinant)
+    inverse(:2, 2) = [-matrix(1, 2), matrix(1, 1)]*reciprocal(determinant)
+  end subroutine invert_2
+
+  !> Inverse by cross products, 0 when the matrix is singular.
+  pure subroutine invert_3(matrix, inverse, determinant)
+    !> Matrix.
+    real(wp), intent(in) :: matrix(3, 3)
+    !> Inverse.
+    real(wp), intent(out) :: inverse(3, 3)
+    !> Determinant.
+    real(wp), intent(out) :: determinant
+
+    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
+    integer :: i, j
+
+    do j = 1, 3
+      do i = 1, 3
+        inverse(i, j) = matrix(next(j), next(i))*matrix(last(j), last(i)) &
+          - matrix(next(j), last(i))*matrix(last(j), next(i))
+      end do
+    end do
+    determinant = dot_product(matrix(1, :), inverse(:, 1))
+    inverse = inverse*reciprocal(determinant)
+  end subroutine invert_3
+
+  !> One over a number, 0 for what is too small to divide by.
+  pure real(wp) function reciprocal(x)
+    !> The number.
+    real(wp), intent(in) :: x
+
+    reciprocal = 0.0_wp
+    if (abs(x) > tiny(x)) reciprocal = 1.0_wp/x
+  end function reciprocal
+end module qsmpm_element_shape

@@ -1,0 +1,136 @@
+!> Gauss rules of the reference elements: by degree, and those of a full cell.
+!>
+!> Weights sum to the reference volume (triangle 1/2, quad 4, tet 1/6, hex 8, wedge 1). Points run
+!> fastest in xi, slowest in zeta; a wedge rule is a triangle rule repeated in layers.
+module qsmpm_quadrature
+  use qsmpm_kinds, only: wp
+  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
+    wedge15, element_kind_count
+  use qsmpm_line_rule, only: line_gauss
+  use qsmpm_triangle_rule, only: triangle_degree, triangle_gauss
+  use qsmpm_tet_rule, only: tet_degree
+  implicit none
+  private
+
+  public :: gauss_rule, full_rule, square_rule, cube_rule, layer_rule
+
+contains
+
+  !> Rule exact for polynomials of a degree: total degree on triangles and tets, degree in each
+  !> coordinate on quads and hexes, total degree in the triangle times degree in zeta on wedges.
+  pure subroutine gauss_rule(kind, degree, points, weights)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Degree, any from 0.
+    integer, intent(in) :: degree
+    !> Local coordinates (local dimension, points).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
+
+    select case (kind)
+    case (tri3, tri6)
+      call triangle_degree(degree, points, weights)
+    case (tet4, tet10)
+      call tet_degree(degree, points, weights)
+    case (quad4, quad8)
+      call line_gauss(degree/2 + 1, x, w)
+      call square_rule(x, w, points, weights)
+    case (hex8, hex20)
+      call line_gauss(degree/2 + 1, x, w)
+      call cube_rule(x, w, points, weights)
+    case (wedge6, wedge15)
+      call triangle_degree(degree, triangle, triangle_weights)
+      call line_gauss(degree/2 + 1, x, w)
+      call layer_rule(triangle, triangle_weights, x, w, points, weights)
+    end select
+  end subroutine gauss_rule
+
+  !> Rule of a full cell for finite elements and cell integration: Gauss points that leave no
+  !> zero-energy mode but the rigid ones.
+  pure subroutine full_rule(kind, points, weights)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (local dimension, points).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    integer, parameter :: degrees(element_kind_count) = [1, 2, 3, 5, 1, 2, 3, 5, 2, 2]
+    real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
+
+    if (kind /= wedge15) then
+      call gauss_rule(kind, degrees(kind), points, weights)
+      return
+    end if
+    ! Two layers leave a wedge15 with three modes too many; one more layer is enough.
+    call triangle_gauss(3, triangle, triangle_weights)
+    call line_gauss(3, x, w)
+    call layer_rule(triangle, triangle_weights, x, w, points, weights)
+  end subroutine full_rule
+
+  !> Product of a line rule with itself.
+  pure subroutine square_rule(x, w, points, weights)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:)
+    real(wp), intent(in) :: w(:)
+    !> Local coordinates (2, n**2).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights (n**2).
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    integer :: i, j, q
+
+    allocate (points(2, size(x)**2), weights(size(x)**2))
+    do j = 1, size(x)
+      do i = 1, size(x)
+        q = size(x)*(j - 1) + i
+        points(:, q) = [x(i), x(j)]
+        weights(q) = w(i)*w(j)
+      end do
+    end do
+  end subroutine square_rule
+
+  !> Product of a line rule with itself, three times.
+  pure subroutine cube_rule(x, w, points, weights)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:)
+    real(wp), intent(in) :: w(:)
+    !> Local coordinates (3, n**3).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights (n**3).
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    real(wp), allocatable :: square(:, :), square_weights(:)
+
+    call square_rule(x, w, square, square_weights)
+    call layer_rule(square, square_weights, x, w, points, weights)
+  end subroutine cube_rule
+
+  !> Product of a plane rule and a line rule along zeta.
+  pure subroutine layer_rule(plane, plane_weights, x, w, points, weights)
+    !> Points (2, m) and weights of the plane rule.
+    real(wp), intent(in) :: plane(:, :)
+    real(wp), intent(in) :: plane_weights(:)
+    !> Points and weights of the line rule.
+    real(wp), intent(in) :: x(:)
+    real(wp), intent(in) :: w(:)
+    !> Local coordinates (3, m*n).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights (m*n).
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    integer :: k, m, first
+
+    m = size(plane_weights)
+    allocate (points(3, m*size(x)), weights(m*size(x)))
+    do k = 1, size(x)
+      first = m*(k - 1)
+      points(1:2, first + 1:first + m) = plane
+      points(3, first + 1:first + m) = x(k)
+      weights(first + 1:first + m) = plane_weights*w(k)
+    end do
+  end subroutine layer_rule
+end module qsmpm_quadrature

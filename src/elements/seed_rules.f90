@@ -1,0 +1,167 @@
+!> Where material points start inside an element, and their shares of its volume.
+!>
+!> The weight of a point is the reference volume it stands for (Beuth et al. 2008, section 3.1:
+!> eight points of weight 1/8). Numbers of Gauss rules (triangle 1, 3, 6, 7, 12; tet 1, 4, 14; wedge
+!> 3, 6, 9, 18, 36) take the weights of the rule; the others are centres of equal pieces. The
+!> defaults leave no zero-energy mode but the rigid ones. Some of the other numbers do leave some (8
+!> points in a WEDGE15 two) and are there to show it.
+module qsmpm_seed_rules
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
+    wedge15, element_kind_count, element_name
+  use qsmpm_line_rule, only: line_gauss, line_even
+  use qsmpm_triangle_rule, only: triangle_gauss, triangle_even
+  use qsmpm_tet_rule, only: tet_gauss, tet_even
+  use qsmpm_quadrature, only: square_rule, cube_rule, layer_rule
+  implicit none
+  private
+
+  public :: seed_rule, allowed_counts, default_count
+
+  integer, parameter :: triangle_counts(8) = [1, 3, 4, 6, 7, 9, 12, 16]
+  integer, parameter :: quad_counts(8) = [1, 4, 9, 16, 25, 36, 0, 0]
+  integer, parameter :: hex_counts(8) = [1, 8, 27, 64, 0, 0, 0, 0]
+  !> Numbers of points there is a rule for, one column a kind, filled up with 0.
+  integer, parameter :: allowed(8, element_kind_count) = reshape([triangle_counts, &
+    triangle_counts, quad_counts, quad_counts, [1, 4, 8, 14, 0, 0, 0, 0], &
+    [4, 8, 14, 0, 0, 0, 0, 0], hex_counts, hex_counts, [1, 2, 3, 6, 8, 18, 36, 0], &
+    [8, 9, 18, 36, 0, 0, 0, 0]], [8, element_kind_count])
+
+contains
+
+  !> Number of points of an element when the deck does not say.
+  elemental integer function default_count(kind)
+    !> Element kind.
+    integer, intent(in) :: kind
+
+    integer, parameter :: defaults(element_kind_count) = [4, 12, 4, 9, 4, 14, 8, 27, 8, 18]
+
+    default_count = defaults(kind)
+  end function default_count
+
+  !> Number of numbers of points there is a rule for.
+  pure integer function allowed_size(kind)
+    !> Element kind.
+    integer, intent(in) :: kind
+
+    allowed_size = count(allowed(:, kind) > 0)
+  end function allowed_size
+
+  !> Numbers of points there is a rule for, rising.
+  pure function allowed_counts(kind) result(counts)
+    !> Element kind.
+    integer, intent(in) :: kind
+    integer :: counts(allowed_size(kind))
+
+    counts = allowed(:size(counts), kind)
+  end function allowed_counts
+
+  !> Start places and weights of the points of an element; weights sum to the reference volume.
+  pure subroutine seed_rule(kind, count, points, weights, error)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Number of points, 0 for the default.
+    integer, intent(in) :: count
+    !> Local coordinates (local dimension, points).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+    !> Set when there is no rule of this number.
+    type(error_type), allocatable, intent(out) :: error
+
+    real(wp), allocatable :: x(:), w(:)
+    integer :: n
+
+    n = count
+    if (n == 0) n = default_count(kind)
+    if (.not. any(allowed_counts(kind) == n)) then
+      call fail(error, error_deck, wrong_count(kind, count))
+      return
+    end if
+    select case (kind)
+    case (tri3, tri6)
+      call triangle_seed(n, points, weights)
+    case (quad4, quad8)
+      call line_even(nint(sqrt(real(n, wp))), x, w)
+      call square_rule(x, w, points, weights)
+    case (tet4, tet10)
+      if (n == 8) call tet_even(points, weights)
+      if (n /= 8) call tet_gauss(n, points, weights)
+    case (hex8, hex20)
+      call line_even(nint(real(n, wp)**(1.0_wp/3.0_wp)), x, w)
+      call cube_rule(x, w, points, weights)
+    case (wedge6, wedge15)
+      call wedge_seed(n, points, weights)
+    end select
+  end subroutine seed_rule
+
+  !> Triangle pattern: centroids of equal sub-triangles for squares but 1, Gauss rules else.
+  pure subroutine triangle_seed(count, points, weights)
+    !> Number of points.
+    integer, intent(in) :: count
+    !> Local coordinates (2, count).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    select case (count)
+    case (4, 9, 16)
+      call triangle_even(nint(sqrt(real(count, wp))), points, weights)
+    case default
+      call triangle_gauss(count, points, weights)
+    end select
+  end subroutine triangle_seed
+
+  !> Wedge pattern: a triangle pattern in layers, equal slabs for 1, 2 and 8 points, else Gauss.
+  pure subroutine wedge_seed(count, points, weights)
+    !> Number of points.
+    integer, intent(in) :: count
+    !> Local coordinates (3, count).
+    real(wp), allocatable, intent(out) :: points(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    real(wp), allocatable :: triangle(:, :), triangle_weights(:), x(:), w(:)
+    integer :: layers
+
+    select case (count)
+    case (1, 3)
+      layers = 1
+    case (2, 6, 8)
+      layers = 2
+    case default
+      layers = 3
+    end select
+    if (any(count == [1, 2, 8])) then
+      call line_even(layers, x, w)
+    else
+      call line_gauss(layers, x, w)
+    end if
+    call triangle_seed(count/layers, triangle, triangle_weights)
+    call layer_rule(triangle, triangle_weights, x, w, points, weights)
+  end subroutine wedge_seed
+
+  !> Message that lists the allowed numbers.
+  pure function wrong_count(kind, count) result(message)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> The number asked for.
+    integer, intent(in) :: count
+    character(len=:), allocatable :: message
+
+    character(len=12) :: number
+    integer :: i, last
+
+    last = allowed_size(kind)
+    message = element_name(kind)//' takes '
+    do i = 1, last
+      write (number, '(i0)') allowed(i, kind)
+      if (i > 1 .and. i < last) message = message//', '
+      if (i == last) message = message//' or '
+      message = message//trim(number)
+    end do
+    write (number, '(i0)') count
+    message = message//' points an element, not '//trim(number)
+  end function wrong_count
+end module qsmpm_seed_rules

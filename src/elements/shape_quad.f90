@@ -1,0 +1,128 @@
+!> Shape functions of the 4-node and the 8-node (serendipity) quadrilateral and their derivatives
+!> by (xi, eta).
+!>
+!> With the corner signs s and p = s1 xi, q = s2 eta. Linear: N = (1+p)(1+q)/4. Quadratic:
+!> N = (1+p)(1+q)(p+q-1)/4 at the corners, N = (1-xi^2)(1+q)/2 on the edges along xi,
+!> N = (1-eta^2)(1+p)/2 on the edges along eta.
+module qsmpm_shape_quad
+  use qsmpm_kinds, only: wp
+  use qsmpm_element_tables, only: corners => quad_corners
+  implicit none
+  private
+
+  public :: quad4_shape, quad4_gradients, quad4_second
+  public :: quad8_shape, quad8_gradients, quad8_second
+
+  !> Axis along which the edge of a mid node runs, and its place on the other axis.
+  integer, parameter :: along(4) = [1, 2, 1, 2]
+  real(wp), parameter :: side(4) = [-1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
+
+contains
+
+  !> Values of the linear functions.
+  pure subroutine quad4_shape(local, shape)
+    !> Local coordinates (2).
+    real(wp), intent(in) :: local(:)
+    !> One value a node (4).
+    real(wp), intent(out) :: shape(:)
+
+    integer :: i
+
+    do i = 1, 4
+      shape(i) = 0.25_wp*(1.0_wp + corners(1, i)*local(1))*(1.0_wp + corners(2, i)*local(2))
+    end do
+  end subroutine quad4_shape
+
+  !> Derivatives of the linear functions.
+  pure subroutine quad4_gradients(local, gradients)
+    !> Local coordinates (2).
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (2, 4).
+    real(wp), intent(out) :: gradients(:, :)
+
+    integer :: i
+
+    do i = 1, 4
+      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + corners(2, i)*local(2))
+      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + corners(1, i)*local(1))
+    end do
+  end subroutine quad4_gradients
+
+  !> Second derivatives of the linear functions.
+  pure subroutine quad4_second(second)
+    !> d2N/dlocal2 (2, 2, 4).
+    real(wp), intent(out) :: second(:, :, :)
+
+    integer :: i
+
+    do i = 1, 4
+      second(1:2, 1:2, i) = 0.0_wp
+      second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)
+      second(2, 1, i) = second(1, 2, i)
+    end do
+  end subroutine quad4_second
+
+  !> Values of the quadratic functions.
+  pure subroutine quad8_shape(local, shape)
+    !> Local coordinates (2).
+    real(wp), intent(in) :: local(:)
+    !> One value a node (8).
+    real(wp), intent(out) :: shape(:)
+
+    real(wp) :: p, q
+    integer :: i, a
+
+    do i = 1, 4
+      p = corners(1, i)*local(1)
+      q = corners(2, i)*local(2)
+      shape(i) = 0.25_wp*(1.0_wp + p)*(1.0_wp + q)*(p + q - 1.0_wp)
+      a = along(i)
+      shape(4 + i) = 0.5_wp*(1.0_wp - local(a)**2)*(1.0_wp + side(i)*local(3 - a))
+    end do
+  end subroutine quad8_shape
+
+  !> Derivatives of the quadratic functions.
+  pure subroutine quad8_gradients(local, gradients)
+    !> Local coordinates (2).
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (2, 8).
+    real(wp), intent(out) :: gradients(:, :)
+
+    real(wp) :: p, q
+    integer :: i, a
+
+    do i = 1, 4
+      p = corners(1, i)*local(1)
+      q = corners(2, i)*local(2)
+      gradients(1, i) = 0.25_wp*corners(1, i)*(1.0_wp + q)*(2.0_wp*p + q)
+      gradients(2, i) = 0.25_wp*corners(2, i)*(1.0_wp + p)*(p + 2.0_wp*q)
+      a = along(i)
+      gradients(a, 4 + i) = -local(a)*(1.0_wp + side(i)*local(3 - a))
+      gradients(3 - a, 4 + i) = 0.5_wp*side(i)*(1.0_wp - local(a)**2)
+    end do
+  end subroutine quad8_gradients
+
+  !> Second derivatives of the quadratic functions.
+  pure subroutine quad8_second(local, second)
+    !> Local coordinates (2).
+    real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (2, 2, 8).
+    real(wp), intent(out) :: second(:, :, :)
+
+    real(wp) :: p, q
+    integer :: i, a
+
+    do i = 1, 4
+      p = corners(1, i)*local(1)
+      q = corners(2, i)*local(2)
+      second(1, 1, i) = 0.5_wp*(1.0_wp + q)
+      second(2, 2, i) = 0.5_wp*(1.0_wp + p)
+      second(1, 2, i) = 0.25_wp*corners(1, i)*corners(2, i)*(1.0_wp + 2.0_wp*(p + q))
+      a = along(i)
+      second(a, a, 4 + i) = -(1.0_wp + side(i)*local(3 - a))
+      second(3 - a, 3 - a, 4 + i) = 0.0_wp
+      second(1, 2, 4 + i) = -side(i)*local(a)
+    end do
+    second(2, 1, 1:8) = second(1, 2, 1:8)
+  end subroutine quad8_second
+end module qsmpm_shape_quad

@@ -1,0 +1,151 @@
+!> Shape functions of the 6-node and the 15-node wedge and their derivatives by (xi, eta, zeta).
+!>
+!> L are the barycentric coordinates of the triangle, t = -zeta for the bottom and t = +zeta for the
+!> top. Linear: N = L (1+t)/2. Quadratic: N = L (1+t)(2 L - 2 + t)/2 at the corners,
+!> N = 2 L_a L_b (1+t) on the edges of bottom and top, N = L (1 - zeta^2) on the vertical edges.
+!> The corner functions fall to -1/4 in the middle of the element's faces (L = 1/2, zeta = 0).
+module qsmpm_shape_wedge
+  use qsmpm_kinds, only: wp
+  use qsmpm_element_tables, only: edges => triangle_edges, dl => triangle_gradients
+  use qsmpm_shape_triangle, only: tri3_shape
+  implicit none
+  private
+
+  public :: wedge6_shape, wedge6_gradients, wedge6_second
+  public :: wedge15_shape, wedge15_gradients, wedge15_second
+
+  !> Sign of zeta in t at the bottom and the top.
+  real(wp), parameter :: signs(2) = [-1.0_wp, 1.0_wp]
+
+contains
+
+  !> Values of the linear functions.
+  pure subroutine wedge6_shape(local, shape)
+    !> Local coordinates (3).
+    real(wp), intent(in) :: local(:)
+    !> One value a node (6).
+    real(wp), intent(out) :: shape(:)
+
+    real(wp) :: l(3)
+
+    call tri3_shape(local, l)
+    shape(1:3) = 0.5_wp*(1.0_wp - local(3))*l
+    shape(4:6) = 0.5_wp*(1.0_wp + local(3))*l
+  end subroutine wedge6_shape
+
+  !> Derivatives of the linear functions.
+  pure subroutine wedge6_gradients(local, gradients)
+    !> Local coordinates (3).
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (3, 6).
+    real(wp), intent(out) :: gradients(:, :)
+
+    real(wp) :: l(3)
+
+    call tri3_shape(local, l)
+    gradients(1:2, 1:3) = 0.5_wp*(1.0_wp - local(3))*dl
+    gradients(1:2, 4:6) = 0.5_wp*(1.0_wp + local(3))*dl
+    gradients(3, 1:3) = -0.5_wp*l
+    gradients(3, 4:6) = 0.5_wp*l
+  end subroutine wedge6_gradients
+
+  !> Second derivatives of the linear functions, constant in the element.
+  pure subroutine wedge6_second(second)
+    !> d2N/dlocal2 (3, 3, 6).
+    real(wp), intent(out) :: second(:, :, :)
+
+    integer :: i
+
+    second(1:3, 1:3, 1:6) = 0.0_wp
+    do i = 1, 3
+      second(1:2, 3, i) = -0.5_wp*dl(:, i)
+      second(1:2, 3, 3 + i) = 0.5_wp*dl(:, i)
+    end do
+    second(3, 1:2, 1:6) = second(1:2, 3, 1:6)
+  end subroutine wedge6_second
+
+  !> Values of the quadratic functions.
+  pure subroutine wedge15_shape(local, shape)
+    !> Local coordinates (3).
+    real(wp), intent(in) :: local(:)
+    !> One value a node (15).
+    real(wp), intent(out) :: shape(:)
+
+    real(wp) :: l(3), t
+    integer :: i, level
+
+    call tri3_shape(local, l)
+    do level = 1, 2
+      t = signs(level)*local(3)
+      do i = 1, 3
+        shape(3*level - 3 + i) = 0.5_wp*l(i)*(1.0_wp + t)*(2.0_wp*l(i) - 2.0_wp + t)
+        shape(3*level + 3 + i) = 2.0_wp*l(edges(1, i))*l(edges(2, i))*(1.0_wp + t)
+      end do
+    end do
+    shape(13:15) = l*(1.0_wp - local(3)**2)
+  end subroutine wedge15_shape
+
+  !> Derivatives of the quadratic functions.
+  pure subroutine wedge15_gradients(local, gradients)
+    !> Local coordinates (3).
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (3, 15).
+    real(wp), intent(out) :: gradients(:, :)
+
+    real(wp) :: l(3), s, t
+    integer :: i, a, b, level, corner, mid
+
+    call tri3_shape(local, l)
+    do level = 1, 2
+      s = signs(level)
+      t = s*local(3)
+      do i = 1, 3
+        corner = 3*level - 3 + i
+        mid = corner + 6
+        a = edges(1, i)
+        b = edges(2, i)
+        gradients(1:2, corner) = 0.5_wp*(1.0_wp + t)*(4.0_wp*l(i) - 2.0_wp + t)*dl(:, i)
+        gradients(3, corner) = 0.5_wp*s*l(i)*(2.0_wp*l(i) - 1.0_wp + 2.0_wp*t)
+        gradients(1:2, mid) = 2.0_wp*(1.0_wp + t)*(l(a)*dl(:, b) + l(b)*dl(:, a))
+        gradients(3, mid) = 2.0_wp*s*l(a)*l(b)
+      end do
+    end do
+    gradients(1:2, 13:15) = (1.0_wp - local(3)**2)*dl
+    gradients(3, 13:15) = -2.0_wp*local(3)*l
+  end subroutine wedge15_gradients
+
+  !> Second derivatives of the quadratic functions.
+  pure subroutine wedge15_second(local, second)
+    !> Local coordinates (3).
+    real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (3, 3, 15).
+    real(wp), intent(out) :: second(:, :, :)
+
+    real(wp) :: l(3), s, t
+    integer :: i, j, a, b, level, corner, mid
+
+    call tri3_shape(local, l)
+    do level = 1, 2
+      s = signs(level)
+      t = s*local(3)
+      do i = 1, 3
+        corner = 3*level - 3 + i
+        mid = corner + 6
+        a = edges(1, i)
+        b = edges(2, i)
+        do j = 1, 2
+          second(1:2, j, corner) = 2.0_wp*(1.0_wp + t)*dl(j, i)*dl(:, i)
+          second(1:2, j, mid) = 2.0_wp*(1.0_wp + t)*(dl(j, a)*dl(:, b) + dl(j, b)*dl(:, a))
+        end do
+        second(1:2, 3, corner) = 0.5_wp*s*(4.0_wp*l(i) - 1.0_wp + 2.0_wp*t)*dl(:, i)
+        second(1:2, 3, mid) = 2.0_wp*s*(l(a)*dl(:, b) + l(b)*dl(:, a))
+        second(3, 3, corner) = l(i)
+        second(3, 3, mid) = 0.0_wp
+      end do
+    end do
+    second(1:2, 1:2, 13:15) = 0.0_wp
+    second(1:2, 3, 13:15) = -2.0_wp*local(3)*dl
+    second(3, 3, 13:15) = -2.0_wp*l
+    second(3, 1:2, 1:15) = second(1:2, 3, 1:15)
+  end subroutine wedge15_second
+end module qsmpm_shape_wedge
