@@ -35,6 +35,7 @@ contains
     end do
     call check_counts(tests)
     call check_even(tests)
+    call check_layers(tests)
     call check_errors(tests)
     call check_wedge_loads(tests)
   end subroutine collect_quadrature
@@ -234,6 +235,33 @@ contains
     call tests%close('8 points of TET4 weigh 1/48 each', &
       maxval(abs(weights - 1.0_wp/48.0_wp)), 0.0_wp, round_off)
   end subroutine check_even
+
+  !> The Gauss patterns of wedges: 6 points in two layers at 1/sqrt(3), 9, 18 and 36 in three, at 0
+  !> and sqrt(3/5), where the middle layer holds 8/18 of the weight.
+  subroutine check_layers(tests)
+    type(tests_type), intent(inout) :: tests
+
+    integer, parameter :: numbers(3) = [9, 18, 36]
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: points(:, :), weights(:)
+    character(len=2) :: number
+    integer :: i, third
+
+    call seed_rule(wedge6, 6, points, weights, error)
+    call tests%close('6 points of WEDGE6 lie at 1/sqrt(3)', &
+      maxval(abs(abs(points(3, :)) - sqrt(1.0_wp/3.0_wp))), 0.0_wp, round_off)
+    do i = 1, size(numbers)
+      write (number, '(i0)') numbers(i)
+      third = numbers(i)/3
+      call seed_rule(wedge15, numbers(i), points, weights, error)
+      call tests%close(trim(number)//' points of WEDGE15 lie in three Gauss layers', &
+        max(maxval(abs(points(3, :third) + sqrt(0.6_wp))), &
+        maxval(abs(points(3, third + 1:2*third))), &
+        maxval(abs(points(3, 2*third + 1:) - sqrt(0.6_wp)))), 0.0_wp, round_off)
+      call tests%close('the middle layer of '//trim(number)//' points weighs 4/9', &
+        sum(weights(third + 1:2*third)), 4.0_wp/9.0_wp, round_off)
+    end do
+  end subroutine check_layers
 
   !> An unknown number is an error that lists the allowed ones.
   subroutine check_errors(tests)
