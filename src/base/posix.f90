@@ -1,0 +1,219 @@
+!> The services of the operating system that Fortran has no words for: byte streams whose every
+!> failure is reported, renaming, directories, terminals, signals.
+!>
+!> Fortran's own files are not used for writing because a full disk is only certain to be noticed
+!> by fflush, fsync and fclose. Functions that return an integer return 0 for success; the words
+!> for a failure are `system_message()`, asked at once.
+module qsmpm_posix
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char, c_ptr, c_size_t
+  implicit none
+  private
+
+  public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
+  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, is_terminal
+  public :: write_descriptor, system_message, watch_signals, signal_received
+
+  !> Longest text of an error of the system.
+  integer, parameter :: message_length = 256
+
+  interface
+    !> fopen(3).
+    function c_fopen(path, mode) bind(c, name='fopen') result(stream)
+      import :: c_char, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(in) :: mode(*)
+      type(c_ptr) :: stream
+    end function c_fopen
+
+    !> fwrite(3): number of items written.
+    function c_fwrite(data, item_size, count, stream) bind(c, name='fwrite') result(written)
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: data
+      integer(c_size_t), value :: item_size
+      integer(c_size_t), value :: count
+      type(c_ptr), value :: stream
+      integer(c_size_t) :: written
+    end function c_fwrite
+
+    !> fflush(3).
+    integer(c_int) function c_fflush(stream) bind(c, name='fflush')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fflush
+
+    !> fclose(3).
+    integer(c_int) function c_fclose(stream) bind(c, name='fclose')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fclose
+
+    !> fileno(3).
+    integer(c_int) function c_fileno(stream) bind(c, name='fileno')
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+    end function c_fileno
+
+    !> fsync(2).
+    integer(c_int) function c_fsync(descriptor) bind(c, name='fsync')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_fsync
+
+    !> rename(2).
+    integer(c_int) function c_rename(old, new) bind(c, name='rename')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: old(*)
+      character(kind=c_char), intent(in) :: new(*)
+    end function c_rename
+
+    !> unlink(2).
+    integer(c_int) function c_unlink(path) bind(c, name='unlink')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_unlink
+
+    !> truncate(2).
+    integer(c_int) function c_truncate(path, length) bind(c, name='truncate')
+      import :: c_char, c_int, c_long
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_long), value :: length
+    end function c_truncate
+
+    !> isatty(3): 1 for a terminal.
+    integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_isatty
+
+    !> write(2).
+    function c_write(descriptor, data, count) bind(c, name='write') result(written)
+      import :: c_char, c_int, c_long, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: data(*)
+      integer(c_size_t), value :: count
+      integer(c_long) :: written
+    end function c_write
+
+    !> Make a directory and those above it (posix.c).
+    integer(c_int) function c_make_directory(path) bind(c, name='qsmpm_make_directory')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_make_directory
+
+    !> Remove numbered files (posix.c).
+    integer(c_int) function c_remove_numbered(directory, before, after) &
+      bind(c, name='qsmpm_remove_numbered')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: directory(*)
+      character(kind=c_char), intent(in) :: before(*)
+      character(kind=c_char), intent(in) :: after(*)
+    end function c_remove_numbered
+
+    !> Words for errno (posix.c).
+    subroutine c_last_error(text, length) bind(c, name='qsmpm_last_error')
+      import :: c_char, c_int
+      character(kind=c_char), intent(out) :: text(*)
+      integer(c_int), value :: length
+    end subroutine c_last_error
+
+    !> Let SIGINT and SIGTERM only set a flag, once; a second signal ends the process (posix.c).
+    subroutine watch_signals() bind(c, name='qsmpm_watch_signals')
+    end subroutine watch_signals
+
+    !> Number of the signal received, 0 for none (posix.c).
+    integer(c_int) function signal_received() bind(c, name='qsmpm_signal_received')
+      import :: c_int
+    end function signal_received
+  end interface
+
+contains
+
+  !> Give a file another name; a file of that name is replaced in one go.
+  integer function rename_file(old, new)
+    !> Name now.
+    character(len=*), intent(in) :: old
+    !> Name to be.
+    character(len=*), intent(in) :: new
+
+    rename_file = int(c_rename(old//c_null_char, new//c_null_char))
+  end function rename_file
+
+  !> Remove a file.
+  integer function remove_file(path)
+    !> Its name.
+    character(len=*), intent(in) :: path
+
+    remove_file = int(c_unlink(path//c_null_char))
+  end function remove_file
+
+  !> Cut a file off.
+  integer function truncate_file(path, length)
+    !> Its name.
+    character(len=*), intent(in) :: path
+    !> Bytes that stay.
+    integer(c_long), intent(in) :: length
+
+    truncate_file = int(c_truncate(path//c_null_char, length))
+  end function truncate_file
+
+  !> Make a directory and those above it; one that exists is a success.
+  integer function make_directory(path)
+    !> Its name.
+    character(len=*), intent(in) :: path
+
+    make_directory = int(c_make_directory(path//c_null_char))
+  end function make_directory
+
+  !> Remove the files of a directory that are called `before`, six or more digits, `after`.
+  integer function remove_numbered(directory, before, after)
+    !> The directory; one that does not exist holds none.
+    character(len=*), intent(in) :: directory
+    !> Text before the digits.
+    character(len=*), intent(in) :: before
+    !> Text after the digits.
+    character(len=*), intent(in) :: after
+
+    remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, &
+      after//c_null_char))
+  end function remove_numbered
+
+  !> Whether a descriptor (1: standard output) is a terminal.
+  logical function is_terminal(descriptor)
+    !> The descriptor.
+    integer, intent(in) :: descriptor
+
+    is_terminal = c_isatty(int(descriptor, c_int)) == 1
+  end function is_terminal
+
+  !> Write a text to a descriptor at once. What a closed pipe or a full disk does not take is lost.
+  subroutine write_descriptor(descriptor, text)
+    !> 1 is standard output.
+    integer, intent(in) :: descriptor
+    !> What is written, line ends included.
+    character(len=*), intent(in) :: text
+    integer(c_long) :: written
+    integer :: first
+
+    first = 1
+    do while (first <= len(text))
+      written = c_write(int(descriptor, c_int), text(first:), int(len(text) - first + 1, c_size_t))
+      if (written <= 0) exit
+      first = first + int(written)
+    end do
+  end subroutine write_descriptor
+
+  !> What the system says of the last failure.
+  function system_message() result(message)
+    !> For example `No space left on device`.
+    character(len=:), allocatable :: message
+    character(kind=c_char) :: text(message_length)
+    integer :: i
+
+    call c_last_error(text, int(message_length, c_int))
+    message = ''
+    do i = 1, message_length
+      if (text(i) == c_null_char) exit
+      message = message//text(i)
+    end do
+  end function system_message
+end module qsmpm_posix

@@ -1,0 +1,214 @@
+!> `curves.csv`: one row an accepted step, first line `name [unit]`.
+!>
+!> Rows are brought to the file one by one and are whole whenever the program ends. All columns but
+!> the last, the processor seconds, are the same bytes in every run of a deck; a run that continues
+!> another cuts the file back to the rows of the state it starts from.
+module qsmpm_curves
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_analysis, only: analysis_type, history_type, axisymmetric, three_dimensional, &
+    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
+  use qsmpm_model, only: model_type
+  use qsmpm_number_text, only: integer_text, real_text, seconds_text
+  use qsmpm_observer, only: step_record_type
+  implicit none
+  private
+
+  public :: begin_curves, continue_curves, append_row, curves_header
+
+  character(len=1), parameter :: newline = new_line('a')
+  character(len=*), parameter :: file_name = '/curves.csv'
+
+contains
+
+  !> Begin the table.
+  subroutine begin_curves(file, directory, analysis, error)
+    !> The table.
+    type(file_type), intent(out) :: file
+    !> Where it stands.
+    character(len=*), intent(in) :: directory
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> Set when it cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    call append_file(file, directory//file_name, 0_long, error)
+    if (allocated(error)) return
+    call put_text(file, curves_header(analysis)//newline)
+    call flush_file(file, error)
+  end subroutine begin_curves
+
+  !> Go on with the table behind the row of a step; without a table one is begun.
+  subroutine continue_curves(file, directory, analysis, step, error)
+    !> The table.
+    type(file_type), intent(out) :: file
+    !> Where it stands.
+    character(len=*), intent(in) :: directory
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> Accepted steps so far, each of which has a row.
+    integer, intent(in) :: step
+    !> Set when the table is of another analysis, too short, or cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text, header
+    integer(long) :: length
+
+    if (.not. file_exists(directory//file_name)) then
+      call begin_curves(file, directory, analysis, error)
+      return
+    end if
+    call read_text(directory//file_name, text, error)
+    if (allocated(error)) return
+    header = curves_header(analysis)//newline
+    length = length_of_lines(text, step + 1)
+    if (length == 0 .or. index(text, header) /= 1) then
+      call fail(error, error_other, "cannot continue '"//directory//file_name// &
+        "': it is not the table of the run that is restarted (give another directory)")
+      return
+    end if
+    call append_file(file, directory//file_name, length, error)
+  end subroutine continue_curves
+
+  !> Bytes of the first lines of a text, 0 when it has fewer.
+  pure integer(long) function length_of_lines(text, count)
+    !> The text.
+    character(len=*), intent(in) :: text
+    !> Number of lines.
+    integer, intent(in) :: count
+    integer :: line, gap
+
+    length_of_lines = 0
+    do line = 1, count
+      gap = index(text(length_of_lines + 1:), newline)
+      if (gap == 0) then
+        length_of_lines = 0
+        return
+      end if
+      length_of_lines = length_of_lines + gap
+    end do
+  end function length_of_lines
+
+  !> Add the row of an accepted step.
+  subroutine append_row(file, model, record, cpu_seconds, error)
+    !> The table.
+    type(file_type), intent(inout) :: file
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the step went.
+    type(step_record_type), intent(in) :: record
+    !> Processor seconds of this run and those it continues.
+    real(wp), intent(in) :: cpu_seconds
+    !> Set when the row could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: row
+    integer :: i
+
+    associate (progress => model%state%progress)
+      row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
+        real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
+        real_text(record%out_of_balance)//','//real_text(record%drag_share)//','// &
+        real_text(record%stabilisation_share)//','//integer_text(record%inaccurate_points)
+      if (allocated(record%histories)) then
+        do i = 1, size(record%histories)
+          row = row//','//real_text(record%histories(i))
+        end do
+      end if
+      row = row//','//real_text(progress%external_work)//','//real_text(progress%internal_work)// &
+        ','//seconds_text(cpu_seconds)
+    end associate
+    call put_text(file, row//newline)
+    call flush_file(file, error)
+  end subroutine append_row
+
+  !> The first line, without its end.
+  pure function curves_header(analysis) result(header)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: header
+    integer :: i
+
+    header = 'phase,step,load_factor,iterations,out_of_balance,drag_share,stabilisation_share,'// &
+      'inaccurate_points'
+    if (allocated(analysis%histories)) then
+      do i = 1, size(analysis%histories)
+        header = header//','//column(analysis%histories(i)%name, &
+          history_unit(analysis, analysis%histories(i)))
+      end do
+    end if
+    header = header//','//column('external_work', work_unit(analysis))//','// &
+      column('internal_work', work_unit(analysis))//',cpu_seconds [s]'
+  end function curves_header
+
+  !> Head of a column.
+  pure function column(name, unit) result(text)
+    !> Its name; commas and quotes become blanks, so that a row has a number for each comma.
+    character(len=*), intent(in) :: name
+    !> Its unit, empty for a number without one.
+    character(len=*), intent(in) :: unit
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = trim(name)
+    if (len(unit) > 0) text = text//' ['//unit//']'
+    do i = 1, len(text)
+      if (scan(text(i:i), ',"'//newline) > 0) text(i:i) = ' '
+    end do
+  end function column
+
+  !> Unit of a history: the one it was given, or the one of its quantity.
+  pure function history_unit(analysis, history) result(unit)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> The history.
+    type(history_type), intent(in) :: history
+    character(len=:), allocatable :: unit
+
+    unit = ''
+    if (allocated(history%unit)) unit = trim(history%unit)
+    if (len(unit) > 0 .or. .not. has_units(analysis)) return
+    select case (history%quantity)
+    case (quantity_displacement, quantity_position)
+      unit = analysis%length_unit
+    case (quantity_stress)
+      unit = analysis%force_unit//'/'//analysis%length_unit//'^2'
+    case (quantity_reaction)
+      unit = analysis%force_unit//per_thickness(analysis)
+    end select
+  end function history_unit
+
+  !> Unit of work.
+  pure function work_unit(analysis) result(unit)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: unit
+
+    unit = ''
+    if (.not. has_units(analysis)) return
+    unit = analysis%force_unit//' '//analysis%length_unit//per_thickness(analysis)
+  end function work_unit
+
+  !> What a force is divided by in the model: nothing, the thickness, a radian.
+  pure function per_thickness(analysis) result(text)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: text
+
+    if (analysis%model == three_dimensional) then
+      text = ''
+    else if (analysis%model == axisymmetric) then
+      text = '/rad'
+    else
+      text = '/'//analysis%length_unit
+    end if
+  end function per_thickness
+
+  !> Whether the deck names its units.
+  pure logical function has_units(analysis)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+
+    has_units = allocated(analysis%length_unit) .and. allocated(analysis%force_unit)
+    if (has_units) has_units = len(analysis%length_unit) > 0 .and. len(analysis%force_unit) > 0
+  end function has_units
+end module qsmpm_curves

@@ -1,0 +1,190 @@
+!> What the user sees of a run: on a terminal one line that is refreshed, elsewhere plain lines,
+!> every step of a short run and a bounded number of lines of a long one.
+module qsmpm_display
+  use qsmpm_kinds, only: wp
+  use qsmpm_clock, only: clock_type, start_clock, wall_seconds
+  use qsmpm_model, only: model_type
+  use qsmpm_number_text, only: duration_text, integer_text, short_text
+  use qsmpm_observer, only: step_record_type
+  use qsmpm_posix, only: write_descriptor
+  implicit none
+  private
+
+  public :: display_type, start_display, show_step, show_text, end_display, step_text
+
+  !> How a run shows itself.
+  integer, parameter, public :: display_quiet = 0, display_plain = 1, display_terminal = 2
+
+  !> Share of the run after which a plain line is due, and seconds; for long runs the seconds grow
+  !> with the time gone, so that a day's run has a few hundred lines.
+  real(wp), parameter :: share_between_lines = 0.01_wp, seconds_between_lines = 1.0_wp
+  real(wp), parameter :: growth_of_seconds = 0.01_wp
+  !> Seconds between two refreshments of a terminal's line.
+  real(wp), parameter :: seconds_between_refreshments = 0.1_wp
+
+  integer, parameter :: standard_output = 1
+  character(len=1), parameter :: newline = new_line('a')
+  !> Back to the start of the line and clear it.
+  character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
+
+  !> What is shown, and when it was.
+  type :: display_type
+    integer :: kind = display_quiet
+    type(clock_type) :: clock
+    !> Share of the run done at the start and at the last line, and when that was [s].
+    real(wp) :: start_share = 0.0_wp
+    real(wp) :: last_share = -1.0_wp
+    real(wp) :: last_time = 0.0_wp
+    !> Whether a refreshed line stands on the terminal.
+    logical :: line_stands = .false.
+  end type display_type
+
+contains
+
+  !> Begin to show a run.
+  subroutine start_display(display, kind, model)
+    !> The display.
+    type(display_type), intent(out) :: display
+    !> One of the display_* values.
+    integer, intent(in) :: kind
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    display%kind = kind
+    call start_clock(display%clock)
+    display%start_share = share_done(model)
+  end subroutine start_display
+
+  !> Show an accepted step, if it is time to.
+  subroutine show_step(display, model, record)
+    !> The display.
+    type(display_type), intent(inout) :: display
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the step went.
+    type(step_record_type), intent(in) :: record
+    real(wp) :: seconds, share
+    character(len=:), allocatable :: line
+
+    if (display%kind == display_quiet) return
+    seconds = wall_seconds(display%clock)
+    share = share_done(model)
+    if (.not. is_due(display, seconds, share)) return
+    display%last_time = seconds
+    display%last_share = share
+    line = step_text(model, record)//', '//remaining_text(display, seconds, share)
+    if (display%kind == display_terminal) then
+      call write_descriptor(standard_output, clear_line//line)
+      display%line_stands = .true.
+    else
+      call write_descriptor(standard_output, line//newline)
+    end if
+  end subroutine show_step
+
+  !> Show a sentence on a line of its own.
+  subroutine show_text(display, text)
+    !> The display.
+    type(display_type), intent(inout) :: display
+    !> The sentence.
+    character(len=*), intent(in) :: text
+
+    if (display%kind == display_quiet) return
+    if (display%line_stands) call write_descriptor(standard_output, clear_line)
+    display%line_stands = .false.
+    call write_descriptor(standard_output, text//newline)
+  end subroutine show_text
+
+  !> Leave the last line where it stands.
+  subroutine end_display(display)
+    !> The display.
+    type(display_type), intent(inout) :: display
+
+    if (display%line_stands) call write_descriptor(standard_output, newline)
+    display%line_stands = .false.
+  end subroutine end_display
+
+  !> Whether a step is to be shown.
+  pure logical function is_due(display, seconds, share)
+    !> The display.
+    type(display_type), intent(in) :: display
+    !> Time gone [s].
+    real(wp), intent(in) :: seconds
+    !> Share of the run done.
+    real(wp), intent(in) :: share
+    real(wp) :: pause
+
+    if (display%last_share < 0.0_wp .or. share >= 1.0_wp) then
+      is_due = .true.
+    else if (display%kind == display_terminal) then
+      is_due = seconds - display%last_time >= seconds_between_refreshments
+    else
+      pause = max(seconds_between_lines, growth_of_seconds*seconds)
+      is_due = share - display%last_share >= share_between_lines*(1.0_wp - epsilon(1.0_wp)*64) &
+        .or. seconds - display%last_time >= pause
+    end if
+  end function is_due
+
+  !> Share of all phases done.
+  pure real(wp) function share_done(model)
+    !> The model.
+    type(model_type), intent(in) :: model
+    integer :: phases
+
+    phases = 1
+    if (allocated(model%analysis%phases)) phases = max(1, size(model%analysis%phases))
+    share_done = (real(model%state%progress%phase - 1, wp) + model%state%progress%fraction) &
+      /real(phases, wp)
+  end function share_done
+
+  !> Time left, from the share done since the start.
+  pure function remaining_text(display, seconds, share) result(text)
+    !> The display.
+    type(display_type), intent(in) :: display
+    !> Time gone [s].
+    real(wp), intent(in) :: seconds
+    !> Share of the run done.
+    real(wp), intent(in) :: share
+    character(len=:), allocatable :: text
+
+    if (share - display%start_share <= 0.0_wp) then
+      text = 'remaining time unknown'
+    else
+      text = duration_text(seconds*(1.0_wp - share)/(share - display%start_share))//' remaining'
+    end if
+  end function remaining_text
+
+  !> A step in a line.
+  pure function step_text(model, record) result(text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the step went.
+    type(step_record_type), intent(in) :: record
+    character(len=:), allocatable :: text
+
+    associate (progress => model%state%progress)
+      text = phase_text(model)//', load factor '//short_text(progress%load_factor, 5)// &
+        ', step '//integer_text(progress%step)//', '//integer_text(record%iterations)// &
+        ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
+        ', stabilisation '//short_text(record%stabilisation_share, 2)
+      if (abs(record%drag_share) > 0.0_wp) then
+        text = text//', drag '//short_text(record%drag_share, 2)
+      end if
+    end associate
+  end function step_text
+
+  !> The present phase.
+  pure function phase_text(model) result(text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    integer :: phase
+
+    phase = model%state%progress%phase
+    text = 'phase '//integer_text(phase)
+    if (.not. allocated(model%analysis%phases)) return
+    if (phase < 1 .or. phase > size(model%analysis%phases)) return
+    text = text//'/'//integer_text(size(model%analysis%phases))
+    if (.not. allocated(model%analysis%phases(phase)%name)) return
+    text = text//' '//model%analysis%phases(phase)%name
+  end function phase_text
+end module qsmpm_display

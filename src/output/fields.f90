@@ -1,0 +1,122 @@
+!> Fields of the state in the form results are written in: three components of a vector, six of a
+!> stress (11, 22, 33, 12, 13, 23), zeros where the plane has none.
+module qsmpm_fields
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_model, only: model_type
+  implicit none
+  private
+
+  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count
+
+contains
+
+  !> The components with zeros behind them.
+  pure subroutine padded(values, components, full)
+    !> (given components, n)
+    real(wp), intent(in) :: values(:, :)
+    !> Components wanted.
+    integer, intent(in) :: components
+    !> (components, n)
+    real(wp), allocatable, intent(out) :: full(:, :)
+
+    allocate (full(components, size(values, 2)), source=0.0_wp)
+    full(:size(values, 1), :) = values
+  end subroutine padded
+
+  !> Way of the material points since the start.
+  pure subroutine point_displacement(model, displacement)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> (3, points)
+    real(wp), allocatable, intent(out) :: displacement(:, :)
+
+    associate (points => model%state%points)
+      call padded(points%position - points%initial_position, 3, displacement)
+    end associate
+  end subroutine point_displacement
+
+  !> External force on the material points as the load stands: weight, and traction where material
+  !> points carry it.
+  pure subroutine point_load(model, load)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> (3, points)
+    real(wp), allocatable, intent(out) :: load(:, :)
+    real(wp) :: gravity(3), traction(3)
+    integer :: i, s
+
+    allocate (load(3, model%state%points%count))
+    associate (share => model%state%progress%fraction, loading => model%loading)
+      gravity = loading%gravity_start + share*(loading%gravity_final - loading%gravity_start)
+      do i = 1, model%state%points%count
+        load(:, i) = model%state%points%weight(i)*gravity
+      end do
+      if (.not. allocated(model%carrying_point) .or. .not. allocated(loading%traction_final)) return
+      do i = 1, size(model%carrying_point)
+        s = model%carrying_surface(i)
+        traction = loading%traction_start(:, s) &
+          + share*(loading%traction_final(:, s) - loading%traction_start(:, s))
+        load(:, model%carrying_point(i)) = load(:, model%carrying_point(i)) &
+          + model%carrying_area(i)*traction
+      end do
+    end associate
+  end subroutine point_load
+
+  !> Time of a picture: phases done and the share of the present one, never falling.
+  pure real(wp) function phase_time(model)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    phase_time = real(model%state%progress%phase - 1, wp) + model%state%progress%fraction
+  end function phase_time
+
+  !> Material points each cell owns.
+  pure subroutine cell_point_count(model, count)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> (cells)
+    integer, allocatable, intent(out) :: count(:)
+    integer :: i, c
+
+    allocate (count(model%mesh%cell_count), source=0)
+    do i = 1, model%state%points%count
+      c = model%state%points%cell(i)
+      count(c) = count(c) + 1
+    end do
+  end subroutine cell_point_count
+
+  !> Volume of the points of a cell over the volume of the cell.
+  subroutine cell_fill(model, fill)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> (1, cells)
+    real(wp), allocatable, intent(out) :: fill(:, :)
+    real(wp), allocatable :: volumes(:)
+    type(mesh_type) :: mesh
+    integer :: i, c
+
+    allocate (volumes(model%mesh%cell_count))
+    allocate (fill(1, model%mesh%cell_count), source=0.0_wp)
+    mesh%dimension = model%mesh%dimension
+    mesh%node_count = model%mesh%node_count
+    mesh%cell_count = model%mesh%cell_count
+    mesh%cell_kind = model%mesh%cell_kind
+    mesh%cell_first = model%mesh%cell_first
+    mesh%cell_nodes = model%mesh%cell_nodes
+    mesh%coordinates = model%state%coordinates
+    call cell_volumes(mesh, model%analysis%model == axisymmetric, volumes)
+    do i = 1, model%state%points%count
+      c = model%state%points%cell(i)
+      fill(1, c) = fill(1, c) + model%state%points%volume(i)
+    end do
+    ! A cell that a carried mesh has turned inside out has no fill.
+    where (volumes > 0.0_wp)
+      fill(1, :) = fill(1, :)/volumes
+    elsewhere
+      fill(1, :) = 0.0_wp
+    end where
+  end subroutine cell_fill
+end module qsmpm_fields

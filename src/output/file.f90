@@ -1,0 +1,245 @@
+!> Files that are either whole or not there.
+!>
+!> A file is written under its name with `.tmp` added and renamed when it is complete and on the
+!> disk, so that a crash or a full disk leaves the former file as it was. The exceptions are the
+!> tables that grow row by row (`append_file`): each `flush_file` ends in whole rows, and what did
+!> not fit is cut off again. A failure is kept in the file and told by the next `flush_file` or
+!> `commit_file`, so that the writers need no test after every number.
+module qsmpm_file
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_long, c_null_char, &
+    c_null_ptr, c_ptr, c_size_t
+  use qsmpm_kinds, only: long
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_posix, only: c_fclose, c_fflush, c_fileno, c_fopen, c_fsync, c_fwrite, remove_file, &
+    rename_file, system_message, truncate_file
+  implicit none
+  private
+
+  public :: file_type, create_file, append_file, put_text, put_bytes, flush_file, commit_file, &
+    close_file, write_text, read_text, file_exists
+
+  !> A file that is being written.
+  type :: file_type
+    !> Final name, and the name it has while it is written.
+    character(len=:), allocatable :: path
+    character(len=:), allocatable :: temporary
+    !> Stream of the C library.
+    type(c_ptr) :: stream = c_null_ptr
+    !> Bytes put so far, and those known to be on the disk as whole rows.
+    integer(long) :: bytes = 0
+    integer(long) :: safe_bytes = 0
+    !> Why the file cannot be written, once it cannot.
+    character(len=:), allocatable :: reason
+  end type file_type
+
+contains
+
+  !> Begin a file that will be renamed when it is complete.
+  subroutine create_file(file, path)
+    !> The file.
+    type(file_type), intent(out) :: file
+    !> Final name.
+    character(len=*), intent(in) :: path
+
+    file%path = path
+    file%temporary = path//'.tmp'
+    file%stream = c_fopen(file%temporary//c_null_char, 'wb'//c_null_char)
+    if (.not. c_associated(file%stream)) file%reason = system_message()
+  end subroutine create_file
+
+  !> Open a file that grows row by row, or begin it.
+  subroutine append_file(file, path, length, error)
+    !> The file.
+    type(file_type), intent(out) :: file
+    !> Name.
+    character(len=*), intent(in) :: path
+    !> Bytes of the present file that stay; 0 begins anew.
+    integer(long), intent(in) :: length
+    !> Set when it cannot be opened.
+    type(error_type), allocatable, intent(out) :: error
+
+    file%path = path
+    file%temporary = path
+    if (length > 0) then
+      if (truncate_file(path, int(length, c_long)) /= 0) file%reason = system_message()
+      file%stream = c_fopen(path//c_null_char, 'ab'//c_null_char)
+    else
+      file%stream = c_fopen(path//c_null_char, 'wb'//c_null_char)
+    end if
+    if (.not. c_associated(file%stream)) file%reason = system_message()
+    file%bytes = length
+    file%safe_bytes = length
+    if (allocated(file%reason)) call fail(error, error_other, failure(file))
+  end subroutine append_file
+
+  !> Write text as it is.
+  subroutine put_text(file, text)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    !> What is written, line ends included.
+    character(len=*), intent(in) :: text
+    character(kind=c_char), allocatable, target :: buffer(:)
+    integer :: i
+
+    allocate (buffer(len(text)))
+    do i = 1, len(text)
+      buffer(i) = text(i:i)
+    end do
+    if (len(text) > 0) call put_bytes(file, c_loc(buffer), int(len(text), long))
+  end subroutine put_text
+
+  !> Write bytes as they are.
+  subroutine put_bytes(file, data, count)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    !> Address of the first byte.
+    type(c_ptr), intent(in) :: data
+    !> Number of bytes.
+    integer(long), intent(in) :: count
+    integer(c_size_t) :: written
+
+    if (allocated(file%reason) .or. count == 0) return
+    written = c_fwrite(data, 1_c_size_t, int(count, c_size_t), file%stream)
+    if (written == int(count, c_size_t)) then
+      file%bytes = file%bytes + count
+    else
+      file%reason = system_message()
+    end if
+  end subroutine put_bytes
+
+  !> Bring what was put to the file; rows that do not fit are cut off again.
+  subroutine flush_file(file, error)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    !> Set when anything put since the last flush could not be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(file%reason)) then
+      if (c_fflush(file%stream) /= 0) file%reason = system_message()
+    end if
+    if (allocated(file%reason)) then
+      call fail(error, error_other, failure(file))
+      call abandon(file)
+    else
+      file%safe_bytes = file%bytes
+    end if
+  end subroutine flush_file
+
+  !> Bring a file to the disk and give it its name; on failure the former file stays.
+  subroutine commit_file(file, error)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    call finish_stream(file)
+    if (.not. allocated(file%reason)) then
+      if (rename_file(file%temporary, file%path) /= 0) file%reason = system_message()
+    end if
+    if (.not. allocated(file%reason)) return
+    call fail(error, error_other, failure(file))
+    call abandon(file)
+  end subroutine commit_file
+
+  !> Close a file that grew row by row; one that is not open is left alone.
+  subroutine close_file(file, error)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    !> Set when its last rows could not be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. c_associated(file%stream)) return
+    call finish_stream(file)
+    if (.not. allocated(file%reason)) return
+    call fail(error, error_other, failure(file))
+    call abandon(file)
+  end subroutine close_file
+
+  !> Flush, bring to the disk and close; keep the first failure.
+  subroutine finish_stream(file)
+    !> The file.
+    type(file_type), intent(inout) :: file
+
+    if (.not. c_associated(file%stream)) return
+    if (.not. allocated(file%reason)) then
+      if (c_fflush(file%stream) /= 0) file%reason = system_message()
+    end if
+    if (.not. allocated(file%reason)) then
+      if (c_fsync(c_fileno(file%stream)) /= 0) file%reason = system_message()
+    end if
+    if (c_fclose(file%stream) /= 0 .and. .not. allocated(file%reason)) then
+      file%reason = system_message()
+    end if
+    file%stream = c_null_ptr
+  end subroutine finish_stream
+
+  !> Leave nothing half written: the temporary file goes, a growing file is cut to whole rows.
+  subroutine abandon(file)
+    !> The file.
+    type(file_type), intent(inout) :: file
+    integer :: ignored
+
+    if (c_associated(file%stream)) ignored = c_fclose(file%stream)
+    file%stream = c_null_ptr
+    if (file%temporary == file%path) then
+      ignored = truncate_file(file%path, int(file%safe_bytes, c_long))
+    else
+      ignored = remove_file(file%temporary)
+    end if
+  end subroutine abandon
+
+  !> Sentence for a file that cannot be written.
+  function failure(file) result(message)
+    !> The file.
+    type(file_type), intent(in) :: file
+    character(len=:), allocatable :: message
+
+    message = "cannot write '"//file%path//"': "//file%reason
+  end function failure
+
+  !> Write a whole text file.
+  subroutine write_text(path, text, error)
+    !> Name.
+    character(len=*), intent(in) :: path
+    !> Contents.
+    character(len=*), intent(in) :: text
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(file_type) :: file
+
+    call create_file(file, path)
+    call put_text(file, text)
+    call commit_file(file, error)
+  end subroutine write_text
+
+  !> Read a whole text file.
+  subroutine read_text(path, text, error)
+    !> Name.
+    character(len=*), intent(in) :: path
+    !> Contents.
+    character(len=:), allocatable, intent(out) :: text
+    !> Set when it cannot be read.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=256) :: message
+    integer :: unit, status, length
+
+    message = ''
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
+      action='read', iostat=status, iomsg=message)
+    if (status == 0) then
+      inquire (unit=unit, size=length)
+      allocate (character(len=max(0, length)) :: text)
+      if (length > 0) read (unit, iostat=status, iomsg=message) text
+      close (unit)
+    end if
+    if (status /= 0) call fail(error, error_other, "cannot read '"//path//"': "//trim(message))
+  end subroutine read_text
+
+  !> Whether there is a file of that name.
+  logical function file_exists(path)
+    !> Name.
+    character(len=*), intent(in) :: path
+
+    inquire (file=path, exist=file_exists)
+  end function file_exists
+end module qsmpm_file

@@ -1,0 +1,292 @@
+!> Reading of HDF5 files. A failure is kept and told by `close_reader`.
+module qsmpm_hdf5_reader
+  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
+  use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fopen_f, h5fclose_f, h5dopen_f, &
+    h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
+    h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, h5aclose_f, h5lexists_f, &
+    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_other, fail
+  implicit none
+  private
+
+  public :: reader_type, open_reader, get_array, get_attribute, close_reader
+
+  !> A file that is being read.
+  type :: reader_type
+    integer(hid_t) :: file = -1
+    character(len=:), allocatable :: path
+    !> What could not be read first, and why.
+    character(len=:), allocatable :: reason
+  end type reader_type
+
+  !> Get an array. One that is allocated must have the shape of that in the file; one that is not
+  !> in the file is left unallocated.
+  interface get_array
+    module procedure :: get_reals_1, get_reals_2, get_integers_1
+  end interface get_array
+
+  interface get_attribute
+    module procedure :: get_real_attribute, get_integer_attribute
+  end interface get_attribute
+
+contains
+
+  !> Open a file.
+  subroutine open_reader(reader, path)
+    !> The file.
+    type(reader_type), intent(out) :: reader
+    !> Its name.
+    character(len=*), intent(in) :: path
+    integer :: status
+
+    reader%path = path
+    call h5open_f(status)
+    call h5eset_auto_f(0, status)
+    call h5fopen_f(path, h5f_acc_rdonly_f, reader%file, status)
+    if (status >= 0) return
+    reader%file = -1
+    reader%reason = 'it does not exist or is not an HDF5 file'
+  end subroutine open_reader
+
+  !> Close the file.
+  subroutine close_reader(reader, error)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Set when anything could not be read.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: status
+
+    if (reader%file >= 0) call h5fclose_f(reader%file, status)
+    reader%file = -1
+    if (allocated(reader%reason)) then
+      call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
+    end if
+  end subroutine close_reader
+
+  !> Get a row of reals.
+  subroutine get_reals_1(reader, path, values)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> (n)
+    real(wp), allocatable, intent(inout) :: values(:)
+    integer(hid_t) :: dataset
+    integer(hsize_t) :: dims(1)
+
+    call open_dataset(reader, path, dataset, dims)
+    if (allocated(values)) then
+      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    else if (dataset >= 0) then
+      allocate (values(dims(1)))
+    end if
+    if (dataset >= 0) call read_reals(reader, path, dataset, values, product(int(dims)))
+  end subroutine get_reals_1
+
+  !> Get a table of reals.
+  subroutine get_reals_2(reader, path, values)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> (components, n)
+    real(wp), allocatable, intent(inout) :: values(:, :)
+    integer(hid_t) :: dataset
+    integer(hsize_t) :: dims(2)
+
+    call open_dataset(reader, path, dataset, dims)
+    if (allocated(values)) then
+      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    else if (dataset >= 0) then
+      allocate (values(dims(1), dims(2)))
+    end if
+    if (dataset >= 0) call read_reals(reader, path, dataset, values, product(int(dims)))
+  end subroutine get_reals_2
+
+  !> Get a row of integers.
+  subroutine get_integers_1(reader, path, values)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> (n)
+    integer, allocatable, intent(inout) :: values(:)
+    integer(hid_t) :: dataset
+    integer(hsize_t) :: dims(1)
+
+    call open_dataset(reader, path, dataset, dims)
+    if (allocated(values)) then
+      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    else if (dataset >= 0) then
+      allocate (values(dims(1)))
+    end if
+    if (dataset >= 0) call read_integers(reader, path, dataset, values, product(int(dims)))
+  end subroutine get_integers_1
+
+  !> Open a dataset of a known rank; it is negative when there is none or after a failure.
+  subroutine open_dataset(reader, path, dataset, dims)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name.
+    character(len=*), intent(in) :: path
+    !> The dataset.
+    integer(hid_t), intent(out) :: dataset
+    !> Its sizes, the fastest first; zeros when there is none.
+    integer(hsize_t), intent(out) :: dims(:)
+    integer(hsize_t) :: largest(size(dims))
+    integer(hid_t) :: space
+    integer :: status, rank
+    logical :: exists
+
+    dataset = -1
+    dims = 0
+    if (allocated(reader%reason)) return
+    call h5lexists_f(reader%file, path, exists, status)
+    if (status < 0 .or. .not. exists) return
+    call h5dopen_f(reader%file, path, dataset, status)
+    if (status < 0) dataset = -1
+    rank = 0
+    if (dataset >= 0) then
+      call h5dget_space_f(dataset, space, status)
+      call h5sget_simple_extent_ndims_f(space, rank, status)
+      if (rank == size(dims)) call h5sget_simple_extent_dims_f(space, dims, largest, status)
+      call h5sclose_f(space, status)
+    end if
+    if (rank == size(dims)) return
+    reader%reason = path//' is not as expected'
+    if (dataset >= 0) call h5dclose_f(dataset, status)
+    dataset = -1
+  end subroutine open_dataset
+
+  !> Note when an array of the file has not the shape it must have.
+  subroutine compare_shape(reader, path, dims, wanted)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> Its sizes.
+    integer(hsize_t), intent(in) :: dims(:)
+    !> Sizes it must have.
+    integer(hsize_t), intent(in) :: wanted(:)
+
+    if (allocated(reader%reason) .or. all(dims == wanted)) return
+    reader%reason = path//' has another size than in this analysis'
+  end subroutine compare_shape
+
+  !> Read reals and close the dataset.
+  subroutine read_reals(reader, path, dataset, values, count)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> The dataset.
+    integer(hid_t), intent(in) :: dataset
+    !> Number of values.
+    integer, intent(in) :: count
+    !> The values in the order of memory (count).
+    real(wp), intent(inout), target :: values(count)
+    type(c_ptr) :: address
+    integer :: status
+
+    status = 0
+    if (count > 0 .and. .not. allocated(reader%reason)) then
+      address = c_loc(values)
+      call h5dread_f(dataset, h5t_native_double, address, status)
+    end if
+    if (status < 0) reader%reason = path//' is damaged'
+    call h5dclose_f(dataset, status)
+  end subroutine read_reals
+
+  !> Read integers and close the dataset.
+  subroutine read_integers(reader, path, dataset, values, count)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> The dataset.
+    integer(hid_t), intent(in) :: dataset
+    !> Number of values.
+    integer, intent(in) :: count
+    !> The values in the order of memory (count).
+    integer, intent(inout), target :: values(count)
+    type(c_ptr) :: address
+    integer :: status
+
+    status = 0
+    if (count > 0 .and. .not. allocated(reader%reason)) then
+      address = c_loc(values)
+      call h5dread_f(dataset, h5t_native_integer, address, status)
+    end if
+    if (status < 0) reader%reason = path//' is damaged'
+    call h5dclose_f(dataset, status)
+  end subroutine read_integers
+
+  !> Get a real of an object.
+  subroutine get_real_attribute(reader, object, name, value)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Group or dataset.
+    character(len=*), intent(in) :: object
+    !> Name of the attribute.
+    character(len=*), intent(in) :: name
+    !> The value; unchanged after a failure.
+    real(wp), intent(inout) :: value
+    real(wp), target :: buffer(1)
+    integer(hid_t) :: attribute
+    type(c_ptr) :: address
+    integer :: status(2)
+
+    call open_attribute(reader, object, name, attribute)
+    if (attribute < 0) return
+    address = c_loc(buffer)
+    call h5aread_f(attribute, h5t_native_double, address, status(1))
+    call h5aclose_f(attribute, status(2))
+    if (status(1) >= 0) value = buffer(1)
+    if (status(1) < 0) reader%reason = object//' '//name//' is damaged'
+  end subroutine get_real_attribute
+
+  !> Get an integer of an object.
+  subroutine get_integer_attribute(reader, object, name, value)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Group or dataset.
+    character(len=*), intent(in) :: object
+    !> Name of the attribute.
+    character(len=*), intent(in) :: name
+    !> The value; unchanged after a failure.
+    integer, intent(inout) :: value
+    integer, target :: buffer(1)
+    integer(hid_t) :: attribute
+    type(c_ptr) :: address
+    integer :: status(2)
+
+    call open_attribute(reader, object, name, attribute)
+    if (attribute < 0) return
+    address = c_loc(buffer)
+    call h5aread_f(attribute, h5t_native_integer, address, status(1))
+    call h5aclose_f(attribute, status(2))
+    if (status(1) >= 0) value = buffer(1)
+    if (status(1) < 0) reader%reason = object//' '//name//' is damaged'
+  end subroutine get_integer_attribute
+
+  !> Open an attribute; it is negative after a failure.
+  subroutine open_attribute(reader, object, name, attribute)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Group or dataset.
+    character(len=*), intent(in) :: object
+    !> Name of the attribute.
+    character(len=*), intent(in) :: name
+    !> The attribute.
+    integer(hid_t), intent(out) :: attribute
+    integer :: status
+
+    attribute = -1
+    if (allocated(reader%reason)) return
+    call h5aopen_by_name_f(reader%file, object, name, attribute, status)
+    if (status >= 0) return
+    attribute = -1
+    reader%reason = object//' '//name//' is missing'
+  end subroutine open_attribute
+end module qsmpm_hdf5_reader

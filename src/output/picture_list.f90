@@ -1,0 +1,112 @@
+!> Which pictures there are, and the ParaView collections (.pvd) that name them with their times.
+!>
+!> A run that continues another reads the list back from `points.pvd` and forgets the pictures of
+!> steps that will be made again.
+module qsmpm_picture_list
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_file, only: read_text, write_text
+  use qsmpm_number_text, only: numbered, real_text
+  implicit none
+  private
+
+  public :: picture_list_type, add_picture, write_collection, read_collection
+
+  !> Pictures in the order of their steps.
+  type :: picture_list_type
+    integer, allocatable :: steps(:)
+    !> Times (qsmpm_fields: phase_time).
+    real(wp), allocatable :: times(:)
+  end type picture_list_type
+
+  character(len=1), parameter :: newline = new_line('a')
+  !> What stands before the time and before the step in a line of a collection.
+  character(len=*), parameter :: time_mark = 'timestep="', step_mark = 'file="points_'
+
+contains
+
+  !> Enter a picture; one of the same step is replaced.
+  pure subroutine add_picture(list, step, time)
+    !> The list.
+    type(picture_list_type), intent(inout) :: list
+    !> Accepted steps so far.
+    integer, intent(in) :: step
+    !> Time of the picture.
+    real(wp), intent(in) :: time
+    logical, allocatable :: keep(:)
+
+    if (.not. allocated(list%steps)) allocate (list%steps(0), list%times(0))
+    keep = list%steps < step
+    list%steps = [pack(list%steps, keep), step]
+    list%times = [pack(list%times, keep), time]
+  end subroutine add_picture
+
+  !> Write the collection of one kind of picture.
+  subroutine write_collection(list, directory, kind, error)
+    !> The list.
+    type(picture_list_type), intent(in) :: list
+    !> Where the pictures are.
+    character(len=*), intent(in) :: directory
+    !> `points` or `mesh`.
+    character(len=*), intent(in) :: kind
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = '<?xml version="1.0"?>'//newline//'<VTKFile type="Collection" version="0.1">'// &
+      newline//'  <Collection>'//newline
+    do i = 1, size(list%steps)
+      text = text//'    <DataSet '//time_mark//real_text(list%times(i))// &
+        '" group="" part="0" file="'//kind//'_'//numbered(list%steps(i))//'.vtu"/>'//newline
+    end do
+    text = text//'  </Collection>'//newline//'</VTKFile>'//newline
+    call write_text(directory//'/'//kind//'.pvd', text, error)
+  end subroutine write_collection
+
+  !> Read the list back as far as a step.
+  subroutine read_collection(list, directory, last_step, error)
+    !> The list.
+    type(picture_list_type), intent(out) :: list
+    !> Where the pictures are.
+    character(len=*), intent(in) :: directory
+    !> Pictures of later steps are forgotten.
+    integer, intent(in) :: last_step
+    !> Set when the collection cannot be read.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    integer :: first, last
+
+    allocate (list%steps(0), list%times(0))
+    call read_text(directory//'/points.pvd', text, error)
+    if (allocated(error)) return
+    first = 1
+    do while (first <= len(text))
+      last = first + index(text(first:), newline) - 1
+      if (last < first) last = len(text)
+      call read_line(list, text(first:last), last_step)
+      first = last + 1
+    end do
+  end subroutine read_collection
+
+  !> Enter the picture a line of the collection names, if it names one.
+  pure subroutine read_line(list, line, last_step)
+    !> The list.
+    type(picture_list_type), intent(inout) :: list
+    !> The line.
+    character(len=*), intent(in) :: line
+    !> Pictures of later steps are forgotten.
+    integer, intent(in) :: last_step
+    integer :: step, status(2)
+    real(wp) :: time
+    character(len=:), allocatable :: word
+
+    if (index(line, time_mark) == 0 .or. index(line, step_mark) == 0) return
+    word = line(index(line, time_mark) + len(time_mark):)
+    read (word(:scan(word, '"') - 1), *, iostat=status(1)) time
+    word = line(index(line, step_mark) + len(step_mark):)
+    read (word(:scan(word, '.') - 1), *, iostat=status(2)) step
+    if (any(status /= 0)) return
+    if (step <= last_step) call add_picture(list, step, time)
+  end subroutine read_line
+end module qsmpm_picture_list

@@ -1,0 +1,120 @@
+!> Pictures of a state for ParaView: the material points as a cloud of vertices, the background
+!> mesh with what is in its cells.
+module qsmpm_pictures
+  use, intrinsic :: iso_fortran_env, only: int8
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: vtk_type
+  use qsmpm_error, only: error_type
+  use qsmpm_fields, only: padded, point_displacement, point_load, cell_fill, cell_point_count
+  use qsmpm_model, only: model_type
+  use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
+    section_point_data, section_cell_data, section_points, section_cells
+  implicit none
+  private
+
+  public :: write_points_picture, write_mesh_picture
+
+  !> VTK's number of a lone vertex.
+  integer(int8), parameter :: vtk_vertex = 1_int8
+
+contains
+
+  !> Write the material points.
+  subroutine write_points_picture(path, model, error)
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(vtu_type) :: vtu
+    real(wp), allocatable :: reals(:, :)
+    integer, allocatable :: integers(:)
+
+    associate (points => model%state%points)
+      call start_vtu(vtu, points%count, points%count)
+      call point_displacement(model, reals)
+      call add_reals(vtu, section_point_data, 'displacement', reals)
+      call padded(points%stress, 6, reals)
+      call add_reals(vtu, section_point_data, 'stress', reals)
+      allocate (reals, source=reshape(points%volume, [1, points%count]))
+      call add_reals(vtu, section_point_data, 'volume', reals)
+      allocate (integers, source=points%plastic)
+      call add_integers(vtu, section_point_data, 'plastic', integers)
+      allocate (integers, source=points%material)
+      call add_integers(vtu, section_point_data, 'material', integers)
+      call point_load(model, reals)
+      call add_reals(vtu, section_point_data, 'load', reals)
+      call padded(points%position, 3, reals)
+      call add_reals(vtu, section_points, 'position', reals)
+      call add_vertices(vtu, points%count)
+    end associate
+    call write_vtu(vtu, path, error)
+  end subroutine write_points_picture
+
+  !> One vertex cell a point.
+  subroutine add_vertices(vtu, count)
+    !> The picture.
+    type(vtu_type), intent(inout) :: vtu
+    !> Number of points.
+    integer, intent(in) :: count
+    integer, allocatable :: integers(:)
+    integer(int8), allocatable :: bytes(:)
+    integer :: i
+
+    allocate (integers, source=[(i - 1, i=1, count)])
+    call add_integers(vtu, section_cells, 'connectivity', integers)
+    allocate (integers, source=[(i, i=1, count)])
+    call add_integers(vtu, section_cells, 'offsets', integers)
+    allocate (bytes(count), source=vtk_vertex)
+    call add_bytes(vtu, section_cells, 'types', bytes)
+  end subroutine add_vertices
+
+  !> Write the background mesh at its present coordinates.
+  subroutine write_mesh_picture(path, model, error)
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(vtu_type) :: vtu
+    real(wp), allocatable :: reals(:, :)
+    integer, allocatable :: count(:), active(:)
+
+    call start_vtu(vtu, model%mesh%node_count, model%mesh%cell_count)
+    call cell_point_count(model, count)
+    allocate (active, source=merge(1, 0, count > 0))
+    call add_integers(vtu, section_cell_data, 'active', active)
+    call add_integers(vtu, section_cell_data, 'point_count', count)
+    call cell_fill(model, reals)
+    call add_reals(vtu, section_cell_data, 'fill', reals)
+    call padded(model%state%coordinates, 3, reals)
+    call add_reals(vtu, section_points, 'position', reals)
+    call add_mesh_cells(vtu, model)
+    call write_vtu(vtu, path, error)
+  end subroutine write_mesh_picture
+
+  !> The cells of the mesh; its node order is VTK's.
+  subroutine add_mesh_cells(vtu, model)
+    !> The picture.
+    type(vtu_type), intent(inout) :: vtu
+    !> The model.
+    type(model_type), intent(in) :: model
+    integer, allocatable :: integers(:)
+    integer(int8), allocatable :: bytes(:)
+    integer :: c
+
+    associate (mesh => model%mesh)
+      allocate (integers, source=mesh%cell_nodes - 1)
+      call add_integers(vtu, section_cells, 'connectivity', integers)
+      allocate (integers, source=mesh%cell_first(2:) - 1)
+      call add_integers(vtu, section_cells, 'offsets', integers)
+      allocate (bytes(mesh%cell_count))
+      do c = 1, mesh%cell_count
+        bytes(c) = int(vtk_type(mesh%cell_kind(c)), int8)
+      end do
+      call add_bytes(vtu, section_cells, 'types', bytes)
+    end associate
+  end subroutine add_mesh_cells
+end module qsmpm_pictures

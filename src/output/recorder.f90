@@ -1,0 +1,400 @@
+!> The observer that writes: curves, pictures, results, restart, log, progress.
+!>
+!> A run writes into one directory. What a run of the same directory left is replaced; a run that
+!> continues another (restart) keeps what belongs to the steps before and makes the rest again.
+!> Every file but `curves.csv` and `job.log`, which grow line by line, appears whole or not at all.
+!> The last line of the log is `qsmpm: finished` only when the run did.
+module qsmpm_recorder
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_clock, only: clock_type, cpu_seconds
+  use qsmpm_curves, only: begin_curves, continue_curves, append_row
+  use qsmpm_display, only: display_type, display_plain, start_display, show_step, show_text, &
+    end_display, step_text
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_fields, only: phase_time
+  use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
+    read_text
+  use qsmpm_model, only: model_type
+  use qsmpm_number_text, only: integer_text, numbered
+  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
+  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
+  use qsmpm_posix, only: make_directory, remove_file, remove_numbered, signal_received, &
+    system_message
+  use qsmpm_restart, only: write_restart
+  use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
+    write_step_results
+  implicit none
+  private
+
+  public :: recorder_type, recorder_options_type, create, close, signal_number
+
+  !> How a run is recorded.
+  type :: recorder_options_type
+    !> One of the display_* values of qsmpm_display.
+    integer :: display = display_plain
+    !> The model's state was read from a restart file.
+    logical :: continued = .false.
+    !> Fingerprint of the resolved deck for restart.h5.
+    integer :: fingerprint(2) = 0
+    !> Clock of the whole run.
+    type(clock_type) :: clock
+    !> First line of the log: the program and its version.
+    character(len=:), allocatable :: banner
+  end type recorder_options_type
+
+  !> Everything that is open or remembered between two steps.
+  type, extends(observer_type) :: recorder_type
+    character(len=:), allocatable :: directory
+    type(recorder_options_type) :: options
+    type(display_type) :: display
+    type(file_type) :: curves, log
+    type(picture_list_type) :: pictures
+    !> Processor seconds of the runs this one continues.
+    real(wp) :: earlier_seconds = 0.0_wp
+    !> Step of the last picture and of the last restart file of this run, -1 for none.
+    integer :: picture_step = -1
+    integer :: restart_step = -1
+    !> First failure of the log; told at the next accepted step.
+    type(error_type), allocatable :: log_error
+  contains
+    procedure :: accepted
+    procedure :: phase_done
+    procedure :: note
+    procedure :: stop_requested
+  end type recorder_type
+
+  character(len=1), parameter :: newline = new_line('a')
+  character(len=*), parameter :: finished_line = 'qsmpm: finished'
+
+contains
+
+  !> Make the directory and begin its files.
+  subroutine create(recorder, model, directory, options, error)
+    !> The recorder.
+    type(recorder_type), intent(out) :: recorder
+    !> The model, its state as read when the run continues another.
+    type(model_type), intent(in) :: model
+    !> Where everything is written.
+    character(len=*), intent(in) :: directory
+    !> How.
+    type(recorder_options_type), intent(in) :: options
+    !> Set when the directory or a file cannot be made.
+    type(error_type), allocatable, intent(out) :: error
+
+    recorder%directory = directory
+    recorder%options = options
+    recorder%earlier_seconds = model%state%progress%cpu_seconds
+    call make_folder(directory, error)
+    if (allocated(error)) return
+    if (.not. options%continued) call remove_earlier_run(directory, error)
+    if (allocated(error)) return
+    if (model%analysis%output%hdf5) call make_folder(directory//'/'//results_folder, error)
+    if (allocated(error)) return
+    call start_display(recorder%display, options%display, model)
+    call open_log(recorder, error)
+    if (allocated(error)) return
+    call begin_log(recorder, model)
+    call open_tables(recorder, model, error)
+  end subroutine create
+
+  !> Make a directory.
+  subroutine make_folder(directory, error)
+    !> Its name.
+    character(len=*), intent(in) :: directory
+    !> Set when it cannot be made.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (make_directory(directory) == 0) return
+    call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
+  end subroutine make_folder
+
+  !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
+  subroutine remove_earlier_run(directory, error)
+    !> The directory.
+    character(len=*), intent(in) :: directory
+    !> Set when a file cannot be removed.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=*), parameter :: names(7) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log']
+    integer :: i, status
+
+    status = remove_numbered(directory, 'points_', '.vtu')
+    if (status == 0) status = remove_numbered(directory, 'mesh_', '.vtu')
+    if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
+    do i = 1, size(names)
+      if (status /= 0) exit
+      if (file_exists(directory//'/'//trim(names(i)))) then
+        status = remove_file(directory//'/'//trim(names(i)))
+      end if
+    end do
+    if (status == 0) return
+    call fail(error, error_other, "cannot remove the files of an earlier run from '"// &
+      directory//"': "//system_message())
+  end subroutine remove_earlier_run
+
+  !> Open the log: anew, or behind what the continued run wrote.
+  subroutine open_log(recorder, error)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> Set when it cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: path, text
+
+    path = recorder%directory//'/job.log'
+    text = ''
+    if (recorder%options%continued) then
+      if (file_exists(path)) call read_text(path, text, error)
+      if (allocated(error)) return
+    end if
+    call append_file(recorder%log, path, len(text, kind=long), error)
+  end subroutine open_log
+
+  !> The head of the log: program, deck, what the model builder has to say.
+  subroutine begin_log(recorder, model)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
+    if (allocated(model%analysis%deck)) call write_log(recorder, 'deck '//model%analysis%deck)
+    call write_log(recorder, integer_text(model%mesh%node_count)//' nodes, '// &
+      integer_text(model%mesh%cell_count)//' elements, '// &
+      integer_text(model%state%points%count)//' material points')
+    if (recorder%options%continued) then
+      call recorder%note('continued from step '//integer_text(model%state%progress%step))
+    else if (allocated(model%notes)) then
+      if (len(model%notes) > 0) call recorder%note(model%notes)
+    end if
+  end subroutine begin_log
+
+  !> Begin or continue the curves and the pictures; a run from the start has a picture of it.
+  subroutine open_tables(recorder, model, error)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%options%continued) then
+      call continue_curves(recorder%curves, recorder%directory, model%analysis, &
+        model%state%progress%step, error)
+      if (allocated(error)) return
+      if (file_exists(recorder%directory//'/points.pvd')) then
+        call read_collection(recorder%pictures, recorder%directory, model%state%progress%step, &
+          error)
+      end if
+    else
+      call begin_curves(recorder%curves, recorder%directory, model%analysis, error)
+    end if
+    if (allocated(error)) return
+    if (model%analysis%output%hdf5) call write_mesh_results(recorder%directory, model, error)
+    if (allocated(error) .or. recorder%options%continued) return
+    call write_pictures(recorder, model, error)
+  end subroutine open_tables
+
+  !> A step was accepted: its row, and what is due.
+  subroutine accepted(self, model, record, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(step_record_type), intent(in) :: record
+    type(error_type), allocatable, intent(out) :: error
+    integer :: step
+
+    step = model%state%progress%step
+    call append_row(self%curves, model, record, total_seconds(self), error)
+    if (allocated(error)) return
+    call write_log(self, step_text(model, record)//', '//integer_text(record%equations)// &
+      ' equations, '//integer_text(record%holds)//' holds, '//integer_text(record%substeps)// &
+      ' sub-steps, '//integer_text(record%rejected)//' rejected')
+    call show_step(self%display, model, record)
+    if (is_multiple(step, model%analysis%output%field_every)) then
+      call write_pictures(self, model, error)
+      if (allocated(error)) return
+      self%picture_step = step
+    end if
+    if (is_multiple(step, model%analysis%output%restart_every)) then
+      call save_restart(self, model, error)
+      if (allocated(error)) return
+    end if
+    if (allocated(self%log_error)) allocate (error, source=self%log_error)
+  end subroutine accepted
+
+  !> A phase has ended: everything is written that this step has not written already.
+  subroutine phase_done(self, model, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_log(self, 'end of phase '//integer_text(model%state%progress%phase))
+    if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
+    if (allocated(error)) return
+    call save_restart(self, model, error)
+    if (allocated(error)) return
+    if (allocated(self%log_error)) allocate (error, source=self%log_error)
+  end subroutine phase_done
+
+  !> A sentence for the log and for the user.
+  subroutine note(self, text)
+    class(recorder_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    call write_log(self, text)
+    call show_text(self%display, text)
+  end subroutine note
+
+  !> Whether a signal has asked the run to stop.
+  logical function stop_requested(self)
+    class(recorder_type), intent(inout) :: self
+
+    associate (unused => self)
+    end associate
+    stop_requested = signal_received() /= 0
+  end function stop_requested
+
+  !> Number of the signal that has asked the run to stop, 0 for none.
+  integer function signal_number()
+
+    signal_number = int(signal_received())
+  end function signal_number
+
+  !> End the recording. After a failure or a signal the last accepted state is kept in restart.h5,
+  !> after a failure in a picture too; the log says how the run ended.
+  subroutine close(recorder, model, error, outcome)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model, at its last accepted state.
+    type(model_type), intent(in) :: model
+    !> Set when something could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    !> What ended the run; not allocated when it finished.
+    type(error_type), allocatable, intent(in) :: outcome
+    type(error_type), allocatable :: log_error
+
+    if (allocated(outcome)) then
+      call keep_last_state(recorder, model, outcome, error)
+      call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
+      if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
+    end if
+    call close_file(recorder%curves, log_error)
+    if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
+    if (allocated(recorder%log_error) .and. .not. allocated(error)) then
+      allocate (error, source=recorder%log_error)
+    end if
+    if (.not. allocated(outcome)) call write_log(recorder, last_line(error))
+    call close_file(recorder%log, log_error)
+    if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
+    if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
+    call end_display(recorder%display)
+  end subroutine close
+
+  !> Last line of a run that nothing but its files may have stopped.
+  pure function last_line(error) result(line)
+    !> What could not be written.
+    type(error_type), allocatable, intent(in) :: error
+    character(len=:), allocatable :: line
+
+    line = finished_line
+    if (allocated(error)) line = 'qsmpm: stopped: '//error%message
+  end function last_line
+
+  !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
+  subroutine keep_last_state(recorder, model, outcome, error)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> What ended the run.
+    type(error_type), intent(in) :: outcome
+    !> Set when something could not be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%restart_step /= model%state%progress%step) then
+      call save_restart(recorder, model, error)
+    end if
+    ! A disk that took a file no longer takes no picture either; a signal leaves what a run
+    ! without the interruption would have left.
+    if (allocated(error) .or. outcome%code == error_other) return
+    if (signal_received() /= 0) return
+    if (recorder%picture_step /= model%state%progress%step) then
+      call write_pictures(recorder, model, error)
+    end if
+  end subroutine keep_last_state
+
+  !> Write the pictures and results of the present step and their lists.
+  subroutine write_pictures(recorder, model, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (step => model%state%progress%step, directory => recorder%directory)
+      call add_picture(recorder%pictures, step, phase_time(model))
+      if (model%analysis%output%vtk) then
+        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, error)
+        if (allocated(error)) return
+        call write_mesh_picture(directory//'/mesh_'//numbered(step)//'.vtu', model, error)
+        if (allocated(error)) return
+        call write_collection(recorder%pictures, directory, 'points', error)
+        if (allocated(error)) return
+        call write_collection(recorder%pictures, directory, 'mesh', error)
+        if (allocated(error)) return
+      end if
+      if (.not. model%analysis%output%hdf5) return
+      call write_step_results(directory, model, error)
+      if (allocated(error)) return
+      call write_results_index(directory, recorder%pictures%steps, error)
+    end associate
+  end subroutine write_pictures
+
+  !> Write restart.h5.
+  subroutine save_restart(recorder, model, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_restart(recorder%directory//'/restart.h5', model, recorder%options%fingerprint, &
+      total_seconds(recorder), error)
+    if (.not. allocated(error)) recorder%restart_step = model%state%progress%step
+  end subroutine save_restart
+
+  !> Add a line to the log; a failure is kept.
+  subroutine write_log(recorder, text)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The line.
+    character(len=*), intent(in) :: text
+    type(error_type), allocatable :: error
+
+    if (allocated(recorder%log_error)) return
+    call put_text(recorder%log, text//newline)
+    call flush_file(recorder%log, error)
+    if (allocated(error)) call move_alloc(error, recorder%log_error)
+  end subroutine write_log
+
+  !> Processor seconds of this run and those it continues.
+  real(wp) function total_seconds(recorder)
+    !> The recorder.
+    class(recorder_type), intent(in) :: recorder
+
+    total_seconds = recorder%earlier_seconds + cpu_seconds(recorder%options%clock)
+  end function total_seconds
+
+  !> Whether a step is one of every so many; never when that is 0.
+  pure logical function is_multiple(step, every)
+    !> The step.
+    integer, intent(in) :: step
+    !> Every so many steps, 0 for never.
+    integer, intent(in) :: every
+
+    is_multiple = .false.
+    if (every > 0) is_multiple = mod(step, every) == 0
+  end function is_multiple
+end module qsmpm_recorder

@@ -1,0 +1,235 @@
+!> The whole state of a model in a file, bit for bit, and back into a model built from the same
+!> deck.
+!>
+!> A fingerprint of the fully resolved deck stands in the file; a restart with another deck is an
+!> error, as is one whose arrays have other sizes.
+module qsmpm_restart
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
+    save_image
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
+  use qsmpm_model, only: model_type, state_type, progress_type
+  use qsmpm_points, only: carried_type, points_type
+  implicit none
+  private
+
+  public :: write_restart, read_restart, text_fingerprint
+
+  !> Layout of the file; another one is refused.
+  integer, parameter :: layout = 1
+
+contains
+
+  !> Two numbers that another text is next to certain not to have: polynomials in its bytes modulo
+  !> the prime 2**31 - 1.
+  pure function text_fingerprint(text) result(fingerprint)
+    !> The text.
+    character(len=*), intent(in) :: text
+    integer :: fingerprint(2)
+    integer(long), parameter :: prime = 2147483647_long, base(2) = [263_long, 1048583_long]
+    integer(long) :: sums(2)
+    integer :: i
+
+    sums = 1
+    do i = 1, len(text)
+      sums = mod(sums*base + iachar(text(i:i)) + 1, prime)
+    end do
+    fingerprint = int(sums)
+  end function text_fingerprint
+
+  !> Write the state; the former file stays until the new one is whole and on the disk.
+  subroutine write_restart(path, model, fingerprint, cpu_seconds, error)
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Fingerprint of the resolved deck (2).
+    integer, intent(in) :: fingerprint(:)
+    !> Processor seconds of this run and those it continues.
+    real(wp), intent(in) :: cpu_seconds
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    type(image_type) :: image
+
+    call create_image(image)
+    call put_attribute(image, '/', 'layout', layout)
+    call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
+    call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
+    call put_progress(image, model%state%progress, cpu_seconds)
+    call put_points(image, model%state%points)
+    call put_carried(image, '/surface', model%state%surface)
+    call put_array(image, '/surface/surface', model%state%surface%surface)
+    call put_array(image, '/surface/area', model%state%surface%area)
+    call put_carried(image, '/tracers', model%state%tracers)
+    call put_group(image, '/mesh')
+    call put_array(image, '/mesh/coordinates', model%state%coordinates)
+    call put_array(image, '/mesh/reactions', model%state%reactions)
+    call put_attribute(image, '/mesh', 'plate', model%state%plate)
+    call save_image(image, path, error)
+  end subroutine write_restart
+
+  !> Put where the analysis stands.
+  subroutine put_progress(image, progress, cpu_seconds)
+    !> The file.
+    type(image_type), intent(inout) :: image
+    !> Where the analysis stands.
+    type(progress_type), intent(in) :: progress
+    !> Processor seconds of this run and those it continues.
+    real(wp), intent(in) :: cpu_seconds
+
+    call put_group(image, '/progress')
+    call put_attribute(image, '/progress', 'phase', progress%phase)
+    call put_attribute(image, '/progress', 'step', progress%step)
+    call put_attribute(image, '/progress', 'fraction', progress%fraction)
+    call put_attribute(image, '/progress', 'load_factor', progress%load_factor)
+    call put_attribute(image, '/progress', 'next_step', progress%next_step)
+    call put_attribute(image, '/progress', 'proximal', progress%proximal)
+    call put_attribute(image, '/progress', 'external_work', progress%external_work)
+    call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
+    call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call put_attribute(image, '/progress', 'cpu_seconds', cpu_seconds)
+  end subroutine put_progress
+
+  !> Put a carried set.
+  subroutine put_carried(image, group, carried)
+    !> The file.
+    type(image_type), intent(inout) :: image
+    !> Name of its group.
+    character(len=*), intent(in) :: group
+    !> The set.
+    class(carried_type), intent(in) :: carried
+
+    call put_group(image, group)
+    call put_attribute(image, group, 'count', carried%count)
+    call put_array(image, group//'/position', carried%position)
+    call put_array(image, group//'/initial_position', carried%initial_position)
+    call put_array(image, group//'/local', carried%local)
+    call put_array(image, group//'/cell', carried%cell)
+  end subroutine put_carried
+
+  !> Put the material points.
+  subroutine put_points(image, points)
+    !> The file.
+    type(image_type), intent(inout) :: image
+    !> The points.
+    type(points_type), intent(in) :: points
+
+    call put_carried(image, '/points', points)
+    call put_array(image, '/points/body', points%body)
+    call put_array(image, '/points/material', points%material)
+    call put_array(image, '/points/volume', points%volume)
+    call put_array(image, '/points/initial_volume', points%initial_volume)
+    call put_array(image, '/points/weight', points%weight)
+    call put_array(image, '/points/stress', points%stress)
+    call put_array(image, '/points/state', points%state)
+    call put_array(image, '/points/plastic', points%plastic)
+  end subroutine put_points
+
+  !> Read the state back. The model is unchanged after an error.
+  subroutine read_restart(path, model, fingerprint, error)
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> A model built from the same deck.
+    type(model_type), intent(inout) :: model
+    !> Fingerprint of the resolved deck (2).
+    integer, intent(in) :: fingerprint(:)
+    !> Set when the file is damaged or belongs to another deck.
+    type(error_type), allocatable, intent(out) :: error
+    type(reader_type) :: reader
+    type(state_type) :: state
+
+    call open_reader(reader, path)
+    call check_origin(reader, fingerprint)
+    state = model%state
+    call get_progress(reader, state%progress)
+    call get_points(reader, state%points)
+    call get_carried(reader, '/surface', state%surface)
+    call get_array(reader, '/surface/surface', state%surface%surface)
+    call get_array(reader, '/surface/area', state%surface%area)
+    call get_carried(reader, '/tracers', state%tracers)
+    call get_array(reader, '/mesh/coordinates', state%coordinates)
+    call get_array(reader, '/mesh/reactions', state%reactions)
+    call get_attribute(reader, '/mesh', 'plate', state%plate)
+    call close_reader(reader, error)
+    if (.not. allocated(error)) model%state = state
+  end subroutine read_restart
+
+  !> Note when the file is not one of this program or of this deck.
+  subroutine check_origin(reader, fingerprint)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Fingerprint of the resolved deck (2).
+    integer, intent(in) :: fingerprint(:)
+    integer :: found_layout, found(2)
+
+    found_layout = 0
+    found = 0
+    call get_attribute(reader, '/', 'layout', found_layout)
+    if (allocated(reader%reason)) then
+      if (reader%file >= 0) reader%reason = 'it is not a restart file'
+      return
+    end if
+    call get_attribute(reader, '/', 'fingerprint_1', found(1))
+    call get_attribute(reader, '/', 'fingerprint_2', found(2))
+    if (allocated(reader%reason)) return
+    if (found_layout /= layout) then
+      reader%reason = 'it was written by another version of the program'
+    else if (any(found /= fingerprint)) then
+      reader%reason = 'it was written by a run of another deck'
+    end if
+  end subroutine check_origin
+
+  !> Get where the analysis stood.
+  subroutine get_progress(reader, progress)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Where the analysis stood.
+    type(progress_type), intent(inout) :: progress
+
+    call get_attribute(reader, '/progress', 'phase', progress%phase)
+    call get_attribute(reader, '/progress', 'step', progress%step)
+    call get_attribute(reader, '/progress', 'fraction', progress%fraction)
+    call get_attribute(reader, '/progress', 'load_factor', progress%load_factor)
+    call get_attribute(reader, '/progress', 'next_step', progress%next_step)
+    call get_attribute(reader, '/progress', 'proximal', progress%proximal)
+    call get_attribute(reader, '/progress', 'external_work', progress%external_work)
+    call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
+    call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call get_attribute(reader, '/progress', 'cpu_seconds', progress%cpu_seconds)
+  end subroutine get_progress
+
+  !> Get a carried set.
+  subroutine get_carried(reader, group, carried)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of its group.
+    character(len=*), intent(in) :: group
+    !> The set.
+    class(carried_type), intent(inout) :: carried
+
+    call get_attribute(reader, group, 'count', carried%count)
+    call get_array(reader, group//'/position', carried%position)
+    call get_array(reader, group//'/initial_position', carried%initial_position)
+    call get_array(reader, group//'/local', carried%local)
+    call get_array(reader, group//'/cell', carried%cell)
+  end subroutine get_carried
+
+  !> Get the material points.
+  subroutine get_points(reader, points)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> The points.
+    type(points_type), intent(inout) :: points
+
+    call get_carried(reader, '/points', points)
+    call get_array(reader, '/points/body', points%body)
+    call get_array(reader, '/points/material', points%material)
+    call get_array(reader, '/points/volume', points%volume)
+    call get_array(reader, '/points/initial_volume', points%initial_volume)
+    call get_array(reader, '/points/weight', points%weight)
+    call get_array(reader, '/points/stress', points%stress)
+    call get_array(reader, '/points/state', points%state)
+    call get_array(reader, '/points/plastic', points%plastic)
+  end subroutine get_points
+end module qsmpm_restart
