@@ -1,0 +1,207 @@
+!> Band solver of LAPACK: Cholesky (dpbtrf) for symmetric positive definite matrices, LU with row
+!> exchanges (dgbtrf) for others. Right for one dimension and for tiny bandwidths; memory is n times
+!> the bandwidth, so the equations must be numbered by `order_bandwidth`.
+module qsmpm_band_solver
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, fail, error_other
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, bandwidth
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, indefinite_at
+  implicit none
+  private
+
+  public :: band_solver_type, make_band_solver
+
+  !> The band and its factors.
+  type, extends(linear_solver_type) :: band_solver_type
+    private
+    !> Half bandwidth k, without the diagonal.
+    integer :: half = 0
+    !> Symmetric: lower band, a(i,j) at (1+i-j, j), (k+1, n). Otherwise LAPACK's general band,
+    !> a(i,j) at (2k+1+i-j, j), (3k+1, n).
+    real(wp), allocatable :: band(:, :)
+    !> Row exchanges (n).
+    integer, allocatable :: exchanged(:)
+  contains
+    procedure :: analyse_pattern
+    procedure :: factorise_values
+    procedure :: solve_factorised
+    procedure :: release
+  end type band_solver_type
+
+  interface
+    !> Cholesky factors of a symmetric band.
+    subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+      import :: wp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, kd, ldab
+      real(wp), intent(inout) :: ab(ldab, *)
+      integer, intent(out) :: info
+    end subroutine dpbtrf
+
+    !> Solve with the factors of dpbtrf.
+    subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+      import :: wp
+      character, intent(in) :: uplo
+      integer, intent(in) :: n, kd, nrhs, ldab, ldb
+      real(wp), intent(in) :: ab(ldab, *)
+      real(wp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dpbtrs
+
+    !> LU factors of a general band.
+    subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+      import :: wp
+      integer, intent(in) :: m, n, kl, ku, ldab
+      real(wp), intent(inout) :: ab(ldab, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgbtrf
+
+    !> Solve with the factors of dgbtrf.
+    subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+      import :: wp
+      character, intent(in) :: trans
+      integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+      real(wp), intent(in) :: ab(ldab, *)
+      integer, intent(in) :: ipiv(*)
+      real(wp), intent(inout) :: b(ldb, *)
+      integer, intent(out) :: info
+    end subroutine dgbtrs
+  end interface
+
+contains
+
+  !> A band solver.
+  pure subroutine make_band_solver(symmetric, solver)
+    !> Cholesky when true.
+    logical, intent(in) :: symmetric
+    !> The solver.
+    type(band_solver_type), intent(out) :: solver
+
+    solver%name = 'band (LAPACK)'
+    solver%symmetric = symmetric
+  end subroutine make_band_solver
+
+  !> Find the bandwidth and allocate the band.
+  subroutine analyse_pattern(self, matrix, error)
+    class(band_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+
+    integer :: rows, status
+
+    self%half = bandwidth(matrix)
+    rows = 3*self%half + 1
+    if (self%symmetric) rows = self%half + 1
+    allocate (self%band(rows, matrix%n), self%exchanged(matrix%n), stat=status)
+    if (status /= 0) call fail(error, error_other, 'no memory for the band of the matrix')
+  end subroutine analyse_pattern
+
+  !> Fill the band and factorise it.
+  subroutine factorise_values(self, matrix, error)
+    class(band_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+
+    self%factor_nonzeros = size(self%band, kind=long)
+    call fill_band(self, matrix)
+    if (self%symmetric) then
+      call factorise_symmetric(self, error)
+    else
+      call factorise_general(self, error)
+    end if
+  end subroutine factorise_values
+
+  !> Copy the rows into the band.
+  pure subroutine fill_band(self, matrix)
+    class(band_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+
+    integer :: i, j, k, diagonal
+
+    diagonal = 2*self%half + 1
+    if (self%symmetric) diagonal = 1
+    self%band = 0.0_wp
+    do i = 1, matrix%n
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        j = matrix%column(k)
+        if (self%symmetric .and. j > i) exit
+        self%band(diagonal + i - j, j) = matrix%values(k)
+      end do
+    end do
+  end subroutine fill_band
+
+  !> Cholesky; a pivot l(i,i)**2 is judged against the diagonal entry it came from.
+  subroutine factorise_symmetric(self, error)
+    class(band_solver_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    real(wp) :: diagonal(size(self%band, 2)), floor_share
+    integer :: i, n, info
+
+    n = size(self%band, 2)
+    diagonal = self%band(1, :)
+    call dpbtrf('L', n, self%half, self%band, self%half + 1, info)
+    if (info > 0) then
+      self%indefinite = .true.
+      call indefinite_at(info, error)
+      return
+    end if
+    self%negative_pivots = 0
+    floor_share = pivot_floor(n)
+    do i = 1, n
+      if (self%band(1, i)**2 > floor_share*diagonal(i)) cycle
+      call singular_at(i, error)
+      return
+    end do
+  end subroutine factorise_symmetric
+
+  !> LU; a pivot u(j,j) is judged against the largest entry of its column.
+  subroutine factorise_general(self, error)
+    class(band_solver_type), intent(inout) :: self
+    type(error_type), allocatable, intent(out) :: error
+
+    real(wp) :: largest(size(self%band, 2)), floor_share
+    integer :: j, n, info
+
+    n = size(self%band, 2)
+    largest = maxval(abs(self%band), dim=1)
+    call dgbtrf(n, n, self%half, self%half, self%band, size(self%band, 1), self%exchanged, info)
+    floor_share = pivot_floor(n)
+    do j = 1, n
+      if (abs(self%band(2*self%half + 1, j)) > floor_share*largest(j)) cycle
+      call singular_at(j, error)
+      return
+    end do
+  end subroutine factorise_general
+
+  !> Forward and backward substitution.
+  subroutine solve_factorised(self, rhs, x, error)
+    class(band_solver_type), intent(inout) :: self
+    real(wp), intent(in) :: rhs(:)
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    real(wp) :: work(size(rhs), 1)
+    integer :: n, info
+
+    n = size(rhs)
+    work(:, 1) = rhs
+    if (self%symmetric) then
+      call dpbtrs('L', n, self%half, 1, self%band, self%half + 1, work, n, info)
+    else
+      call dgbtrs('N', n, self%half, self%half, 1, self%band, size(self%band, 1), self%exchanged, &
+        work, n, info)
+    end if
+    if (info /= 0) call fail(error, error_other, 'LAPACK refused the band solve')
+    x = work(:, 1)
+  end subroutine solve_factorised
+
+  !> Free the band.
+  subroutine release(self)
+    class(band_solver_type), intent(inout) :: self
+
+    if (allocated(self%band)) deallocate (self%band)
+    if (allocated(self%exchanged)) deallocate (self%exchanged)
+    self%half = 0
+  end subroutine release
+end module qsmpm_band_solver

@@ -1,0 +1,264 @@
+!> What every direct solver of the equations K x = b offers: analyse the pattern, factorise the
+!> values, solve, destroy.
+!>
+!> The equations arrive numbered in a fill-reducing order (`node_ordering`), so a back end keeps
+!> the given order. The checks that all share are made here, the work is deferred to the back end:
+!> values and right-hand side are finite, no row is zero, the pattern is the analysed one, and no
+!> solution leaves with a NaN in it. All handles and work arrays are components, so that any number
+!> of solvers live side by side. `destroy` must be called; nothing is finalised by itself.
+!>
+!> A pivot smaller than `pivot_floor` times the entries it came from is round-off: its matrix is
+!> singular to working precision, and the error names the equation where the library tells it. What
+!> passes this is caught by the solution: where the round-off of K x alone is as large as b, no
+!> digit of x is right.
+module qsmpm_linear_solver
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, row_sum_norm, first_not_finite, first_zero_row
+  implicit none
+  private
+
+  public :: linear_solver_type, pivot_floor, text_of, singular_at, indefinite_at
+
+  !> A direct solver.
+  type, abstract :: linear_solver_type
+    !> Name of the back end for the log.
+    character(len=:), allocatable :: name
+    !> The values are symmetric and the back end may use that.
+    logical :: symmetric = .false.
+    !> The pattern was analysed; a factorisation stands.
+    logical :: analysed = .false.
+    logical :: factorised = .false.
+    !> The last factorisation failed because the matrix is not positive definite, which a solver of
+    !> symmetric indefinite or of unsymmetric matrices may still factorise.
+    logical :: indefinite = .false.
+    !> Negative pivots of the last factorisation; -1 when the back end does not count them.
+    integer :: negative_pivots = -1
+    !> Numbers stored in the factors.
+    integer(long) :: factor_nonzeros = 0
+    !> Size and entry count of the analysed pattern.
+    integer, private :: n = 0
+    integer, private :: entry_count = 0
+    !> Largest sum of absolute values in a row of the factorised matrix.
+    real(wp), private :: norm = 0.0_wp
+  contains
+    procedure, non_overridable :: analyse
+    procedure, non_overridable :: factorise
+    procedure, non_overridable :: solve
+    procedure, non_overridable :: destroy
+    procedure(pattern_interface), deferred :: analyse_pattern
+    procedure(values_interface), deferred :: factorise_values
+    procedure(solve_interface), deferred :: solve_factorised
+    procedure(release_interface), deferred :: release
+  end type linear_solver_type
+
+  abstract interface
+    !> Analyse the pattern; the values may not be set.
+    subroutine pattern_interface(self, matrix, error)
+      import :: linear_solver_type, sparse_matrix_type, error_type
+      class(linear_solver_type), intent(inout) :: self
+      type(sparse_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine pattern_interface
+
+    !> Factorise finite values of the analysed pattern, no row of which is zero.
+    subroutine values_interface(self, matrix, error)
+      import :: linear_solver_type, sparse_matrix_type, error_type
+      class(linear_solver_type), intent(inout) :: self
+      type(sparse_matrix_type), intent(in) :: matrix
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine values_interface
+
+    !> Solve with the factors for a finite right-hand side.
+    subroutine solve_interface(self, rhs, x, error)
+      import :: linear_solver_type, wp, error_type
+      class(linear_solver_type), intent(inout) :: self
+      real(wp), intent(in) :: rhs(:)
+      real(wp), intent(out) :: x(:)
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine solve_interface
+
+    !> Give all handles and memory back; allowed at any time and more than once.
+    subroutine release_interface(self)
+      import :: linear_solver_type
+      class(linear_solver_type), intent(inout) :: self
+    end subroutine release_interface
+  end interface
+
+contains
+
+  !> Analyse a pattern; what was analysed or factorised before is given up.
+  subroutine analyse(self, matrix, error)
+    class(linear_solver_type), intent(inout) :: self
+    !> Matrix whose pattern is taken; its values are not looked at.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Set when the pattern is no square matrix or the library fails.
+    type(error_type), allocatable, intent(out) :: error
+
+    call self%destroy()
+    if (matrix%n < 1) then
+      call fail(error, error_other, self%name//': there are no equations to solve')
+      return
+    end if
+    self%n = matrix%n
+    self%entry_count = matrix%row_first(matrix%n + 1) - 1
+    call self%analyse_pattern(matrix, error)
+    self%analysed = .not. allocated(error)
+  end subroutine analyse
+
+  !> Factorise the values of a matrix of the analysed pattern.
+  subroutine factorise(self, matrix, error)
+    class(linear_solver_type), intent(inout) :: self
+    !> Matrix of the analysed pattern.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> `error_singular` when the matrix is singular, or not positive definite (see `indefinite`).
+    type(error_type), allocatable, intent(out) :: error
+
+    integer :: row
+
+    self%factorised = .false.
+    self%indefinite = .false.
+    self%negative_pivots = -1
+    self%factor_nonzeros = 0
+    if (.not. self%analysed) then
+      call fail(error, error_other, self%name//': the pattern was not analysed')
+      return
+    end if
+    if (matrix%n /= self%n .or. matrix%row_first(matrix%n + 1) - 1 /= self%entry_count) then
+      call fail(error, error_other, self%name//': the pattern is not the one that was analysed')
+      return
+    end if
+    row = first_not_finite(matrix)
+    if (row > 0) then
+      call fail(error, error_singular, 'the matrix has a value that is not finite in equation '// &
+        text_of(row))
+      return
+    end if
+    row = first_zero_row(matrix)
+    if (row > 0) then
+      call fail(error, error_singular, &
+        'the matrix is singular: equation '//text_of(row)//' is zero')
+      return
+    end if
+    self%norm = row_sum_norm(matrix)
+    call self%factorise_values(matrix, error)
+    self%factorised = .not. allocated(error)
+  end subroutine factorise
+
+  !> Solve K x = b with the last factorisation.
+  subroutine solve(self, rhs, x, error)
+    class(linear_solver_type), intent(inout) :: self
+    !> Right-hand side b (n).
+    real(wp), intent(in) :: rhs(:)
+    !> Solution (n); zero after an error.
+    real(wp), intent(out) :: x(:)
+    !> Set when there is no factorisation, a number is not finite, or the matrix proves singular.
+    type(error_type), allocatable, intent(out) :: error
+
+    x = 0.0_wp
+    if (.not. self%factorised) then
+      call fail(error, error_other, self%name//': there is no factorisation to solve with')
+    else if (size(rhs) /= self%n .or. size(x) /= self%n) then
+      call fail(error, error_other, self%name//': right-hand side or solution has a wrong length')
+    else if (.not. all(ieee_is_finite(rhs))) then
+      call fail(error, error_other, &
+        'the right-hand side has a value that is not finite in equation '// &
+        text_of(first_false(ieee_is_finite(rhs))))
+    else
+      call self%solve_factorised(rhs, x, error)
+      if (.not. allocated(error)) call judge_solution(self%norm, rhs, x, error)
+      if (allocated(error)) x = 0.0_wp
+    end if
+  end subroutine solve
+
+  !> A solution that is not finite, or so large that the round-off of K x covers b, is none.
+  pure subroutine judge_solution(norm, rhs, x, error)
+    !> Row-sum norm of K.
+    real(wp), intent(in) :: norm
+    !> Right-hand side b (n).
+    real(wp), intent(in) :: rhs(:)
+    !> Solution (n).
+    real(wp), intent(in) :: x(:)
+    !> `error_singular`.
+    type(error_type), allocatable, intent(out) :: error
+
+    logical :: good
+
+    good = all(ieee_is_finite(x))
+    if (good) good = epsilon(1.0_wp)*norm*maxval(abs(x)) <= maxval(abs(rhs))
+    if (good) return
+    call fail(error, error_singular, &
+      'the matrix is singular to working precision: no digit of the solution is right')
+  end subroutine judge_solution
+
+  !> Give everything back. The solver may be used again from `analyse`.
+  subroutine destroy(self)
+    class(linear_solver_type), intent(inout) :: self
+
+    call self%release()
+    self%analysed = .false.
+    self%factorised = .false.
+    self%indefinite = .false.
+    self%negative_pivots = -1
+    self%factor_nonzeros = 0
+    self%n = 0
+    self%entry_count = 0
+  end subroutine destroy
+
+  !> Smallest share of the entries it came from that a pivot must keep. The round-off left by
+  !> cancelling pivots grows with the root of the number of updates, at worst n of them.
+  pure real(wp) function pivot_floor(n)
+    !> Number of equations.
+    integer, intent(in) :: n
+
+    pivot_floor = max(100.0_wp, 10.0_wp*sqrt(real(n, wp)))*epsilon(1.0_wp)
+  end function pivot_floor
+
+  !> The error of a singular matrix whose equation is known.
+  pure subroutine singular_at(equation, error)
+    !> Number of the equation, 1 to n.
+    integer, intent(in) :: equation
+    !> The error.
+    type(error_type), allocatable, intent(out) :: error
+
+    call fail(error, error_singular, &
+      'the matrix is singular: nothing is left of the pivot of equation '//text_of(equation))
+  end subroutine singular_at
+
+  !> The error of a matrix that is not positive definite.
+  pure subroutine indefinite_at(equation, error)
+    !> Number of the equation, 1 to n.
+    integer, intent(in) :: equation
+    !> The error.
+    type(error_type), allocatable, intent(out) :: error
+
+    call fail(error, error_singular, &
+      'the matrix is not positive definite: the pivot of equation '//text_of(equation)// &
+      ' is not positive')
+  end subroutine indefinite_at
+
+  !> An integer as text.
+  pure function text_of(number) result(text)
+    !> The number.
+    integer, intent(in) :: number
+    !> Its digits.
+    character(len=:), allocatable :: text
+
+    character(len=12) :: buffer
+
+    write (buffer, '(i0)') number
+    text = trim(buffer)
+  end function text_of
+
+  !> Position of the first false element; 0 when all are true.
+  pure integer function first_false(mask)
+    !> The elements.
+    logical, intent(in) :: mask(:)
+
+    do first_false = 1, size(mask)
+      if (.not. mask(first_false)) return
+    end do
+    first_false = 0
+  end function first_false
+end module qsmpm_linear_solver

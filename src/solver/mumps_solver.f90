@@ -1,0 +1,220 @@
+!> MUMPS, sequential: multifrontal L D L^T of symmetric, possibly indefinite matrices (SYM=2) and LU
+!> of unsymmetric ones (SYM=0).
+!>
+!> The given order is handed over as PERM_IN and INFOG(7) read back, since MUMPS may silently choose
+!> another. A pivot row that is round-off counts as a null pivot (ICNTL(24), CNTL(3)) and makes the
+!> matrix singular; PIVNUL_LIST names the equation. Nothing is printed. The names in capitals are
+!> those of the MUMPS users' guide.
+module qsmpm_mumps_solver
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, text_of
+  use qsmpm_mumps_library, only: dmumps_struc, dmumps
+  implicit none
+  private
+
+  public :: mumps_solver_type, make_mumps_solver
+
+  !> Values of JOB.
+  integer, parameter :: job_begin = -1, job_end = -2, job_analyse = 1, job_factorise = 2, &
+    job_solve = 3
+  !> Ordering given by the user, in ICNTL(7) and INFOG(7).
+  integer, parameter :: ordering_given = 1
+  !> Values of INFOG(1).
+  integer, parameter :: info_work_int = -8, info_work_real = -9, info_singular = -10, &
+    info_no_memory = -13
+  !> Percentage of extra work space, first and largest; doubled in between when MUMPS asks for more.
+  integer, parameter :: extra_space_first = 30, extra_space_last = 2000
+
+  !> A MUMPS instance, and the places of its entries in the compressed rows.
+  type, extends(linear_solver_type) :: mumps_solver_type
+    private
+    type(dmumps_struc), pointer :: mumps => null()
+    !> Place in `values` of each entry handed over; the lower triangle when symmetric.
+    integer, allocatable :: place(:)
+  contains
+    procedure :: analyse_pattern
+    procedure :: factorise_values
+    procedure :: solve_factorised
+    procedure :: release
+  end type mumps_solver_type
+
+contains
+
+  !> A MUMPS solver.
+  pure subroutine make_mumps_solver(symmetric, solver)
+    !> SYM=2 when true, SYM=0 otherwise.
+    logical, intent(in) :: symmetric
+    !> The solver.
+    type(mumps_solver_type), intent(out) :: solver
+
+    solver%name = 'MUMPS SYM=0'
+    if (symmetric) solver%name = 'MUMPS SYM=2'
+    solver%symmetric = symmetric
+  end subroutine make_mumps_solver
+
+  !> Start an instance and analyse in the given order.
+  subroutine analyse_pattern(self, matrix, error)
+    class(mumps_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+
+    integer :: i
+
+    allocate (self%mumps)
+    nullify (self%mumps%irn, self%mumps%jcn, self%mumps%a, self%mumps%rhs, self%mumps%perm_in)
+    ! MUMPS looks here for a mark of an instance that is already running.
+    self%mumps%keep(40) = 0
+    self%mumps%n = 0
+    self%mumps%comm = 0
+    self%mumps%par = 1
+    self%mumps%sym = merge(2, 0, self%symmetric)
+    call run(self%mumps, job_begin)
+    if (self%mumps%infog(1) < 0) then
+      call library_error(self%mumps, error)
+      return
+    end if
+    call set_controls(self%mumps, matrix%n)
+    call hand_over_pattern(self, matrix)
+    allocate (self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
+    self%mumps%perm_in = [(i, i=1, matrix%n)]
+    call run(self%mumps, job_analyse)
+    if (self%mumps%infog(1) < 0) then
+      call library_error(self%mumps, error)
+    else if (self%mumps%infog(7) /= ordering_given) then
+      call fail(error, error_other, 'MUMPS did not take the given order of the equations')
+    end if
+  end subroutine analyse_pattern
+
+  !> Silence, given order, no permutation for large diagonals, null pivots detected.
+  subroutine set_controls(mumps, n)
+    type(dmumps_struc), intent(inout) :: mumps
+    !> Number of equations.
+    integer, intent(in) :: n
+
+    mumps%n = n
+    mumps%icntl(1:3) = 0
+    mumps%icntl(4) = 0
+    mumps%icntl(6) = 0
+    mumps%icntl(7) = ordering_given
+    mumps%icntl(12) = 1
+    mumps%icntl(14) = extra_space_first
+    mumps%icntl(24) = 1
+    mumps%icntl(28) = 1
+    mumps%cntl(3) = pivot_floor(n)
+  end subroutine set_controls
+
+  !> Give MUMPS rows and columns of the entries it wants.
+  subroutine hand_over_pattern(self, matrix)
+    class(mumps_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+
+    integer :: i, k, entry_count, rows(size(matrix%column))
+
+    do i = 1, matrix%n
+      rows(matrix%row_first(i):matrix%row_first(i + 1) - 1) = i
+    end do
+    entry_count = matrix%row_first(matrix%n + 1) - 1
+    self%place = [(k, k=1, entry_count)]
+    if (self%symmetric) then
+      self%place = pack(self%place, matrix%column(:entry_count) <= rows(:entry_count))
+    end if
+    self%mumps%nnz = size(self%place, kind=long)
+    allocate (self%mumps%irn(size(self%place)), self%mumps%jcn(size(self%place)), &
+      self%mumps%a(size(self%place)))
+    self%mumps%irn = rows(self%place)
+    self%mumps%jcn = matrix%column(self%place)
+  end subroutine hand_over_pattern
+
+  !> Numeric factorisation, repeated with more space when MUMPS asks for it.
+  subroutine factorise_values(self, matrix, error)
+    class(mumps_solver_type), intent(inout) :: self
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+
+    self%mumps%a = matrix%values(self%place)
+    do
+      call run(self%mumps, job_factorise)
+      if (self%mumps%infog(1) /= info_work_int .and. self%mumps%infog(1) /= info_work_real) exit
+      if (self%mumps%icntl(14) >= extra_space_last) exit
+      self%mumps%icntl(14) = min(2*self%mumps%icntl(14), extra_space_last)
+    end do
+    if (self%mumps%infog(1) < 0) then
+      call library_error(self%mumps, error)
+    else if (self%mumps%infog(28) > 0) then
+      call singular_at(self%mumps%pivnul_list(1), error)
+    else
+      if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
+      self%factor_nonzeros = count_of(self%mumps%infog(9))
+    end if
+  end subroutine factorise_values
+
+  !> Forward and backward substitution.
+  subroutine solve_factorised(self, rhs, x, error)
+    class(mumps_solver_type), intent(inout) :: self
+    real(wp), intent(in) :: rhs(:)
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+
+    self%mumps%rhs = rhs
+    call run(self%mumps, job_solve)
+    if (self%mumps%infog(1) < 0) then
+      call library_error(self%mumps, error)
+    else
+      x = self%mumps%rhs
+    end if
+  end subroutine solve_factorised
+
+  !> End the instance; what was allocated here is freed here.
+  subroutine release(self)
+    class(mumps_solver_type), intent(inout) :: self
+
+    if (allocated(self%place)) deallocate (self%place)
+    if (.not. associated(self%mumps)) return
+    if (associated(self%mumps%irn)) deallocate (self%mumps%irn)
+    if (associated(self%mumps%jcn)) deallocate (self%mumps%jcn)
+    if (associated(self%mumps%a)) deallocate (self%mumps%a)
+    if (associated(self%mumps%rhs)) deallocate (self%mumps%rhs)
+    if (associated(self%mumps%perm_in)) deallocate (self%mumps%perm_in)
+    call run(self%mumps, job_end)
+    deallocate (self%mumps)
+  end subroutine release
+
+  !> Call MUMPS.
+  subroutine run(mumps, job)
+    type(dmumps_struc), intent(inout) :: mumps
+    !> One of the `job_*` values.
+    integer, intent(in) :: job
+
+    mumps%job = job
+    call dmumps(mumps)
+  end subroutine run
+
+  !> A count of MUMPS, which gives counts beyond 32 bits in negative millions.
+  pure integer(long) function count_of(number)
+    !> The number of MUMPS.
+    integer, intent(in) :: number
+
+    count_of = int(number, long)
+    if (number < 0) count_of = -1000000_long*number
+  end function count_of
+
+  !> A failure of the library as an error.
+  subroutine library_error(mumps, error)
+    type(dmumps_struc), intent(in) :: mumps
+    !> The error.
+    type(error_type), allocatable, intent(out) :: error
+
+    select case (mumps%infog(1))
+    case (info_singular)
+      call fail(error, error_singular, 'the matrix is singular: MUMPS found a pivot for '// &
+        text_of(mumps%infog(2))//' of '//text_of(mumps%n)//' equations only')
+    case (info_work_int, info_work_real, info_no_memory)
+      call fail(error, error_other, 'MUMPS: no memory for the factors')
+    case default
+      call fail(error, error_other, 'MUMPS failed with INFOG(1) = '//text_of(mumps%infog(1))// &
+        ', INFOG(2) = '//text_of(mumps%infog(2)))
+    end select
+  end subroutine library_error
+end module qsmpm_mumps_solver

@@ -1,0 +1,239 @@
+!> Orders of elimination of the nodes: nested dissection by METIS, which keeps the fill of a sparse
+!> factorisation low, and reverse Cuthill-McKee, which keeps the band narrow.
+!>
+!> A graph is given in compressed rows counted from 1: the neighbours of node i are
+!> neighbour(first(i)) to neighbour(first(i+1)-1), each edge from both ends, no node its own
+!> neighbour. It may be disconnected or empty. Both orders depend on the graph alone.
+!> `position(i)` is the place of node i in the order.
+module qsmpm_node_ordering
+  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
+  use qsmpm_error, only: error_type, fail, error_other
+  implicit none
+  private
+
+  public :: order_metis, order_bandwidth
+
+  !> Size, places (from 1) and values of metis.h.
+  integer, parameter :: option_count = 40, place_seed = 9
+  integer(c_int), parameter :: metis_ok = 1
+  !> Seed of the random choices of METIS: any, but always the same.
+  integer(c_int), parameter :: seed = 1
+
+  interface
+    integer(c_int) function metis_setdefaultoptions(options) bind(c, name='METIS_SetDefaultOptions')
+      import :: c_int
+      integer(c_int), intent(out) :: options(*)
+    end function metis_setdefaultoptions
+
+    integer(c_int) function metis_nodend(n, first, neighbour, weight, options, order, position) &
+        bind(c, name='METIS_NodeND')
+      import :: c_int, c_ptr
+      integer(c_int), intent(in) :: n
+      integer(c_int), intent(inout) :: first(*), neighbour(*)
+      type(c_ptr), value :: weight
+      integer(c_int), intent(in) :: options(*)
+      integer(c_int), intent(out) :: order(*), position(*)
+    end function metis_nodend
+  end interface
+
+contains
+
+  !> Nested dissection by METIS.
+  subroutine order_metis(first, neighbour, position, error)
+    !> Graph (n+1).
+    integer, intent(in) :: first(:)
+    !> Graph (edges, counted twice).
+    integer, intent(in) :: neighbour(:)
+    !> Place of each node in the order of elimination (n).
+    integer, intent(out) :: position(:)
+    !> Set when the graph is no graph or METIS fails.
+    type(error_type), allocatable, intent(out) :: error
+
+    integer(c_int) :: options(option_count), status
+    integer(c_int), allocatable :: first_c(:), neighbour_c(:), order(:), position_c(:)
+    integer :: i, n
+
+    n = size(first) - 1
+    if (.not. is_graph(first, neighbour, n)) then
+      call fail(error, error_other, 'the node graph has a wrong or self-referring entry')
+      return
+    end if
+    if (first(n + 1) == 1) then
+      ! METIS wants at least one edge, and without edges every order is as good.
+      position = [(i, i=1, n)]
+      return
+    end if
+    allocate (first_c(n + 1), neighbour_c(first(n + 1) - 1), order(n), position_c(n))
+    first_c(:) = first - 1
+    neighbour_c(:) = neighbour(:first(n + 1) - 1) - 1
+    status = metis_setdefaultoptions(options)
+    options(place_seed) = seed
+    status = metis_nodend(int(n, c_int), first_c, neighbour_c, c_null_ptr, options, order, &
+      position_c)
+    if (status /= metis_ok) then
+      call fail(error, error_other, 'METIS failed to order the nodes')
+      return
+    end if
+    position = position_c + 1
+  end subroutine order_metis
+
+  !> Whether rows and neighbours are in range and no node is its own neighbour.
+  pure logical function is_graph(first, neighbour, n)
+    !> Graph (n+1).
+    integer, intent(in) :: first(:)
+    !> Graph (edges, counted twice).
+    integer, intent(in) :: neighbour(:)
+    !> Number of nodes.
+    integer, intent(in) :: n
+
+    integer :: i
+
+    is_graph = .false.
+    if (n < 0) return
+    if (first(1) /= 1 .or. first(n + 1) - 1 > size(neighbour)) return
+    if (any(first(2:) < first(:n))) return
+    do i = 1, n
+      associate (row => neighbour(first(i):first(i + 1) - 1))
+        if (any(row < 1) .or. any(row > n) .or. any(row == i)) return
+      end associate
+    end do
+    is_graph = .true.
+  end function is_graph
+
+  !> Reverse Cuthill-McKee from a pseudo-peripheral node of each connected part: to find one, sweeps
+  !> go back and forth from the last level's node of least degree while they get deeper (George and
+  !> Liu 1979).
+  pure subroutine order_bandwidth(first, neighbour, position)
+    !> Graph (n+1).
+    integer, intent(in) :: first(:)
+    !> Graph (edges, counted twice).
+    integer, intent(in) :: neighbour(:)
+    !> Place of each node in the order (n).
+    integer, intent(out) :: position(:)
+
+    !> Nodes in the order found so far, and the number of the last sweep that met each node.
+    integer :: order(size(first) - 1), met_by(size(first) - 1)
+    integer :: n, node, start, done, reached, levels, deepest, last_level, sweep_number
+
+    n = size(first) - 1
+    met_by = 0
+    done = 0
+    sweep_number = 0
+    do node = 1, n
+      if (met_by(node) > 0) cycle
+      start = node
+      deepest = 0
+      do
+        sweep_number = sweep_number + 1
+        call sweep(first, neighbour, start, sweep_number, met_by, order(done + 1:), reached, &
+          levels, &
+          last_level)
+        if (levels <= deepest) exit
+        deepest = levels
+        start = least_degree(first, order(done + last_level:done + reached))
+      end do
+      done = done + reached
+    end do
+    do node = 1, n
+      position(order(node)) = n + 1 - node
+    end do
+  end subroutine order_bandwidth
+
+  !> Number the nodes of a connected part by distance from the start, those met from the same node
+  !> by increasing degree.
+  pure subroutine sweep(first, neighbour, start, sweep_number, met_by, order, reached, levels, &
+    last_level)
+    !> Graph.
+    integer, intent(in) :: first(:)
+    integer, intent(in) :: neighbour(:)
+    !> Node to begin with.
+    integer, intent(in) :: start
+    !> Mark of this sweep, different from all marks in `met_by`.
+    integer, intent(in) :: sweep_number
+    !> Mark of each node; those met now get `sweep_number`.
+    integer, intent(inout) :: met_by(:)
+    !> Nodes in the order met.
+    integer, intent(inout) :: order(:)
+    !> Number of nodes met, number of levels, and place in `order` where the last level begins.
+    integer, intent(out) :: reached
+    integer, intent(out) :: levels
+    integer, intent(out) :: last_level
+
+    integer :: k, edge, level_end, before
+
+    order(1) = start
+    met_by(start) = sweep_number
+    reached = 1
+    levels = 1
+    last_level = 1
+    level_end = 1
+    k = 0
+    do while (k < reached)
+      k = k + 1
+      if (k > level_end) then
+        levels = levels + 1
+        last_level = k
+        level_end = reached
+      end if
+      before = reached
+      do edge = first(order(k)), first(order(k) + 1) - 1
+        if (met_by(neighbour(edge)) == sweep_number) cycle
+        met_by(neighbour(edge)) = sweep_number
+        reached = reached + 1
+        order(reached) = neighbour(edge)
+      end do
+      call sort_by_degree(first, order(before + 1:reached))
+    end do
+  end subroutine sweep
+
+  !> Sort a few nodes by increasing degree, nodes of equal degree by number.
+  pure subroutine sort_by_degree(first, nodes)
+    !> Graph.
+    integer, intent(in) :: first(:)
+    !> The nodes.
+    integer, intent(inout) :: nodes(:)
+
+    integer :: i, j, node
+
+    do i = 2, size(nodes)
+      node = nodes(i)
+      j = i - 1
+      do while (j > 0)
+        if (.not. goes_before(first, node, nodes(j))) exit
+        nodes(j + 1) = nodes(j)
+        j = j - 1
+      end do
+      nodes(j + 1) = node
+    end do
+  end subroutine sort_by_degree
+
+  !> The node of least degree, the first by number where several have it.
+  pure integer function least_degree(first, nodes)
+    !> Graph.
+    integer, intent(in) :: first(:)
+    !> The nodes, at least one.
+    integer, intent(in) :: nodes(:)
+
+    integer :: i
+
+    least_degree = nodes(1)
+    do i = 2, size(nodes)
+      if (goes_before(first, nodes(i), least_degree)) least_degree = nodes(i)
+    end do
+  end function least_degree
+
+  !> Whether node a has a smaller degree than node b, or the same and a smaller number.
+  pure logical function goes_before(first, a, b)
+    !> Graph.
+    integer, intent(in) :: first(:)
+    !> The two nodes.
+    integer, intent(in) :: a
+    integer, intent(in) :: b
+
+    integer :: degree_a, degree_b
+
+    degree_a = first(a + 1) - first(a)
+    degree_b = first(b + 1) - first(b)
+    goes_before = degree_a < degree_b .or. (degree_a == degree_b .and. a < b)
+  end function goes_before
+end module qsmpm_node_ordering

@@ -1,0 +1,109 @@
+!> Which solver factorises the equations: the one the deck names, or the fastest by the crossovers
+!> measured in docs/performance.md.
+module qsmpm_solver_choice
+  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_band_solver, only: band_solver_type, make_band_solver
+  use qsmpm_cholmod_solver, only: cholmod_solver_type, make_cholmod_solver, cholmod_available
+  use qsmpm_umfpack_solver, only: umfpack_solver_type, make_umfpack_solver
+  use qsmpm_mumps_solver, only: mumps_solver_type, make_mumps_solver
+  implicit none
+  private
+
+  public :: make_solver, solver_name, choose_solver
+
+  !> Widest bands for which the band solver is the fastest.
+  integer, parameter :: widest_symmetric = 120, widest_unsymmetric = 50
+  !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
+  integer, parameter :: most_for_cholmod = 400000
+
+contains
+
+  !> Make a solver.
+  subroutine make_solver(kind, n, bandwidth, symmetric, dimension, solver)
+    !> One of the `solver_*` values of the analysis.
+    integer, intent(in) :: kind
+    !> Number of equations.
+    integer, intent(in) :: n
+    !> Largest distance of an entry from the diagonal in the order of `order_bandwidth`.
+    integer, intent(in) :: bandwidth
+    !> The matrix is symmetric. CHOLMOD takes no other, so an explicit CHOLMOD becomes MUMPS.
+    logical, intent(in) :: symmetric
+    !> Dimension of the model, 1 to 3.
+    integer, intent(in) :: dimension
+    !> The solver, ready to analyse.
+    class(linear_solver_type), allocatable, intent(out) :: solver
+
+    type(band_solver_type), allocatable :: band
+    type(cholmod_solver_type), allocatable :: cholmod
+    type(umfpack_solver_type), allocatable :: umfpack
+    type(mumps_solver_type), allocatable :: mumps
+
+    select case (choose_solver(kind, n, bandwidth, symmetric, dimension))
+    case (solver_band)
+      allocate (band)
+      call make_band_solver(symmetric, band)
+      call move_alloc(band, solver)
+    case (solver_cholmod)
+      allocate (cholmod)
+      call make_cholmod_solver(cholmod)
+      call move_alloc(cholmod, solver)
+    case (solver_umfpack)
+      allocate (umfpack)
+      call make_umfpack_solver(umfpack)
+      call move_alloc(umfpack, solver)
+    case default
+      allocate (mumps)
+      call make_mumps_solver(symmetric, mumps)
+      call move_alloc(mumps, solver)
+    end select
+  end subroutine make_solver
+
+  !> The kind that will solve: the one asked for, or for `solver_auto` the fastest one. It is known
+  !> before the equations are numbered: `solver_band` wants the order of `order_bandwidth`, the
+  !> others that of `order_metis`.
+  pure integer function choose_solver(kind, n, bandwidth, symmetric, dimension)
+    !> One of the `solver_*` values of the analysis.
+    integer, intent(in) :: kind
+    !> As for `make_solver`.
+    integer, intent(in) :: n
+    integer, intent(in) :: bandwidth
+    logical, intent(in) :: symmetric
+    integer, intent(in) :: dimension
+
+    choose_solver = kind
+    if (kind == solver_cholmod .and. .not. symmetric) choose_solver = solver_mumps
+    if (kind /= solver_auto) return
+    if (bandwidth <= merge(widest_symmetric, widest_unsymmetric, symmetric)) then
+      choose_solver = solver_band
+    else if (symmetric .and. cholmod_available .and. .not. &
+        (dimension == 3 .and. n > most_for_cholmod)) then
+      choose_solver = solver_cholmod
+    else
+      choose_solver = solver_mumps
+    end if
+  end function choose_solver
+
+  !> Name of a kind as in the deck.
+  pure function solver_name(kind) result(name)
+    !> One of the `solver_*` values of the analysis.
+    integer, intent(in) :: kind
+    !> The name.
+    character(len=:), allocatable :: name
+
+    select case (kind)
+    case (solver_auto)
+      name = 'AUTO'
+    case (solver_band)
+      name = 'BAND'
+    case (solver_cholmod)
+      name = 'CHOLMOD'
+    case (solver_umfpack)
+      name = 'UMFPACK'
+    case (solver_mumps)
+      name = 'MUMPS'
+    case default
+      name = 'UNKNOWN'
+    end select
+  end function solver_name
+end module qsmpm_solver_choice
