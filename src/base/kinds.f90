@@ -1,0 +1,17 @@
+!> The number kinds of the whole program, and the handful of constants that need no unit.
+!>
+!> Every literal carries `_wp`; integers that count bytes or non-zeros are `long`.
+module qsmpm_kinds
+  use, intrinsic :: iso_fortran_env, only: real64, int32, int64
+  implicit none
+  private
+
+  !> Working precision: IEEE double.
+  integer, parameter, public :: wp = real64
+  !> Default integer as the C libraries (METIS, CHOLMOD int, MUMPS) know it.
+  integer, parameter, public :: int4 = int32
+  !> Integer wide enough for byte and non-zero counts.
+  integer, parameter, public :: long = int64
+  !> Circle constant.
+  real(wp), parameter, public :: pi = acos(-1.0_wp)
+end module qsmpm_kinds

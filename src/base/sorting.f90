@@ -1,0 +1,108 @@
+!> Sorting of integers, and an order of integer columns: what edge and face tables are made with.
+module qsmpm_sorting
+  implicit none
+  private
+
+  public :: sort, order_columns
+
+contains
+
+  !> Sort a list in rising order (insertion for short lists, else merge).
+  pure recursive subroutine sort(list)
+    integer, intent(inout) :: list(:)
+    integer :: half(size(list)/2)
+    integer :: i, j, k, value, middle
+
+    if (size(list) <= 24) then
+      do i = 2, size(list)
+        value = list(i)
+        j = i - 1
+        do while (j >= 1)
+          if (list(j) <= value) exit
+          list(j + 1) = list(j)
+          j = j - 1
+        end do
+        list(j + 1) = value
+      end do
+      return
+    end if
+    middle = size(list)/2
+    call sort(list(:middle))
+    call sort(list(middle + 1:))
+    half = list(:middle)
+    i = 1
+    j = middle + 1
+    do k = 1, size(list)
+      if (i > middle) exit
+      if (j > size(list)) then
+        list(k:) = half(i:)
+        exit
+      end if
+      if (half(i) <= list(j)) then
+        list(k) = half(i)
+        i = i + 1
+      else
+        list(k) = list(j)
+        j = j + 1
+      end if
+    end do
+  end subroutine sort
+
+  !> Stable order in which columns rise lexicographically (merge sort).
+  pure subroutine order_columns(columns, order)
+    !> (length, n)
+    integer, intent(in) :: columns(:, :)
+    !> Column numbers in rising order (n).
+    integer, intent(out) :: order(:)
+    integer :: work(size(order)), i, width, low, middle, high
+
+    order = [(i, i=1, size(order))]
+    width = 1
+    do while (width < size(order))
+      do low = 1, size(order), 2*width
+        middle = min(low + width - 1, size(order))
+        high = min(low + 2*width - 1, size(order))
+        call merge_runs(columns, order, low, middle, high, work)
+      end do
+      order = work
+      width = 2*width
+    end do
+  end subroutine order_columns
+
+  !> Merge order(low:middle) and order(middle+1:high) into work(low:high).
+  pure subroutine merge_runs(columns, order, low, middle, high, work)
+    integer, intent(in) :: columns(:, :), order(:), low, middle, high
+    integer, intent(inout) :: work(:)
+    integer :: i, j, k
+    logical :: take_first
+
+    i = low
+    j = middle + 1
+    do k = low, high
+      take_first = j > high
+      if (i <= middle .and. j <= high) take_first = &
+        .not. rises(columns(:, order(j)), columns(:, order(i)))
+      if (take_first) then
+        work(k) = order(i)
+        i = i + 1
+      else
+        work(k) = order(j)
+        j = j + 1
+      end if
+    end do
+  end subroutine merge_runs
+
+  !> True when a comes strictly before b.
+  pure function rises(a, b) result(yes)
+    integer, intent(in) :: a(:), b(:)
+    logical :: yes
+    integer :: k
+
+    yes = .false.
+    do k = 1, size(a)
+      if (a(k) == b(k)) cycle
+      yes = a(k) < b(k)
+      return
+    end do
+  end function rises
+end module qsmpm_sorting

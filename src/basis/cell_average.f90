@@ -1,0 +1,248 @@
+!> CELL integration: full cells by the element's Gauss rule, all other cells at their points.
+!>
+!> The start state at the Gauss points of a full cell is a volume-weighted least-squares fit, linear
+!> in the cell, of the fields the law offers for averaging (tensor logarithm of b_e, or Cauchy
+!> stress) and of ln J. It removes the cell-crossing noise of points whose number and place in the
+!> cell change; after the solution every point is still updated by its own strain.
+!>
+!>   ( sum V z z' / sum V + diag(0, r, .., r) ) c = sum V z y / sum V,   z = (1, centred local coordinates)
+!>
+!> The ridge r fades the slope out when the points of a cell lie in line. docs/theory.md, section 6.
+module qsmpm_cell_average
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: corner_count, full_rule, local_centre
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_points, only: points_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_law, only: law_slot_type
+  use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis
+  implicit none
+  private
+
+  public :: integrate_in_cells
+
+  !> Ridge of the fit, small against the 1/36 of evenly spread points.
+  real(wp), parameter :: ridge = 1.0e-5_wp
+  !> A point is called inaccurate when its own field differs from the fit by more than this share.
+  real(wp), parameter :: inaccurate_share = 0.1_wp
+
+contains
+
+  !> Replace the points of full cells by Gauss points.
+  subroutine integrate_in_cells(mesh, activation, points, laws, at_points, integration, inaccurate)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    type(law_slot_type), intent(in) :: laws(:)
+    !> The same model integrated at its points.
+    type(integration_type), intent(in) :: at_points
+    type(integration_type), intent(out) :: integration
+    !> Points of full cells that differ much from the fit.
+    integer, intent(out) :: inaccurate
+    logical :: whole(activation%active_count)
+    integer :: g, count
+
+    do g = 1, activation%active_count
+      whole(g) = activation%full(g) .and. one_material(at_points, g)
+    end do
+    integration%axisymmetric = at_points%axisymmetric
+    call set_group_nodes(mesh, activation%active_cell, integration)
+    call count_points(mesh, at_points, whole, integration%first, count)
+    call allocate_integration(mesh%dimension, count, size(points%stress, 1), &
+      size(points%state, 1), integration)
+    inaccurate = 0
+    do g = 1, activation%active_count
+      if (whole(g)) then
+        call average_cell(mesh, points, laws, at_points, g, integration, inaccurate)
+      else
+        call copy_group(at_points, g, integration)
+      end if
+    end do
+  end subroutine integrate_in_cells
+
+  !> True when all points of a group are of one material.
+  pure function one_material(integration, group) result(one)
+    type(integration_type), intent(in) :: integration
+    integer, intent(in) :: group
+    logical :: one
+
+    associate (material => integration%material(integration%first(group): &
+      integration%first(group + 1) - 1))
+      one = all(material == material(1))
+    end associate
+  end function one_material
+
+  !> First integration point of every group, and their total.
+  subroutine count_points(mesh, at_points, whole, first, count)
+    type(mesh_type), intent(in) :: mesh
+    type(integration_type), intent(in) :: at_points
+    !> Groups integrated by the Gauss rule.
+    logical, intent(in) :: whole(:)
+    integer, intent(inout) :: first(:)
+    integer, intent(out) :: count
+    real(wp), allocatable :: places(:, :), weights(:)
+    integer :: g
+
+    first(1) = 1
+    do g = 1, size(whole)
+      if (whole(g)) then
+        call full_rule(mesh%cell_kind(at_points%cell(g)), places, weights)
+        first(g + 1) = first(g) + size(weights)
+      else
+        first(g + 1) = first(g) + at_points%first(g + 1) - at_points%first(g)
+      end if
+    end do
+    count = first(size(whole) + 1) - 1
+  end subroutine count_points
+
+  !> Take over the points of a group as they are.
+  pure subroutine copy_group(at_points, group, integration)
+    type(integration_type), intent(in) :: at_points
+    integer, intent(in) :: group
+    type(integration_type), intent(inout) :: integration
+    integer :: from, to, into, last
+
+    from = at_points%first(group)
+    to = at_points%first(group + 1) - 1
+    into = integration%first(group)
+    last = integration%first(group + 1) - 1
+    integration%shape(:, into:last) = at_points%shape(:, from:to)
+    integration%gradient(:, :, into:last) = at_points%gradient(:, :, from:to)
+    integration%radius(into:last) = at_points%radius(from:to)
+    integration%weight(into:last) = at_points%weight(from:to)
+    integration%volume_ratio(into:last) = at_points%volume_ratio(from:to)
+    integration%stress(:, into:last) = at_points%stress(:, from:to)
+    integration%state(:, into:last) = at_points%state(:, from:to)
+    integration%material(into:last) = at_points%material(from:to)
+    integration%source(into:last) = at_points%source(from:to)
+  end subroutine copy_group
+
+  !> Fit the points of a full cell and sample the fit at its Gauss points.
+  subroutine average_cell(mesh, points, laws, at_points, group, integration, inaccurate)
+    type(mesh_type), intent(in) :: mesh
+    type(points_type), intent(in) :: points
+    type(law_slot_type), intent(in) :: laws(:)
+    type(integration_type), intent(in) :: at_points
+    integer, intent(in) :: group
+    type(integration_type), intent(inout) :: integration
+    integer, intent(inout) :: inaccurate
+    real(wp), allocatable :: places(:, :), weights(:), coefficients(:, :), sampled(:)
+    real(wp) :: determinant
+    integer :: kind, material, fields, q, k
+
+    kind = mesh%cell_kind(at_points%cell(group))
+    material = at_points%material(at_points%first(group))
+    fields = laws(material)%law%fit_count()
+    allocate (coefficients(mesh%dimension + 1, fields + 1), sampled(fields + 1))
+    call fit_cell(mesh, points, laws(material), at_points, group, coefficients, inaccurate)
+    call full_rule(kind, places, weights)
+    do k = 1, size(weights)
+      q = integration%first(group) + k - 1
+      call set_basis(mesh, group, q, places(:, k), integration, determinant)
+      sampled = matmul(monomials(kind, places(:, k)), coefficients)
+      integration%weight(q) = weights(k)*determinant
+      integration%volume_ratio(q) = exp(sampled(fields + 1))
+      integration%material(q) = material
+      call laws(material)%law%from_fields(sampled(:fields), integration%volume_ratio(q), &
+        integration%stress(:, q), integration%state(:laws(material)%law%state_count, q))
+    end do
+  end subroutine average_cell
+
+  !> Coefficients of the fit; the last field is ln J.
+  subroutine fit_cell(mesh, points, slot, at_points, group, coefficients, inaccurate)
+    type(mesh_type), intent(in) :: mesh
+    type(points_type), intent(in) :: points
+    type(law_slot_type), intent(in) :: slot
+    type(integration_type), intent(in) :: at_points
+    integer, intent(in) :: group
+    !> (1 + dimension, fields + 1).
+    real(wp), intent(out) :: coefficients(:, :)
+    integer, intent(inout) :: inaccurate
+    real(wp) :: normal(size(coefficients, 1), size(coefficients, 1)), z(size(coefficients, 1))
+    real(wp), allocatable :: y(:, :), monomial(:, :)
+    real(wp) :: volume
+    integer :: q, p, k, n, last, i
+
+    n = at_points%first(group + 1) - at_points%first(group)
+    last = size(coefficients, 2)
+    allocate (y(last, n), monomial(size(z), n))
+    normal = 0.0_wp
+    coefficients = 0.0_wp
+    volume = 0.0_wp
+    do k = 1, n
+      q = at_points%first(group) + k - 1
+      p = at_points%source(q)
+      z = monomials(mesh%cell_kind(at_points%cell(group)), points%local(:, p))
+      call slot%law%to_fields(at_points%stress(:, q), &
+        at_points%state(:slot%law%state_count, q), y(:last - 1, k))
+      y(last, k) = log(at_points%volume_ratio(q))
+      monomial(:, k) = z
+      volume = volume + at_points%weight(q)
+      do i = 1, size(z)
+        normal(:, i) = normal(:, i) + at_points%weight(q)*z*z(i)
+      end do
+      do i = 1, last
+        coefficients(:, i) = coefficients(:, i) + at_points%weight(q)*z*y(i, k)
+      end do
+    end do
+    normal = normal/volume
+    coefficients = coefficients/volume
+    do i = 2, size(z)
+      normal(i, i) = normal(i, i) + ridge
+    end do
+    call solve_small(normal, coefficients)
+    inaccurate = inaccurate + count_inaccurate(y, monomial, coefficients)
+  end subroutine fit_cell
+
+  !> Points whose averaged fields differ from the fit by more than a share of the largest value.
+  pure function count_inaccurate(y, monomial, coefficients) result(inaccurate)
+    !> Fields (fields + 1, n) and monomials (1 + dimension, n) of the points, and the fit.
+    real(wp), intent(in) :: y(:, :), monomial(:, :), coefficients(:, :)
+    integer :: inaccurate
+    real(wp) :: scale
+    integer :: k, fields
+
+    inaccurate = 0
+    fields = size(y, 1) - 1
+    scale = maxval(sqrt(sum(y(:fields, :)**2, dim=1)))
+    do k = 1, size(y, 2)
+      if (norm2(y(:fields, k) - matmul(monomial(:, k), coefficients(:, :fields))) &
+        > inaccurate_share*scale) inaccurate = inaccurate + 1
+    end do
+  end function count_inaccurate
+
+  !> 1 and the local coordinates about the cell's centre; halved where they run from -1 to 1.
+  pure function monomials(kind, local) result(z)
+    integer, intent(in) :: kind
+    real(wp), intent(in) :: local(:)
+    real(wp) :: z(1 + size(local))
+
+    z(1) = 1.0_wp
+    z(2:) = 0.5_wp*(local - local_centre(kind))
+    if (corner_count(kind) == size(local) + 1) z(2:) = 2.0_wp*z(2:)
+    if (corner_count(kind) == 6) z(2:3) = 2.0_wp*z(2:3)
+  end function monomials
+
+  !> Solve a small symmetric positive definite system in place (Cholesky).
+  pure subroutine solve_small(matrix, rhs)
+    !> Matrix (n,n), destroyed.
+    real(wp), intent(inout) :: matrix(:, :)
+    !> Right-hand sides (n,m), solution on return.
+    real(wp), intent(inout) :: rhs(:, :)
+    integer :: i, j, n
+
+    n = size(matrix, 1)
+    do j = 1, n
+      matrix(j, j) = sqrt(matrix(j, j) - dot_product(matrix(j, :j - 1), matrix(j, :j - 1)))
+      do i = j + 1, n
+        matrix(i, j) = (matrix(i, j) - dot_product(matrix(i, :j - 1), matrix(j, :j - 1)))/matrix(j, j)
+      end do
+    end do
+    do i = 1, n
+      rhs(i, :) = (rhs(i, :) - matmul(matrix(i, :i - 1), rhs(:i - 1, :)))/matrix(i, i)
+    end do
+    do i = n, 1, -1
+      rhs(i, :) = (rhs(i, :) - matmul(matrix(i + 1:, i), rhs(i + 1:, :)))/matrix(i, i)
+    end do
+  end subroutine solve_small
+end module qsmpm_cell_average

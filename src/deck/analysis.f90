@@ -1,0 +1,296 @@
+!> The analysis a deck describes, as plain data: what the parser fills, what an embedding program
+!> may fill by hand, and what the model is built from. No procedure, no file name resolved twice,
+!> every default stated here once.
+!>
+!> Names of sets, surfaces and materials are kept as text; the model builder resolves them against
+!> the mesh and reports the unknown ones. Lengths, forces and stresses are in the deck's consistent
+!> units. Vectors have three components; the third is unused in the plane.
+module qsmpm_analysis
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
+    material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
+    traction_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
+    moving_mesh_type, initial_stress_type, output_request_type, source_line_type
+
+  !> Kinds of model.
+  integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
+  !> Where the mesh comes from.
+  integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3
+  !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
+  integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
+    diagonal_alternate = 4
+  !> How a node set, element set or surface is chosen.
+  integer, parameter, public :: select_list = 1, select_box = 2, select_plane = 3, select_segment = 4, &
+    select_mesh = 5
+  !> How a body is bounded.
+  integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4
+  !> What the points see.
+  integer, parameter, public :: basis_standard = 1, basis_fem = 2
+  !> How cells are integrated.
+  integer, parameter, public :: integrate_points = 1, integrate_cells = 2
+  !> Kinematics of the law, and how the rate is integrated.
+  integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
+  integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+  !> Stabilisation of boundary cells.
+  integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
+  !> Linear solvers.
+  integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
+    solver_umfpack = 3, solver_mumps = 4
+  !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
+  integer, parameter, public :: newton_modified = 1, newton_full = 2
+  !> How a phase starts its stresses.
+  integer, parameter, public :: initial_keep = 0, initial_k0 = 1
+  !> Who carries a traction: tracked surface points, or the outermost material points (paper, 3.1).
+  integer, parameter, public :: carrier_surface = 1, carrier_points = 2
+  !> What a history records.
+  integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, &
+    quantity_stress = 3, quantity_reaction = 4, quantity_strain = 5
+
+  !> Where in the input an item was written, for errors found after parsing.
+  type :: source_line_type
+    character(len=:), allocatable :: file
+    integer :: line = 0
+  end type source_line_type
+
+  !> Grid lines along one axis.
+  type :: axis_type
+    !> Increasing coordinates, size >= 2.
+    real(wp), allocatable :: lines(:)
+  end type axis_type
+
+  !> The background mesh.
+  type :: mesh_source_type
+    integer :: kind = mesh_none
+    type(source_line_type) :: where
+    !> Element name as in the deck: WEDGE6, WEDGE15, TRI3, TRI6, QUAD4, QUAD8, HEX8, HEX20, TET4, TET10.
+    character(len=:), allocatable :: element
+    !> Grid: x, y and (in 3D) z lines.
+    type(axis_type) :: axes(3)
+    integer :: diagonal = diagonal_right
+    !> Grid: random shift of inner nodes as a share of the smallest neighbouring spacing, 0 to 0.3.
+    real(wp) :: perturbation = 0.0_wp
+    !> Grid: seed of the shifts and of random diagonals.
+    integer :: seed = 1
+    !> File: path relative to the working directory, format GMSH or ABAQUS.
+    character(len=:), allocatable :: file, format
+    !> Inline: node labels and coordinates (3,n).
+    integer, allocatable :: node_labels(:)
+    real(wp), allocatable :: nodes(:, :)
+    !> Inline: element labels, connectivity by label (nodes per element, n).
+    integer, allocatable :: element_labels(:), connectivity(:, :)
+  end type mesh_source_type
+
+  !> A named set of nodes or elements chosen in the deck.
+  type :: set_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    integer :: selection = select_list
+    !> select_list: labels.
+    integer, allocatable :: labels(:)
+    !> select_box: lower and upper corner (3,2). select_plane: box(axis,1) holds the coordinate.
+    real(wp) :: box(3, 2) = 0.0_wp
+    !> select_plane: 1, 2 or 3.
+    integer :: axis = 0
+  end type set_type
+
+  !> A named piece of body surface on which tractions act.
+  type :: surface_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    !> select_box: mesh faces inside the box; select_segment: straight segments in the x-y plane,
+    !> through all of z in 3D; select_mesh: a surface named by the mesh file.
+    integer :: selection = select_box
+    real(wp) :: box(3, 2) = 0.0_wp
+    !> x1, y1, x2, y2 of each segment, (4,n).
+    real(wp), allocatable :: segments(:, :)
+  end type surface_type
+
+  !> A body of material, and how densely it is seeded.
+  type :: body_type
+    character(len=:), allocatable :: name, material
+    type(source_line_type) :: where
+    integer :: kind = body_all
+    real(wp) :: box(3, 2) = 0.0_wp
+    !> Vertices in the x-y plane, counter-clockwise, (2,n); through all of z in 3D.
+    real(wp), allocatable :: polygon(:, :)
+    !> Element set of the mesh.
+    character(len=:), allocatable :: region
+    !> Points per element; 0 asks for the element's default.
+    integer :: points_per_element = 0
+  end type body_type
+
+  !> Parameters of one material; the law is chosen by what is present.
+  type :: material_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    real(wp) :: young = 0.0_wp
+    real(wp) :: poisson = 0.0_wp
+    !> Weight per volume at load factor 1 (multiplied by the gravity vector).
+    real(wp) :: unit_weight = 0.0_wp
+    logical :: mohr_coulomb = .false.
+    real(wp) :: cohesion = 0.0_wp
+    !> Degrees.
+    real(wp) :: friction_angle = 0.0_wp
+    real(wp) :: dilatancy_angle = 0.0_wp
+    !> Largest principal stress allowed; huge means no cut-off.
+    real(wp) :: tensile_strength = huge(1.0_wp)
+  end type material_type
+
+  !> How the continuum is discretised.
+  type :: method_type
+    integer :: basis = basis_standard
+    integer :: integration = integrate_points
+    integer :: kinematics = kinematics_logarithmic
+    integer :: rate = rate_midpoint
+    integer :: stabilisation = stabilise_background
+    !> Background eps or ghost gamma; negative asks for the default (1e-2 and 1e-3).
+    real(wp) :: stabilisation_factor = -1.0_wp
+  end type method_type
+
+  type :: solver_choice_type
+    integer :: kind = solver_auto
+  end type solver_choice_type
+
+  !> Fixed components of a node set: zero displacement, or freed again.
+  type :: fixity_type
+    character(len=:), allocatable :: set
+    type(source_line_type) :: where
+    logical :: fixed(3) = .false.
+  end type fixity_type
+
+  !> Prescribed displacement of a node set in the phase, per unit of load factor.
+  type :: prescription_type
+    character(len=:), allocatable :: set
+    type(source_line_type) :: where
+    integer :: component = 0
+    real(wp) :: value = 0.0_wp
+  end type prescription_type
+
+  !> Dead traction on a surface, per unit of load factor, force per undeformed area.
+  type :: traction_type
+    character(len=:), allocatable :: surface
+    type(source_line_type) :: where
+    real(wp) :: vector(3) = 0.0_wp
+    integer :: carrier = carrier_surface
+  end type traction_type
+
+  !> Gravity per unit of load factor; multiplies the unit weight.
+  type :: gravity_type
+    logical :: given = .false.
+    real(wp) :: vector(3) = 0.0_wp
+  end type gravity_type
+
+  !> Step control and stopping rules of a phase.
+  type :: controls_type
+    !> Load steps the phase is first cut into.
+    integer :: steps = 10
+    integer :: newton = newton_full
+    !> Relative out-of-balance (eq. 27).
+    real(wp) :: tolerance = 1.0e-4_wp
+    integer :: max_iterations = 20
+    logical :: line_search = .true.
+    !> Smallest step as a share of the first one before the phase stops.
+    real(wp) :: smallest_step = 1.0e-3_wp
+    !> Iterations below which a cut step grows again, above which the next one shrinks.
+    integer :: few_iterations = 8
+    integer :: many_iterations = 16
+    !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
+    real(wp) :: largest_move = 0.5_wp
+    !> Share of the load that stabilisation may carry; a step is held until it is below.
+    real(wp) :: stabilisation_share = 5.0e-3_wp
+    integer :: max_holds = 30
+    !> Proximal sub-steps when the static step is lost, and the drag they may leave.
+    logical :: proximal = .true.
+    real(wp) :: drag_share = 1.0e-3_wp
+    integer :: max_substeps = 400
+  end type controls_type
+
+  !> Re-solve at held load and report how far the first history creeps; the state is put back.
+  type :: hold_test_type
+    integer :: repeats = 10
+    !> Load factors of the phase at which to test.
+    real(wp), allocatable :: at(:)
+  end type hold_test_type
+
+  !> A column of curves.csv.
+  type :: history_type
+    character(len=:), allocatable :: name, unit
+    type(source_line_type) :: where
+    integer :: quantity = quantity_displacement
+    !> 1..3 for vectors; 1..6 (11,22,33,12,13,23) for stress.
+    integer :: component = 1
+    !> Start position of the massless tracer, or where the nearest material point is sought.
+    real(wp) :: at(3) = 0.0_wp
+    !> quantity_reaction: the node set.
+    character(len=:), allocatable :: set
+    real(wp) :: scale = 1.0_wp
+  end type history_type
+
+  !> Mesh rows that follow a plate: rows between base and plate scale, rows beyond shift.
+  type :: moving_mesh_type
+    logical :: active = .false.
+    type(source_line_type) :: where
+    character(len=:), allocatable :: set
+    integer :: axis = 2
+    !> Coordinate of the row that stays.
+    real(wp) :: base = 0.0_wp
+  end type moving_mesh_type
+
+  !> How the stresses of a phase start.
+  type :: initial_stress_type
+    integer :: kind = initial_keep
+    !> K0 start: level of the horizontal surface and ratio of horizontal to vertical stress.
+    real(wp) :: surface_level = 0.0_wp
+    real(wp) :: k0 = 1.0_wp
+  end type initial_stress_type
+
+  !> One phase: what changes, and how it is stepped.
+  type :: phase_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    !> Load factor at the end of the phase; loads of the phase are given per unit of it.
+    real(wp) :: load_factor = 1.0_wp
+    type(initial_stress_type) :: initial
+    type(fixity_type), allocatable :: fixities(:)
+    type(prescription_type), allocatable :: prescriptions(:)
+    type(gravity_type) :: gravity
+    type(traction_type), allocatable :: tractions(:)
+    type(controls_type) :: controls
+    type(hold_test_type) :: hold_test
+    logical :: reset_displacements = .false.
+  end type phase_type
+
+  !> Which results are written, and how often (in accepted steps; 0 means at phase ends only).
+  type :: output_request_type
+    integer :: field_every = 0
+    integer :: restart_every = 0
+    !> VTK pictures and HDF5 results can be switched off for studies.
+    logical :: vtk = .true.
+    logical :: hdf5 = .true.
+  end type output_request_type
+
+  !> Everything a deck says.
+  type :: analysis_type
+    !> Path of the deck and its base name without extension.
+    character(len=:), allocatable :: deck, job
+    !> Heading lines joined by newlines.
+    character(len=:), allocatable :: heading
+    character(len=:), allocatable :: length_unit, force_unit
+    integer :: model = 0
+    type(mesh_source_type) :: mesh
+    type(set_type), allocatable :: node_sets(:)
+    type(set_type), allocatable :: element_sets(:)
+    type(surface_type), allocatable :: surfaces(:)
+    type(body_type), allocatable :: bodies(:)
+    type(material_type), allocatable :: materials(:)
+    type(method_type) :: method
+    type(solver_choice_type) :: solver
+    type(moving_mesh_type) :: moving_mesh
+    type(history_type), allocatable :: histories(:)
+    type(output_request_type) :: output
+    type(phase_type), allocatable :: phases(:)
+  end type analysis_type
+end module qsmpm_analysis

@@ -1,0 +1,50 @@
+!> The background mesh as plain data: node coordinates, cells in compressed rows, named sets and
+!> the neighbour tables the point search and the stabilisation walk along.
+!>
+!> A mesh may mix element kinds of one dimension. The coordinates change only for updated
+!> Lagrangian FEM (mesh carried) and for moving meshes; the topology never does.
+!> Building the tables is `qsmpm_mesh_topology`, generators and readers have their own modules.
+module qsmpm_mesh
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: mesh_type, index_set_type, face_set_type
+
+  !> A named set of node or cell indices, sorted, without repeats.
+  type :: index_set_type
+    character(len=:), allocatable :: name
+    integer, allocatable :: items(:)
+  end type index_set_type
+
+  !> A named set of cell faces.
+  type :: face_set_type
+    character(len=:), allocatable :: name
+    !> Cell and local face number, (2,n).
+    integer, allocatable :: faces(:, :)
+  end type face_set_type
+
+  !> Nodes, cells, neighbours, sets.
+  type :: mesh_type
+    !> 2 or 3.
+    integer :: dimension = 0
+    integer :: node_count = 0
+    integer :: cell_count = 0
+    !> Node coordinates (dimension, node_count).
+    real(wp), allocatable :: coordinates(:, :)
+    !> Labels the input file gave to nodes and cells.
+    integer, allocatable :: node_label(:), cell_label(:)
+    !> Element kind of each cell, one of the parameters of `qsmpm_element`.
+    integer, allocatable :: cell_kind(:)
+    !> Nodes of cell c: cell_nodes(cell_first(c) : cell_first(c+1)-1).
+    integer, allocatable :: cell_first(:), cell_nodes(:)
+    !> Cell beyond local face f of cell c, 0 on the outside: face_neighbour(f, c).
+    integer, allocatable :: face_neighbour(:, :)
+    !> Cells that share a corner with cell c (without c), sorted: vertex_neighbour(vertex_first(c) : ...).
+    integer, allocatable :: vertex_first(:), vertex_neighbour(:)
+    !> Interior faces once each: cell, local face, cell beyond, its local face, (4,n), cell < cell beyond.
+    integer, allocatable :: interior_face(:, :)
+    type(index_set_type), allocatable :: node_sets(:), cell_sets(:)
+    type(face_set_type), allocatable :: face_sets(:)
+  end type mesh_type
+end module qsmpm_mesh

@@ -1,0 +1,96 @@
+!> Small questions to a mesh: the nodes and coordinates of a cell, its volume and size, totals.
+module qsmpm_mesh_measure
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: element_geometry, full_rule, corner_count
+  use qsmpm_mesh, only: mesh_type
+  implicit none
+  private
+
+  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate
+
+contains
+
+  !> Nodes of a cell in the order of its element.
+  pure function cell_nodes_of(mesh, cell) result(nodes)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    integer, allocatable :: nodes(:)
+
+    nodes = mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1)
+  end function cell_nodes_of
+
+  !> Coordinates of the nodes of a cell (dimension, nodes).
+  pure function cell_coordinates(mesh, cell) result(coordinates)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    real(wp), allocatable :: coordinates(:, :)
+
+    coordinates = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
+  end function cell_coordinates
+
+  !> Volume (area in the plane) of a cell; negative when it is inside out.
+  function cell_volume(mesh, cell) result(volume)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    real(wp) :: volume
+    real(wp), allocatable :: places(:, :), weights(:), x(:, :)
+    real(wp) :: functions(20), gradients(mesh%dimension, 20), determinant
+    integer :: q, n
+
+    call full_rule(mesh%cell_kind(cell), places, weights)
+    x = cell_coordinates(mesh, cell)
+    n = size(x, 2)
+    volume = 0.0_wp
+    do q = 1, size(weights)
+      call element_geometry(mesh%cell_kind(cell), places(:, q), x, functions(:n), gradients(:, :n), determinant)
+      volume = volume + weights(q)*determinant
+    end do
+  end function cell_volume
+
+  !> Size of a cell: the mean extent of its corners along the axes.
+  pure function cell_size(mesh, cell) result(extent)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    real(wp) :: extent
+    integer :: i, first
+
+    extent = 0.0_wp
+    first = mesh%cell_first(cell)
+    do i = 1, mesh%dimension
+      associate (x => mesh%coordinates(i, mesh%cell_nodes(first: &
+        first + corner_count(mesh%cell_kind(cell)) - 1)))
+        extent = extent + (maxval(x) - minval(x))/mesh%dimension
+      end associate
+    end do
+  end function cell_size
+
+  !> Volume of the whole mesh.
+  function mesh_volume(mesh) result(volume)
+    type(mesh_type), intent(in) :: mesh
+    real(wp) :: volume
+    integer :: c
+
+    volume = 0.0_wp
+    do c = 1, mesh%cell_count
+      volume = volume + cell_volume(mesh, c)
+    end do
+  end function mesh_volume
+
+  !> A nodal field at a place of a cell.
+  pure function interpolate(mesh, cell, functions, field) result(value)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    !> Shape functions of the cell's nodes at the place, in the order of the cell.
+    real(wp), intent(in) :: functions(:)
+    !> (components, node_count)
+    real(wp), intent(in) :: field(:, :)
+    real(wp) :: value(size(field, 1))
+    integer :: a, first
+
+    first = mesh%cell_first(cell) - 1
+    value = 0.0_wp
+    do a = 1, mesh%cell_first(cell + 1) - 1 - first
+      value = value + functions(a)*field(:, mesh%cell_nodes(first + a))
+    end do
+  end function interpolate
+end module qsmpm_mesh_measure

@@ -1,0 +1,174 @@
+!> Point search: the cell that owns a place, and the local coordinates there.
+!>
+!> Ownership is half open: a place on a face, edge or node belongs to the cell that contains it
+!> after a nudge of 1e-9 cell sizes along a fixed direction that is parallel to nothing in
+!> particular. So every place has one owner, whatever cell the search starts from; on the outside of
+!> the mesh the touching cell takes it. The search walks over the most violated face and falls back
+!> to looking at all cells where a walk meets the outside of a non-convex mesh.
+module qsmpm_mesh_search
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: shape_functions, shape_gradients, inside_distance, local_centre, &
+    face_count, corner_count, linear_kind
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_size
+  implicit none
+  private
+
+  public :: inverse_map, locate
+
+  real(wp), parameter :: nudge = 1.0e-9_wp
+  !> Direction of the nudge.
+  real(wp), parameter :: direction(3) = [1.0_wp, 0.314159_wp, 0.135914_wp]
+  !> Inside means distances above minus this; touching the outside means above minus the larger one.
+  real(wp), parameter :: inside_tolerance = 1.0e-12_wp, touching_tolerance = 1.0e-7_wp
+  integer, parameter :: most_iterations = 30
+
+contains
+
+  !> Local coordinates of a place in the straight-edged map of a cell, also outside of it.
+  pure subroutine inverse_map(mesh, cell, x, local, ok)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Local coordinates (dimension).
+    real(wp), intent(out) :: local(:)
+    !> False when Newton's method does not converge.
+    logical, intent(out) :: ok
+    real(wp) :: functions(8), gradients(mesh%dimension, 8), corner(mesh%dimension, 8)
+    real(wp) :: jacobian(3, 3), residual(3), move(3)
+    integer :: kind, n, d, iteration, first
+
+    d = mesh%dimension
+    kind = linear_kind(mesh%cell_kind(cell))
+    n = corner_count(kind)
+    first = mesh%cell_first(cell)
+    corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
+    local = local_centre(kind)
+    ok = .false.
+    do iteration = 1, most_iterations
+      call shape_functions(kind, local, functions(:n))
+      call shape_gradients(kind, local, gradients(:, :n))
+      jacobian(:d, :d) = matmul(corner(:, :n), transpose(gradients(:, :n)))
+      residual(:d) = x - matmul(corner(:, :n), functions(:n))
+      call solve_small(jacobian(:d, :d), residual(:d), move(:d), ok)
+      if (.not. ok) return
+      local = local + move(:d)
+      ok = maxval(abs(move(:d))) <= 1.0e-13_wp*(1.0_wp + maxval(abs(local)))
+      if (ok .or. n == d + 1) exit
+      if (maxval(abs(local)) > 1.0e3_wp) return
+    end do
+    if (n == d + 1) ok = .true.
+  end subroutine inverse_map
+
+  !> Solve a system of two or three equations by Cramer's rule.
+  pure subroutine solve_small(a, b, x, ok)
+    real(wp), intent(in) :: a(:, :), b(:)
+    real(wp), intent(out) :: x(:)
+    logical, intent(out) :: ok
+    real(wp) :: determinant, scale
+
+    if (size(b) == 2) then
+      determinant = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
+      x = [b(1)*a(2, 2) - a(1, 2)*b(2), a(1, 1)*b(2) - b(1)*a(2, 1)]
+    else
+      determinant = dot_product(a(:, 1), cross(a(:, 2), a(:, 3)))
+      x = [dot_product(b, cross(a(:, 2), a(:, 3))), dot_product(a(:, 1), cross(b, a(:, 3))), &
+        dot_product(a(:, 1), cross(a(:, 2), b))]
+    end if
+    scale = maxval(abs(a))**size(b)
+    ok = abs(determinant) > 1.0e-14_wp*scale
+    if (ok) x = x/determinant
+  end subroutine solve_small
+
+  !> Cross product.
+  pure function cross(a, b) result(c)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Owner cell of a place.
+  subroutine locate(mesh, x, cell, local, found)
+    type(mesh_type), intent(in) :: mesh
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> In: where to start, 0 for anywhere. Out: the owner; unchanged when not found.
+    integer, intent(inout) :: cell
+    !> Local coordinates in the owner (dimension).
+    real(wp), intent(out) :: local(:)
+    logical, intent(out) :: found
+    real(wp) :: nudged(size(x))
+    integer :: owner
+    logical :: ok
+
+    owner = max(1, cell)
+    nudged = x + nudge*cell_size(mesh, owner)*direction(:size(x))
+    call walk(mesh, nudged, owner, inside_tolerance, found)
+    if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
+    if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)
+    if (.not. found) return
+    cell = owner
+    call inverse_map(mesh, cell, x, local, ok)
+    found = ok
+  end subroutine locate
+
+  !> Walk over the most violated faces.
+  pure subroutine walk(mesh, x, cell, tolerance, found)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: x(:)
+    integer, intent(inout) :: cell
+    real(wp), intent(in) :: tolerance
+    logical, intent(out) :: found
+    real(wp) :: local(size(x)), distance(6)
+    logical :: ok
+    integer :: moves, worst, n
+
+    found = .false.
+    do moves = 1, 4*mesh%cell_count
+      call inverse_map(mesh, cell, x, local, ok)
+      if (.not. ok) return
+      n = face_count(mesh%cell_kind(cell))
+      call inside_distance(mesh%cell_kind(cell), local, distance(:n))
+      worst = minloc(distance(:n), dim=1)
+      found = distance(worst) >= -tolerance
+      if (found) return
+      if (mesh%face_neighbour(worst, cell) == 0) return
+      cell = mesh%face_neighbour(worst, cell)
+    end do
+  end subroutine walk
+
+  !> Try every cell whose box holds the place; of several the first.
+  pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: x(:), tolerance
+    integer, intent(inout) :: cell
+    logical, intent(out) :: found
+    real(wp) :: local(size(x)), distance(6), margin
+    logical :: ok
+    integer :: c, i, n, first, last
+
+    found = .false.
+    do c = 1, mesh%cell_count
+      first = mesh%cell_first(c)
+      last = first + corner_count(mesh%cell_kind(c)) - 1
+      margin = tolerance*cell_size(mesh, c)
+      ok = .true.
+      do i = 1, size(x)
+        associate (corner => mesh%coordinates(i, mesh%cell_nodes(first:last)))
+          ok = ok .and. x(i) >= minval(corner) - margin .and. x(i) <= maxval(corner) + margin
+        end associate
+      end do
+      if (.not. ok) cycle
+      call inverse_map(mesh, c, x, local, ok)
+      if (.not. ok) cycle
+      n = face_count(mesh%cell_kind(c))
+      call inside_distance(mesh%cell_kind(c), local, distance(:n))
+      found = minval(distance(:n)) >= -tolerance
+      if (.not. found) cycle
+      cell = c
+      return
+    end do
+  end subroutine look_everywhere
+end module qsmpm_mesh_search

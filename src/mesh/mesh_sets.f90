@@ -1,0 +1,118 @@
+!> Choosing nodes and faces by place or by name.
+module qsmpm_mesh_sets
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: face_count, face_corners, face_corner_count
+  use qsmpm_mesh, only: mesh_type, index_set_type
+  implicit none
+  private
+
+  public :: nodes_in_box, nodes_on_plane, faces_in_box, find_set, add_set, set_tolerance
+
+  !> A node lies on a plane when it is this close, as a share of the size of the mesh.
+  real(wp), parameter :: closeness = 1.0e-8_wp
+
+contains
+
+  !> Distance below which places count as the same.
+  pure function set_tolerance(mesh) result(tolerance)
+    type(mesh_type), intent(in) :: mesh
+    real(wp) :: tolerance
+
+    tolerance = closeness*maxval(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+  end function set_tolerance
+
+  !> Nodes in a box; limits along z are not looked at in the plane.
+  pure subroutine nodes_in_box(mesh, box, items)
+    type(mesh_type), intent(in) :: mesh
+    !> Lower and upper corner (3,2).
+    real(wp), intent(in) :: box(3, 2)
+    integer, allocatable, intent(out) :: items(:)
+    logical :: inside(mesh%node_count)
+    integer :: i
+
+    inside = .true.
+    do i = 1, mesh%dimension
+      inside = inside .and. mesh%coordinates(i, :) >= box(i, 1) - set_tolerance(mesh) &
+        .and. mesh%coordinates(i, :) <= box(i, 2) + set_tolerance(mesh)
+    end do
+    items = pack([(i, i=1, mesh%node_count)], inside)
+  end subroutine nodes_in_box
+
+  !> Nodes on a plane normal to an axis.
+  pure subroutine nodes_on_plane(mesh, axis, value, items)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: value
+    integer, allocatable, intent(out) :: items(:)
+    integer :: i
+
+    items = pack([(i, i=1, mesh%node_count)], &
+      abs(mesh%coordinates(axis, :) - value) <= set_tolerance(mesh))
+  end subroutine nodes_on_plane
+
+  !> Faces whose corners all lie in a box; an interior face comes from both its cells.
+  pure subroutine faces_in_box(mesh, box, faces)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: box(3, 2)
+    !> Cell and local face, (2,n).
+    integer, allocatable, intent(out) :: faces(:, :)
+    integer, allocatable :: items(:)
+    integer :: list(2, 6*mesh%cell_count), c, f, n
+    logical :: inside(mesh%node_count)
+
+    call nodes_in_box(mesh, box, items)
+    inside = .false.
+    inside(items) = .true.
+    n = 0
+    do c = 1, mesh%cell_count
+      do f = 1, face_count(mesh%cell_kind(c))
+        if (.not. all_inside(mesh, c, f, inside)) cycle
+        n = n + 1
+        list(:, n) = [c, f]
+      end do
+    end do
+    faces = list(:, :n)
+  end subroutine faces_in_box
+
+  !> True when all corners of a face are marked.
+  pure function all_inside(mesh, cell, face, inside) result(yes)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell, face
+    logical, intent(in) :: inside(:)
+    logical :: yes
+    integer :: corners(face_corner_count(mesh%cell_kind(cell), face))
+
+    corners = face_corners(mesh%cell_kind(cell), face)
+    yes = all(inside(mesh%cell_nodes(mesh%cell_first(cell) - 1 + corners)))
+  end function all_inside
+
+  !> Place of a name in a list of sets, 0 when it is not there.
+  pure function find_set(sets, name) result(place)
+    type(index_set_type), intent(in) :: sets(:)
+    character(len=*), intent(in) :: name
+    integer :: place
+    integer :: i
+
+    place = 0
+    do i = 1, size(sets)
+      if (sets(i)%name == name) place = i
+    end do
+  end function find_set
+
+  !> Append a set.
+  pure subroutine add_set(sets, name, items)
+    type(index_set_type), allocatable, intent(inout) :: sets(:)
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: items(:)
+    type(index_set_type), allocatable :: longer(:)
+    integer :: n
+
+    n = 0
+    if (allocated(sets)) n = size(sets)
+    allocate (longer(n + 1))
+    if (n > 0) longer(:n) = sets
+    longer(n + 1)%name = name
+    longer(n + 1)%items = items
+    call move_alloc(longer, sets)
+  end subroutine add_set
+end module qsmpm_mesh_sets

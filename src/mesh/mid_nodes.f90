@@ -1,0 +1,61 @@
+!> From linear to quadratic cells: mid nodes in the middle of edges, one for each edge.
+module qsmpm_mid_nodes
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: node_count, corner_count, mid_edges
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: order_columns
+  implicit none
+  private
+
+  public :: add_mid_nodes
+
+contains
+
+  !> Make every cell of a linear mesh quadratic.
+  subroutine add_mid_nodes(kind, mesh)
+    !> Quadratic kind of all cells.
+    integer, intent(in) :: kind
+    type(mesh_type), intent(inout) :: mesh
+    integer :: edges(2, node_count(kind) - corner_count(kind))
+    integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:)
+    real(wp), allocatable :: coordinates(:, :)
+    integer :: c, e, k, n, corners, added
+
+    edges = mid_edges(kind)
+    corners = corner_count(kind)
+    n = size(edges, 2)*mesh%cell_count
+    allocate (ends(2, n), order(n), middle(n))
+    do c = 1, mesh%cell_count
+      do e = 1, size(edges, 2)
+        k = (c - 1)*size(edges, 2) + e
+        ends(:, k) = mesh%cell_nodes(mesh%cell_first(c) - 1 + edges(:, e))
+        ends(:, k) = [minval(ends(:, k)), maxval(ends(:, k))]
+      end do
+    end do
+    call order_columns(ends, order)
+    allocate (coordinates(mesh%dimension, mesh%node_count + n))
+    coordinates(:, :mesh%node_count) = mesh%coordinates
+    added = mesh%node_count
+    do k = 1, n
+      if (k == 1) then
+        added = added + 1
+      else if (any(ends(:, order(k)) /= ends(:, order(k - 1)))) then
+        added = added + 1
+      end if
+      middle(order(k)) = added
+      coordinates(:, added) = 0.5_wp*(mesh%coordinates(:, ends(1, order(k))) &
+        + mesh%coordinates(:, ends(2, order(k))))
+    end do
+    allocate (nodes(mesh%cell_count*node_count(kind)))
+    do c = 1, mesh%cell_count
+      nodes((c - 1)*node_count(kind) + 1:c*node_count(kind)) = &
+        [mesh%cell_nodes((c - 1)*corners + 1:c*corners), &
+        middle((c - 1)*size(edges, 2) + 1:c*size(edges, 2))]
+    end do
+    mesh%node_count = added
+    mesh%coordinates = coordinates(:, :added)
+    call move_alloc(nodes, mesh%cell_nodes)
+    mesh%cell_kind = kind
+    mesh%cell_first = [(1 + c*node_count(kind), c=0, mesh%cell_count)]
+  end subroutine add_mid_nodes
+end module qsmpm_mid_nodes

@@ -1,0 +1,74 @@
+!> Meshes that move: rows that follow a plate, and the test whether a carried mesh is tangled.
+module qsmpm_moving_rows
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: shape_gradients, full_rule, local_nodes, node_count
+  use qsmpm_mesh, only: mesh_type
+  implicit none
+  private
+
+  public :: scale_rows, is_tangled
+
+contains
+
+  !> Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
+  pure subroutine scale_rows(mesh, axis, base, plate_old, plate_new)
+    type(mesh_type), intent(inout) :: mesh
+    !> Axis along which the plate moves.
+    integer, intent(in) :: axis
+    !> Coordinate of the row that stays, and of the plate's row before and after.
+    real(wp), intent(in) :: base, plate_old, plate_new
+    real(wp) :: share
+    integer :: a
+
+    do a = 1, mesh%node_count
+      share = (mesh%coordinates(axis, a) - base)/(plate_old - base)
+      if (share <= 0.0_wp) cycle
+      if (share < 1.0_wp) then
+        mesh%coordinates(axis, a) = base + share*(plate_new - base)
+      else
+        mesh%coordinates(axis, a) = mesh%coordinates(axis, a) + plate_new - plate_old
+      end if
+    end do
+  end subroutine scale_rows
+
+  !> True when the map of a cell turns inside out at a node or at a point of its full rule.
+  subroutine is_tangled(mesh, coordinates, cell, tangled)
+    type(mesh_type), intent(in) :: mesh
+    !> Node coordinates to test (dimension, node_count).
+    real(wp), intent(in) :: coordinates(:, :)
+    integer, intent(in) :: cell
+    logical, intent(out) :: tangled
+    real(wp) :: nodes(mesh%dimension, node_count(mesh%cell_kind(cell)))
+    real(wp), allocatable :: places(:, :), weights(:)
+    real(wp) :: corner(mesh%dimension, node_count(mesh%cell_kind(cell)))
+    integer :: k
+
+    corner = coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
+    nodes = local_nodes(mesh%cell_kind(cell))
+    call full_rule(mesh%cell_kind(cell), places, weights)
+    tangled = .false.
+    do k = 1, size(nodes, 2)
+      tangled = tangled .or. .not. jacobian(mesh%cell_kind(cell), nodes(:, k), corner) > 0.0_wp
+    end do
+    do k = 1, size(weights)
+      tangled = tangled .or. .not. jacobian(mesh%cell_kind(cell), places(:, k), corner) > 0.0_wp
+    end do
+  end subroutine is_tangled
+
+  !> Determinant of the isoparametric map.
+  pure function jacobian(kind, local, corner) result(determinant)
+    integer, intent(in) :: kind
+    real(wp), intent(in) :: local(:), corner(:, :)
+    real(wp) :: determinant
+    real(wp) :: gradients(size(local), size(corner, 2)), j(size(local), size(local))
+
+    call shape_gradients(kind, local, gradients)
+    j = matmul(corner, transpose(gradients))
+    if (size(local) == 2) then
+      determinant = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
+    else
+      determinant = j(1, 1)*(j(2, 2)*j(3, 3) - j(3, 2)*j(2, 3)) &
+        - j(1, 2)*(j(2, 1)*j(3, 3) - j(3, 1)*j(2, 3)) + j(1, 3)*(j(2, 1)*j(3, 2) - j(3, 1)*j(2, 2))
+    end if
+  end function jacobian
+end module qsmpm_moving_rows

@@ -1,0 +1,134 @@
+!> House-keeping (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active,
+!> and which of the active cells are full or lie at the boundary of the material.
+!>
+!> A cell is active when it owns a point, never because a shape function reaches into it. An active
+!> cell belongs to the *boundary* when a cell sharing a corner with it is inactive or its fill is
+!> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4. The outside
+!> of the mesh does not count as inactive: there the fixities speak. Constants: docs/theory.md.
+module qsmpm_house_keeping
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_search, only: locate
+  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_error, only: error_type, fail, error_left_mesh
+  implicit none
+  private
+
+  public :: activation_type, activate, relocate
+
+  !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
+  real(wp), parameter :: boundary_fill = 0.6_wp, full_fill = 0.4_wp
+  !> A point beyond the mesh by more than this share of the cell size is lost, by less it is a
+  !> matter of rounding and step size and is put back on the wall.
+  real(wp), parameter :: wall_tolerance = 0.2_wp
+
+  !> What house-keeping finds.
+  type :: activation_type
+    integer :: active_count = 0
+    !> Active cells in rising order (active_count), and the reverse: 0 for an inactive cell.
+    integer, allocatable :: active_cell(:), active_number(:)
+    !> Points of active cell k: point(first(k) : first(k+1)-1), sorted by material, then number.
+    integer, allocatable :: first(:), point(:)
+    !> Share of the cell's volume that its points hold (active_count).
+    real(wp), allocatable :: fill(:)
+    logical, allocatable :: boundary(:), full(:)
+  end type activation_type
+
+contains
+
+  !> Sort points into cells and classify the cells.
+  pure subroutine activate(mesh, cell_volume, points, activation)
+    type(mesh_type), intent(in) :: mesh
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: cell_volume(:)
+    type(points_type), intent(in) :: points
+    type(activation_type), intent(out) :: activation
+    integer :: k, c, p
+
+    call sort_by_cell(mesh%cell_count, points, activation)
+    allocate (activation%fill(activation%active_count), activation%boundary(activation%active_count), &
+      activation%full(activation%active_count))
+    do k = 1, activation%active_count
+      c = activation%active_cell(k)
+      activation%fill(k) = 0.0_wp
+      do p = activation%first(k), activation%first(k + 1) - 1
+        activation%fill(k) = activation%fill(k) + points%volume(activation%point(p))
+      end do
+      activation%fill(k) = activation%fill(k)/cell_volume(c)
+    end do
+    do k = 1, activation%active_count
+      c = activation%active_cell(k)
+      associate (around => mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1))
+        activation%full(k) = all(activation%active_number(around) > 0)
+        activation%boundary(k) = .not. activation%full(k) .or. activation%fill(k) < boundary_fill
+        activation%full(k) = activation%full(k) .and. activation%fill(k) > full_fill
+      end associate
+    end do
+  end subroutine activate
+
+  !> Counting sort of the points by cell, then material.
+  pure subroutine sort_by_cell(cell_count, points, activation)
+    integer, intent(in) :: cell_count
+    type(points_type), intent(in) :: points
+    type(activation_type), intent(inout) :: activation
+    integer :: owned(cell_count), place(cell_count)
+    integer :: c, k, m, p
+
+    owned = 0
+    do p = 1, points%count
+      owned(points%cell(p)) = owned(points%cell(p)) + 1
+    end do
+    activation%active_count = count(owned > 0)
+    allocate (activation%active_cell(activation%active_count), activation%active_number(cell_count))
+    allocate (activation%first(activation%active_count + 1), activation%point(points%count))
+    activation%active_number = 0
+    activation%first(1) = 1
+    k = 0
+    do c = 1, cell_count
+      if (owned(c) == 0) cycle
+      k = k + 1
+      activation%active_cell(k) = c
+      activation%active_number(c) = k
+      activation%first(k + 1) = activation%first(k) + owned(c)
+      place(c) = activation%first(k)
+    end do
+    do m = 1, maxval(points%material)
+      do p = 1, points%count
+        if (points%material(p) /= m) cycle
+        c = points%cell(p)
+        activation%point(place(c)) = p
+        place(c) = place(c) + 1
+      end do
+    end do
+  end subroutine sort_by_cell
+
+  !> Find the owner cells again after a move or a change of the mesh.
+  subroutine relocate(mesh, cell_size, carried, name, error)
+    type(mesh_type), intent(in) :: mesh
+    !> Typical cell size [length].
+    real(wp), intent(in) :: cell_size
+    class(carried_type), intent(inout) :: carried
+    !> What is carried, for the message.
+    character(len=*), intent(in) :: name
+    !> error_left_mesh, naming the point.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: low(:), high(:), clamped(:)
+    character(len=200) :: text
+    logical :: found
+    integer :: p
+
+    allocate (low(mesh%dimension), high(mesh%dimension), clamped(mesh%dimension))
+    low = minval(mesh%coordinates, dim=2)
+    high = maxval(mesh%coordinates, dim=2)
+    do p = 1, carried%count
+      clamped = min(max(carried%position(:, p), low), high)
+      if (all(abs(clamped - carried%position(:, p)) <= wall_tolerance*cell_size)) &
+        carried%position(:, p) = clamped
+      call locate(mesh, carried%position(:, p), carried%cell(p), carried%local(:, p), found)
+      if (found) cycle
+      write (text, '(a,1x,i0,a,3(1x,es13.6))') name, p, ' left the mesh at', carried%position(:, p)
+      call fail(error, error_left_mesh, trim(text))
+      return
+    end do
+  end subroutine relocate
+end module qsmpm_house_keeping

@@ -1,0 +1,83 @@
+!> Everything that rides on the mesh: material points, surface points and tracers, as structures of
+!> arrays.
+!>
+!> A *carried* set has positions, an owner cell each and local coordinates in it; it is moved by the
+!> displacement of the step and found again after the mesh is reset (paper, section 3.3).
+!> Material points carry the state of the continuum; surface points carry tractions; tracers carry
+!> nothing and only record where a place of the body has gone.
+module qsmpm_points
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: carried_type, points_type, surface_points_type, allocate_carried, allocate_points
+
+  !> Places that move with the material.
+  type :: carried_type
+    integer :: count = 0
+    !> Current and initial position (dimension, count).
+    real(wp), allocatable :: position(:, :), initial_position(:, :)
+    !> Local coordinates in the owner cell (dimension, count).
+    real(wp), allocatable :: local(:, :)
+    !> Owner cell (count).
+    integer, allocatable :: cell(:)
+  end type carried_type
+
+  !> Material points (paper, section 3.1).
+  type, extends(carried_type) :: points_type
+    !> Body and material number (count).
+    integer, allocatable :: body(:), material(:)
+    !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
+    !> weight is kept: eq. 29 with a constant density would lose it.
+    real(wp), allocatable :: volume(:), initial_volume(:), weight(:)
+    !> Cauchy stress, 11,22,33,12[,13,23] (4 or 6, count).
+    real(wp), allocatable :: stress(:, :)
+    !> State of the law (largest state_count of all laws, count).
+    real(wp), allocatable :: state(:, :)
+    !> 1 where the point yielded in the last step.
+    integer, allocatable :: plastic(:)
+  end type points_type
+
+  !> Surface points: quadrature points of the loaded surfaces.
+  type, extends(carried_type) :: surface_points_type
+    !> Surface number and undeformed area (per radian in axisymmetry) of each.
+    integer, allocatable :: surface(:)
+    real(wp), allocatable :: area(:)
+  end type surface_points_type
+
+contains
+
+  !> Allocate the arrays of a carried set.
+  pure subroutine allocate_carried(carried, dimension, count)
+    class(carried_type), intent(inout) :: carried
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of places.
+    integer, intent(in) :: count
+
+    carried%count = count
+    allocate (carried%position(dimension, count), carried%initial_position(dimension, count), &
+      carried%local(dimension, count), source=0.0_wp)
+    allocate (carried%cell(count), source=0)
+  end subroutine allocate_carried
+
+  !> Allocate material points, unstressed.
+  pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
+    type(points_type), intent(out) :: points
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of points.
+    integer, intent(in) :: count
+    !> 4 or 6.
+    integer, intent(in) :: stress_components
+    !> State variables a point.
+    integer, intent(in) :: state_count
+
+    call allocate_carried(points, dimension, count)
+    allocate (points%body(count), points%material(count), points%plastic(count), source=0)
+    allocate (points%volume(count), points%initial_volume(count), points%weight(count), &
+      source=0.0_wp)
+    allocate (points%stress(stress_components, count), points%state(state_count, count), &
+      source=0.0_wp)
+  end subroutine allocate_points
+end module qsmpm_points

@@ -1,0 +1,123 @@
+!> Plane polygons: area, centroid, containment, and the part of a polygon inside a convex cell.
+!>
+!> A body given by a polygon cuts through cells; the volume its points get in a cut cell is the
+!> exact area of the intersection (Sutherland and Hodgman 1974, the body clipped by the cell).
+module qsmpm_polygon
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: polygon_area, polygon_centroid, polygon_contains, clip_by_convex
+
+contains
+
+  !> Signed area, positive when counter-clockwise.
+  pure function polygon_area(vertices) result(area)
+    !> Vertices in order (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    real(wp) :: area
+    integer :: i, j, n
+
+    n = size(vertices, 2)
+    area = 0.0_wp
+    do i = 1, n
+      j = mod(i, n) + 1
+      area = area + vertices(1, i)*vertices(2, j) - vertices(1, j)*vertices(2, i)
+    end do
+    area = 0.5_wp*area
+  end function polygon_area
+
+  !> Centroid; the mean of the vertices when the area vanishes.
+  pure function polygon_centroid(vertices) result(centroid)
+    !> Vertices in order (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    real(wp) :: centroid(2)
+    real(wp) :: origin(2), cross, total
+    integer :: i, j, n
+
+    n = size(vertices, 2)
+    origin = sum(vertices, dim=2)/n
+    centroid = 0.0_wp
+    total = 0.0_wp
+    do i = 1, n
+      j = mod(i, n) + 1
+      cross = (vertices(1, i) - origin(1))*(vertices(2, j) - origin(2)) &
+        - (vertices(1, j) - origin(1))*(vertices(2, i) - origin(2))
+      centroid = centroid + cross*(vertices(:, i) + vertices(:, j) - 2.0_wp*origin)
+      total = total + cross
+    end do
+    if (abs(total) > tiny(total)) then
+      centroid = origin + centroid/(3.0_wp*total)
+    else
+      centroid = origin
+    end if
+  end function polygon_centroid
+
+  !> True when a point is inside (even-odd rule).
+  pure function polygon_contains(vertices, x) result(inside)
+    !> Vertices in order (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    !> Point (2).
+    real(wp), intent(in) :: x(2)
+    logical :: inside
+    integer :: i, j
+
+    inside = .false.
+    j = size(vertices, 2)
+    do i = 1, size(vertices, 2)
+      if ((vertices(2, i) > x(2)) .neqv. (vertices(2, j) > x(2))) then
+        if (x(1) < vertices(1, i) + (vertices(1, j) - vertices(1, i))*(x(2) - vertices(2, i)) &
+          /(vertices(2, j) - vertices(2, i))) inside = .not. inside
+      end if
+      j = i
+    end do
+  end function polygon_contains
+
+  !> The part of a polygon inside a convex counter-clockwise cell; no vertices when they are apart.
+  pure subroutine clip_by_convex(subject, cell, clipped)
+    !> Vertices of the polygon (2,n).
+    real(wp), intent(in) :: subject(:, :)
+    !> Vertices of the convex cell (2,m).
+    real(wp), intent(in) :: cell(:, :)
+    !> Vertices of the intersection; pieces of a non-convex body are joined by edges of no area.
+    real(wp), allocatable, intent(out) :: clipped(:, :)
+    real(wp), allocatable :: next(:, :)
+    integer :: edge, follower
+
+    clipped = subject
+    do edge = 1, size(cell, 2)
+      if (size(clipped, 2) == 0) return
+      follower = mod(edge, size(cell, 2)) + 1
+      call clip_by_line(clipped, cell(:, edge), cell(:, follower), next)
+      call move_alloc(next, clipped)
+    end do
+  end subroutine clip_by_convex
+
+  !> Keep what lies to the left of a directed line.
+  pure subroutine clip_by_line(subject, from, to, kept)
+    !> Vertices of the polygon (2,n).
+    real(wp), intent(in) :: subject(:, :)
+    !> Two points of the line (2).
+    real(wp), intent(in) :: from(2), to(2)
+    !> Vertices kept (2,k).
+    real(wp), allocatable, intent(out) :: kept(:, :)
+    real(wp) :: work(2, 2*size(subject, 2)), side(size(subject, 2))
+    integer :: i, j, n, count
+
+    n = size(subject, 2)
+    side = (to(1) - from(1))*(subject(2, :) - from(2)) - (to(2) - from(2))*(subject(1, :) - from(1))
+    count = 0
+    do i = 1, n
+      j = mod(i, n) + 1
+      if (side(i) >= 0.0_wp) then
+        count = count + 1
+        work(:, count) = subject(:, i)
+      end if
+      if ((side(i) >= 0.0_wp) .neqv. (side(j) >= 0.0_wp)) then
+        count = count + 1
+        work(:, count) = subject(:, i) + side(i)/(side(i) - side(j))*(subject(:, j) - subject(:, i))
+      end if
+    end do
+    kept = work(:, :count)
+  end subroutine clip_by_line
+end module qsmpm_polygon

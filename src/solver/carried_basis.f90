@@ -1,0 +1,62 @@
+!> Basis functions at places that ride on the mesh without owning a cell: surface points, tracers.
+!>
+!> Such a place may sit in a cell that owns no material point; there the polynomial of the cell of
+!> the nearest material point is extended to it, so that it moves with the body and never with the
+!> empty grid.
+module qsmpm_carried_basis
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: shape_functions
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_house_keeping, only: activation_type
+  implicit none
+  private
+
+  public :: basis_at, nearest_point
+
+contains
+
+  !> Cell whose nodes carry a place, and its shape functions there.
+  subroutine basis_at(mesh, activation, points, carried, i, cell, functions)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    class(carried_type), intent(in) :: carried
+    !> Which of the carried places.
+    integer, intent(in) :: i
+    integer, intent(out) :: cell
+    !> Shape functions of the cell's nodes, in the order of the cell.
+    real(wp), intent(out) :: functions(:)
+    real(wp) :: local(mesh%dimension)
+    logical :: ok
+    integer :: n
+
+    cell = carried%cell(i)
+    local = carried%local(:, i)
+    if (activation%active_number(cell) == 0) then
+      cell = points%cell(nearest_point(points, carried%position(:, i)))
+      call inverse_map(mesh, cell, carried%position(:, i), local, ok)
+    end if
+    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
+    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
+  end subroutine basis_at
+
+  !> Material point nearest to a place; the first of equally near ones.
+  pure function nearest_point(points, x) result(nearest)
+    type(points_type), intent(in) :: points
+    real(wp), intent(in) :: x(:)
+    integer :: nearest
+    real(wp) :: distance, least
+    integer :: p
+
+    nearest = 1
+    least = huge(least)
+    do p = 1, points%count
+      distance = sum((points%position(:, p) - x)**2)
+      if (distance >= least) cycle
+      least = distance
+      nearest = p
+    end do
+  end function nearest_point
+end module qsmpm_carried_basis

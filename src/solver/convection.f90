@@ -1,0 +1,164 @@
+!> The convective phase (paper, section 3.3): the material points are updated by the displacement of
+!> the step, the mesh is reset, and house-keeping finds the points again.
+!>
+!> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
+!> Omega det F), also where the equations were integrated at Gauss points. With BASIS=FEM the mesh
+!> is carried along instead of being reset; with a moving mesh its rows follow the plate.
+module qsmpm_convection
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_not_converged
+  use qsmpm_analysis, only: basis_fem
+  use qsmpm_law, only: tangent_none
+  use qsmpm_model, only: model_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
+  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_points, only: carried_type
+  use qsmpm_house_keeping, only: relocate
+  use qsmpm_moving_rows, only: scale_rows, is_tangled
+  implicit none
+  private
+
+  public :: convect
+
+contains
+
+  !> Update what rides on the mesh, then reset the mesh.
+  subroutine convect(model, step, displacement, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> A point that cannot be updated or has left the mesh, or a tangled mesh.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: plate_move
+
+    call update_stresses(model, step, displacement, error)
+    if (allocated(error)) return
+    call move_carried(model, step, displacement, model%state%surface)
+    call move_carried(model, step, displacement, model%state%tracers)
+    call move_points(model, step, displacement)
+    if (model%analysis%method%basis == basis_fem) then
+      call carry_mesh(model, step, displacement, error)
+      return
+    end if
+    if (model%analysis%moving_mesh%active) then
+      plate_move = plate_displacement(model, displacement)
+      call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
+        model%state%plate, model%state%plate + plate_move)
+      model%state%plate = model%state%plate + plate_move
+      model%state%coordinates = model%mesh%coordinates
+    end if
+    call find_again(model, error)
+  end subroutine convect
+
+  !> Stress, state and volume of every material point by its own strain.
+  subroutine update_stresses(model, step, displacement, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: displacement(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(evaluation_type) :: evaluation
+    character(len=100) :: text
+    integer :: p, q
+
+    call prepare_evaluation(step%at_points, model%mesh%dimension, model%mesh%node_count, .false., evaluation)
+    call evaluate(step%at_points, model%laws, displacement, tangent_none, evaluation)
+    if (.not. evaluation%ok) then
+      write (text, '(a,i0,a)') 'material point ', step%at_points%source(evaluation%bad_point), &
+        ' turns inside out or its stress cannot be found'
+      call fail(error, error_not_converged, trim(text))
+      return
+    end if
+    do q = 1, step%at_points%point_count
+      p = step%at_points%source(q)
+      model%state%points%stress(:, p) = evaluation%stress(:, q)
+      model%state%points%state(:, p) = evaluation%state(:, q)
+      model%state%points%plastic(p) = evaluation%plastic(q)
+      model%state%points%volume(p) = model%state%points%volume(p)*evaluation%volume_change(q)
+    end do
+  end subroutine update_stresses
+
+  !> Move material points.
+  subroutine move_points(model, step, displacement)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: displacement(:, :)
+    integer :: g, q, p
+
+    do g = 1, step%at_points%group_count
+      do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
+        p = step%at_points%source(q)
+        model%state%points%position(:, p) = model%state%points%position(:, p) &
+          + interpolate(model%mesh, step%at_points%cell(g), step%at_points%shape(:, q), displacement)
+      end do
+    end do
+  end subroutine move_points
+
+  !> Move surface points or tracers.
+  subroutine move_carried(model, step, displacement, carried)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: displacement(:, :)
+    class(carried_type), intent(inout) :: carried
+    real(wp) :: functions(20)
+    integer :: i, cell
+
+    do i = 1, carried%count
+      call basis_at(model%mesh, step%activation, model%state%points, carried, i, cell, functions)
+      carried%position(:, i) = carried%position(:, i) &
+        + interpolate(model%mesh, cell, functions, displacement)
+    end do
+  end subroutine move_carried
+
+  !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
+  subroutine carry_mesh(model, step, displacement, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: displacement(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=100) :: text
+    logical :: tangled
+    integer :: k, c
+
+    model%mesh%coordinates = model%mesh%coordinates + displacement
+    do k = 1, step%activation%active_count
+      c = step%activation%active_cell(k)
+      call is_tangled(model%mesh, model%mesh%coordinates, c, tangled)
+      if (.not. tangled) cycle
+      write (text, '(a,i0,a)') 'the mesh is tangled: element ', model%mesh%cell_label(c), ' has turned inside out'
+      call fail(error, error_not_converged, trim(text))
+      return
+    end do
+    model%state%coordinates = model%mesh%coordinates
+  end subroutine carry_mesh
+
+  !> Mean displacement of the plate along the axis of the moving mesh.
+  function plate_displacement(model, displacement) result(move)
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: move
+    integer :: s
+
+    move = 0.0_wp
+    do s = 1, size(model%mesh%node_sets)
+      if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
+      associate (nodes => model%mesh%node_sets(s)%items)
+        move = sum(displacement(model%analysis%moving_mesh%axis, nodes))/size(nodes)
+      end associate
+    end do
+  end function plate_displacement
+
+  !> House-keeping: owner cells of everything that rides.
+  subroutine find_again(model, error)
+    type(model_type), intent(inout) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    if (allocated(error)) return
+    call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
+    if (allocated(error)) return
+    call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+  end subroutine find_again
+end module qsmpm_convection

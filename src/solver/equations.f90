@@ -1,0 +1,379 @@
+!> Equations: which displacement components are unknown, how they are numbered, and the pattern of
+!> the matrix.
+!>
+!> What couples nodes is a *patch*: the nodes of a cell, or of the two cells at a face of the ghost
+!> penalty. Only nodes of patches get equations, and only their free components, numbered along a
+!> fill-reducing (or bandwidth-reducing) order of the node graph. The matrix is kept while patches
+!> and constraints stay the same.
+module qsmpm_equations
+  use qsmpm_kinds, only: wp
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_node_ordering, only: order_metis, order_bandwidth
+  use qsmpm_sorting, only: sort
+  use qsmpm_error, only: error_type
+  implicit none
+  private
+
+  public :: patches_type, equations_type, number_equations, add_block
+
+  !> Below so many equations of one chain of nodes the band solver's order is taken.
+  integer, parameter :: small_system = 400
+
+  !> Lists of nodes in compressed rows.
+  type :: patches_type
+    integer :: count = 0
+    integer, allocatable :: first(:), nodes(:)
+  end type patches_type
+
+  !> Numbering, pattern and where each patch's blocks go.
+  type :: equations_type
+    integer :: count = 0
+    !> Always number for a small bandwidth (the band solver was asked for).
+    logical :: band_order = .false.
+    !> Largest half bandwidth.
+    integer :: bandwidth = 0
+    !> Equation of each component, 0 where constrained or inactive (dimension, node_count).
+    integer, allocatable :: number(:, :)
+    !> True for nodes of patches (node_count).
+    logical, allocatable :: active(:)
+    type(patches_type) :: patches
+    !> Constraints it was numbered with (dimension, node_count).
+    logical, allocatable :: constrained(:, :)
+    !> First pair of each patch, and for each pair (a,b), a fastest, the place of node b's first
+    !> equation in the rows of node a, counted from the row's start (0-based).
+    integer, allocatable :: pair_first(:), pair_offset(:)
+  end type equations_type
+
+contains
+
+  !> Number the equations and lay out the matrix; nothing happens when patches and constraints are
+  !> those of the last call.
+  subroutine number_equations(equations, patches, constrained, matrix, changed, error)
+    type(equations_type), intent(inout) :: equations
+    type(patches_type), intent(in) :: patches
+    !> Constrained components (dimension, node_count).
+    logical, intent(in) :: constrained(:, :)
+    !> Pattern set, values untouched when nothing changed.
+    type(sparse_matrix_type), intent(inout) :: matrix
+    !> True when the pattern is new.
+    logical, intent(out) :: changed
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: first(:), neighbour(:), graph_node(:)
+
+    changed = .not. same_patches(equations, patches, constrained)
+    if (.not. changed) return
+    equations%patches = patches
+    equations%constrained = constrained
+    call node_graph(patches, size(constrained, 2), equations%active, graph_node, first, neighbour)
+    call number_along_order(equations, graph_node, first, neighbour, error)
+    if (allocated(error)) return
+    call lay_out(equations, graph_node, first, neighbour, matrix)
+  end subroutine number_equations
+
+  !> True when nothing that shapes the pattern has changed.
+  pure function same_patches(equations, patches, constrained) result(same)
+    type(equations_type), intent(in) :: equations
+    type(patches_type), intent(in) :: patches
+    logical, intent(in) :: constrained(:, :)
+    logical :: same
+
+    same = .false.
+    if (.not. allocated(equations%number)) return
+    if (equations%patches%count /= patches%count) return
+    if (size(equations%patches%nodes) /= size(patches%nodes)) return
+    if (any(equations%patches%first /= patches%first)) return
+    if (any(equations%patches%nodes /= patches%nodes)) return
+    same = all(equations%constrained .eqv. constrained)
+  end function same_patches
+
+  !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
+  pure subroutine node_graph(patches, node_count, active, graph_node, first, neighbour)
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: node_count
+    logical, allocatable, intent(out) :: active(:)
+    !> Mesh node of each graph node.
+    integer, allocatable, intent(out) :: graph_node(:)
+    integer, allocatable, intent(out) :: first(:), neighbour(:)
+    integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), work(:)
+    logical, allocatable :: seen(:)
+    integer :: i, n, p, q, found, capacity
+
+    allocate (active(node_count))
+    active = .false.
+    active(patches%nodes) = .true.
+    graph_node = pack([(i, i=1, node_count)], active)
+    n = size(graph_node)
+    allocate (graph_number(node_count), seen(n), first(n + 1))
+    graph_number = 0
+    graph_number(graph_node) = [(i, i=1, n)]
+    call patches_of_nodes(patches, graph_number, n, patch_first, patch_of)
+    seen = .false.
+    capacity = 32*n + 64
+    allocate (neighbour(capacity))
+    first(1) = 1
+    do i = 1, n
+      found = first(i) - 1
+      seen(i) = .true.
+      do p = patch_first(i), patch_first(i + 1) - 1
+        q = patch_of(p)
+        if (found + patches%first(q + 1) - patches%first(q) > capacity) then
+          capacity = 2*capacity + 256
+          allocate (work(capacity))
+          work(:found) = neighbour(:found)
+          call move_alloc(work, neighbour)
+        end if
+        call add_unseen(graph_number(patches%nodes(patches%first(q):patches%first(q + 1) - 1)), &
+          seen, neighbour, found)
+      end do
+      call sort(neighbour(first(i):found))
+      seen(neighbour(first(i):found)) = .false.
+      seen(i) = .false.
+      first(i + 1) = found + 1
+    end do
+    neighbour = neighbour(:first(n + 1) - 1)
+  end subroutine node_graph
+
+  !> Append the nodes not met yet.
+  pure subroutine add_unseen(nodes, seen, list, count)
+    integer, intent(in) :: nodes(:)
+    logical, intent(inout) :: seen(:)
+    integer, intent(inout) :: list(:)
+    integer, intent(inout) :: count
+    integer :: k
+
+    do k = 1, size(nodes)
+      if (seen(nodes(k))) cycle
+      seen(nodes(k)) = .true.
+      count = count + 1
+      list(count) = nodes(k)
+    end do
+  end subroutine add_unseen
+
+  !> The patches each graph node belongs to, in compressed rows.
+  pure subroutine patches_of_nodes(patches, graph_number, n, first, patch)
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: graph_number(:), n
+    integer, allocatable, intent(out) :: first(:), patch(:)
+    integer :: place(n), i, k, q
+
+    allocate (first(n + 1), patch(size(patches%nodes)))
+    first = 0
+    do k = 1, size(patches%nodes)
+      i = graph_number(patches%nodes(k))
+      first(i + 1) = first(i + 1) + 1
+    end do
+    first(1) = 1
+    do i = 1, n
+      first(i + 1) = first(i + 1) + first(i)
+    end do
+    place = first(:n)
+    do q = 1, patches%count
+      do k = patches%first(q), patches%first(q + 1) - 1
+        i = graph_number(patches%nodes(k))
+        patch(place(i)) = q
+        place(i) = place(i) + 1
+      end do
+    end do
+  end subroutine patches_of_nodes
+
+  !> Give the free components numbers along the order of the nodes.
+  subroutine number_along_order(equations, graph_node, first, neighbour, error)
+    type(equations_type), intent(inout) :: equations
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer :: position(size(graph_node)), order(size(graph_node))
+    integer :: i, c, node
+
+    if (equations%band_order .or. &
+      size(graph_node)*size(equations%constrained, 1) <= small_system) then
+      call order_bandwidth(first, neighbour, position)
+    else
+      call order_metis(first, neighbour, position, error)
+      if (allocated(error)) return
+    end if
+    order(position) = [(i, i=1, size(graph_node))]
+    if (allocated(equations%number)) deallocate (equations%number)
+    allocate (equations%number(size(equations%constrained, 1), size(equations%constrained, 2)))
+    equations%number = 0
+    equations%count = 0
+    do i = 1, size(graph_node)
+      node = graph_node(order(i))
+      do c = 1, size(equations%number, 1)
+        if (equations%constrained(c, node)) cycle
+        equations%count = equations%count + 1
+        equations%number(c, node) = equations%count
+      end do
+    end do
+  end subroutine number_along_order
+
+  !> Rows and columns of the matrix and the places of all blocks.
+  subroutine lay_out(equations, graph_node, first, neighbour, matrix)
+    type(equations_type), intent(inout) :: equations
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer, allocatable :: column(:), node_of(:)
+    integer :: i, c, k, row, length, capacity, j
+
+    matrix%n = equations%count
+    if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
+    allocate (matrix%row_first(equations%count + 1), node_of(equations%count))
+    matrix%row_first = 0
+    do i = 1, size(graph_node)
+      length = free_count(i)
+      do k = first(i), first(i + 1) - 1
+        length = length + free_count(neighbour(k))
+      end do
+      do c = 1, size(equations%number, 1)
+        row = equations%number(c, graph_node(i))
+        if (row == 0) cycle
+        matrix%row_first(row + 1) = length
+        node_of(row) = i
+      end do
+    end do
+    matrix%row_first(1) = 1
+    do row = 1, equations%count
+      matrix%row_first(row + 1) = matrix%row_first(row + 1) + matrix%row_first(row)
+    end do
+    capacity = matrix%row_first(equations%count + 1) - 1
+    allocate (matrix%column(capacity), matrix%values(capacity))
+    matrix%values = 0.0_wp
+    allocate (column(0))
+    do row = 1, equations%count
+      i = node_of(row)
+      if (row > 1) then
+        if (node_of(row - 1) == i) then
+          j = matrix%row_first(row)
+          matrix%column(j:matrix%row_first(row + 1) - 1) = column
+          cycle
+        end if
+      end if
+      column = row_columns(i)
+      matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1) = column
+    end do
+    equations%bandwidth = 0
+    do row = 1, equations%count
+      equations%bandwidth = max(equations%bandwidth, &
+        matrix%column(matrix%row_first(row + 1) - 1) - row, row - matrix%column(matrix%row_first(row)))
+    end do
+    call place_blocks(equations, matrix)
+
+  contains
+
+    !> Free components of a graph node.
+    integer function free_count(i)
+      integer, intent(in) :: i
+
+      free_count = count(equations%number(:, graph_node(i)) > 0)
+    end function free_count
+
+    !> Sorted equations that couple with a graph node.
+    function row_columns(i) result(columns)
+      integer, intent(in) :: i
+      integer, allocatable :: columns(:)
+      integer :: around(first(i + 1) - first(i) + 1), place, k, n
+
+      around = [i, neighbour(first(i):first(i + 1) - 1)]
+      allocate (columns(sum([(free_count(around(k)), k=1, size(around))])))
+      place = 0
+      do k = 1, size(around)
+        n = free_count(around(k))
+        columns(place + 1:place + n) = pack(equations%number(:, graph_node(around(k))), &
+          equations%number(:, graph_node(around(k))) > 0)
+        place = place + n
+      end do
+      call sort(columns)
+    end function row_columns
+  end subroutine lay_out
+
+  !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
+  !> first.
+  pure subroutine place_blocks(equations, matrix)
+    type(equations_type), intent(inout) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    integer :: q, a, b, n, k, row, target_equation
+
+    if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
+    allocate (equations%pair_first(equations%patches%count + 1))
+    equations%pair_first(1) = 1
+    do q = 1, equations%patches%count
+      n = equations%patches%first(q + 1) - equations%patches%first(q)
+      equations%pair_first(q + 1) = equations%pair_first(q) + n*n
+    end do
+    allocate (equations%pair_offset(equations%pair_first(equations%patches%count + 1) - 1))
+    do q = 1, equations%patches%count
+      associate (nodes => equations%patches%nodes(equations%patches%first(q): &
+        equations%patches%first(q + 1) - 1))
+        k = equations%pair_first(q)
+        do b = 1, size(nodes)
+          target_equation = first_equation(equations%number(:, nodes(b)))
+          do a = 1, size(nodes)
+            row = first_equation(equations%number(:, nodes(a)))
+            equations%pair_offset(k) = -1
+            if (row > 0 .and. target_equation > 0) equations%pair_offset(k) = &
+              find(matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1), target_equation) - 1
+            k = k + 1
+          end do
+        end do
+      end associate
+    end do
+  end subroutine place_blocks
+
+  !> First equation of a node, 0 when all its components are constrained.
+  pure function first_equation(numbers) result(equation)
+    integer, intent(in) :: numbers(:)
+    integer :: equation
+    integer :: c
+
+    equation = 0
+    do c = size(numbers), 1, -1
+      if (numbers(c) > 0) equation = numbers(c)
+    end do
+  end function first_equation
+
+  !> Place of a value in a sorted list.
+  pure function find(list, value) result(place)
+    integer, intent(in) :: list(:), value
+    integer :: place
+    integer :: low, high
+
+    low = 1
+    high = size(list)
+    do while (low < high)
+      place = (low + high)/2
+      if (list(place) < value) then
+        low = place + 1
+      else
+        high = place
+      end if
+    end do
+    place = low
+  end function find
+
+  !> Add a dense block of a patch, rows and columns ordered component first, to the matrix.
+  pure subroutine add_block(equations, patch, block, matrix)
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: patch
+    !> (dimension, nodes, dimension, nodes)
+    real(wp), intent(in) :: block(:, :, :, :)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: a, b, i, j, k, row, place, first
+
+    first = equations%patches%first(patch) - 1
+    do b = 1, size(block, 4)
+      do a = 1, size(block, 2)
+        k = equations%pair_first(patch) + (b - 1)*size(block, 2) + a - 1
+        if (equations%pair_offset(k) < 0) cycle
+        do i = 1, size(block, 1)
+          row = equations%number(i, equations%patches%nodes(first + a))
+          if (row == 0) cycle
+          place = matrix%row_first(row) + equations%pair_offset(k)
+          do j = 1, size(block, 3)
+            if (equations%number(j, equations%patches%nodes(first + b)) == 0) cycle
+            matrix%values(place) = matrix%values(place) + block(i, a, j, b)
+            place = place + 1
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_block
+end module qsmpm_equations

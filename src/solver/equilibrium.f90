@@ -1,0 +1,246 @@
+!> The Lagrangian phase (paper, section 3.2): displacements of the step in equilibrium.
+!>
+!>   [K_E + K_G] d(dv) = f_load - f_internal - f_stabilisation - drag          (eqs. 21-25)
+!>
+!> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
+!> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
+!> the caller looks at `converged`, and a solution that is not is thrown away.
+module qsmpm_equilibrium
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_not_converged, error_singular
+  use qsmpm_analysis, only: newton_modified, controls_type
+  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
+  use qsmpm_model, only: model_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_assembly, only: evaluate
+  use qsmpm_stabilisation, only: add_stabilising_force
+  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  implicit none
+  private
+
+  public :: solution_type, target_type, solve_equilibrium
+
+  !> Largest displacement of an iteration in cell sizes, and halvings of the line search.
+  real(wp), parameter :: largest_correction = 2.0_wp
+  integer, parameter :: most_halvings = 6
+  !> An iteration must lower the residual by this share of its length; growing beyond this factor ends
+  !> the step.
+  real(wp), parameter :: least_descent = 1.0e-4_wp, most_growth = 3.0_wp
+  !> Relative residual at which a frozen iteration is called divergent.
+  real(wp), parameter :: divergence = 1.0e3_wp
+
+  !> What is to be reached.
+  type :: target_type
+    !> External force at the end of the step (dimension, node_count).
+    real(wp), allocatable :: force(:, :)
+    !> Displacement of the step at constrained components (dimension, node_count).
+    real(wp), allocatable :: prescribed(:, :)
+    !> Out-of-balance allowed (eq. 27).
+    real(wp) :: tolerance = 1.0e-4_wp
+    !> Coefficient of the proximal drag per volume and displacement; 0 in a static step.
+    real(wp) :: drag = 0.0_wp
+  end type target_type
+
+  !> What was reached.
+  type :: solution_type
+    logical :: converged = .false.
+    !> Kind of failure, one of the error codes.
+    integer :: cause = error_not_converged
+    !> Why not converged.
+    character(len=:), allocatable :: reason
+    !> Displacement of the step (dimension, node_count).
+    real(wp), allocatable :: displacement(:, :)
+    !> Internal force at the end (dimension, node_count).
+    real(wp), allocatable :: internal_force(:, :)
+    integer :: iterations = 0
+    real(wp) :: out_of_balance = huge(1.0_wp)
+    !> Norm of the load that out-of-balance and shares refer to.
+    real(wp) :: load_norm = 0.0_wp
+    !> Forces of stabilisation and drag as shares of it.
+    real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
+    real(wp) :: largest_move = 0.0_wp
+    !> Node with the largest residual.
+    integer :: worst_node = 0
+  end type solution_type
+
+contains
+
+  !> Iterate to equilibrium.
+  subroutine solve_equilibrium(model, step, goal, controls, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    type(controls_type), intent(in) :: controls
+    type(solution_type), intent(out) :: solution
+    real(wp) :: residual(step%equations%count), correction(size(goal%force, 1), size(goal%force, 2))
+    integer :: tangent
+    logical :: frozen
+
+    frozen = controls%newton == newton_modified
+    tangent = merge(tangent_elastic, tangent_consistent, frozen)
+    allocate (solution%displacement, mold=goal%force)
+    solution%displacement = 0.0_wp
+    call evaluate(step%integration, model%laws, solution%displacement, tangent, step%evaluation)
+    if (.not. step%evaluation%ok) then
+      call give_up(step, 'the stress of a point could not be updated', solution)
+      return
+    end if
+    call out_of_balance(step, goal, residual, solution)
+    do
+      if (solution%out_of_balance <= goal%tolerance .and. &
+        (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) exit
+      if (solution%iterations >= controls%max_iterations) then
+        call give_up(step, 'no convergence in the iterations allowed', solution)
+        return
+      end if
+      call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
+      if (allocated(solution%reason)) return
+      solution%iterations = solution%iterations + 1
+      call search_line(model, step, goal, controls, tangent, correction, residual, solution)
+      if (allocated(solution%reason)) return
+    end do
+    solution%converged = .true.
+    call take_shares(step, goal, solution)
+  end subroutine solve_equilibrium
+
+  !> Note why the solution is not to be used.
+  subroutine give_up(step, reason, solution)
+    type(step_type), intent(in) :: step
+    character(len=*), intent(in) :: reason
+    type(solution_type), intent(inout) :: solution
+
+    solution%reason = reason
+    solution%internal_force = step%evaluation%force
+  end subroutine give_up
+
+  !> Residual at the free components and its size relative to the load (eq. 27).
+  subroutine out_of_balance(step, goal, residual, solution)
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    real(wp), intent(out) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: imbalance(size(goal%force, 1), size(goal%force, 2)), extra(size(goal%force, 1), size(goal%force, 2))
+    real(wp) :: load(size(residual))
+
+    extra = 0.0_wp
+    call add_stabilising_force(step%stabilisation, solution%displacement, extra)
+    if (goal%drag > 0.0_wp) extra = extra &
+      + goal%drag*spread(step%lumped, 1, size(goal%force, 1))*solution%displacement
+    imbalance = goal%force - step%evaluation%force - extra
+    call gather(step%equations, imbalance, residual)
+    call gather(step%equations, goal%force, load)
+    solution%load_norm = norm2(load)
+    if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
+      solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
+      step%equations%constrained .and. spread(step%equations%active, 1, size(goal%force, 1)))))
+    solution%out_of_balance = relative(norm2(residual), solution%load_norm)
+    where (step%equations%number == 0) imbalance = 0.0_wp
+    solution%worst_node = maxloc(maxval(abs(imbalance), dim=1), dim=1)
+  end subroutine out_of_balance
+
+  !> A norm relative to the load; without any load everything must vanish.
+  pure function relative(norm, load_norm) result(ratio)
+    real(wp), intent(in) :: norm, load_norm
+    real(wp) :: ratio
+
+    ratio = 0.0_wp
+    if (norm > 0.0_wp) ratio = huge(1.0_wp)
+    if (norm <= load_norm*sqrt(huge(1.0_wp)) .and. load_norm > 0.0_wp) ratio = norm/load_norm
+  end function relative
+
+  !> Solve for the correction; the first one brings in the prescribed displacements.
+  subroutine correct(model, step, goal, keep_factors, residual, correction, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    logical, intent(in) :: keep_factors
+    real(wp), intent(in) :: residual(:)
+    real(wp), intent(out) :: correction(:, :)
+    type(solution_type), intent(inout) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
+
+    if (.not. keep_factors) then
+      call build_matrix(step, goal%drag, model%mesh%dimension)
+      call step%solver%factorise(step%matrix, error)
+    end if
+    rhs = residual
+    correction = 0.0_wp
+    if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
+      correction = goal%prescribed
+      call linear_force(step, correction, reaction)
+      rhs = rhs - reaction
+    end if
+    if (.not. allocated(error)) call step%solver%solve(rhs, x, error)
+    if (allocated(error)) then
+      solution%cause = error_singular
+      call give_up(step, error%message, solution)
+      return
+    end if
+    call scatter(step%equations, x, correction)
+  end subroutine correct
+
+  !> Take the correction, or as much of it as lowers the residual.
+  subroutine search_line(model, step, goal, controls, tangent, correction, residual, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    type(controls_type), intent(in) :: controls
+    integer, intent(in) :: tangent
+    real(wp), intent(in) :: correction(:, :)
+    real(wp), intent(inout) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
+    logical :: frozen, whole
+    integer :: halving, wanted
+
+    frozen = controls%newton == newton_modified
+    before = solution%out_of_balance
+    start = solution%displacement
+    whole = solution%iterations == 1 .and. any(abs(goal%prescribed) > 0.0_wp)
+    length = 1.0_wp
+    if (.not. whole) length = min(1.0_wp, &
+      largest_correction*model%cell_size/max(maxval(abs(correction)), tiny(1.0_wp)))
+    wanted = merge(tangent_none, tangent, frozen)
+    do halving = 0, most_halvings
+      solution%displacement = start + length*correction
+      call evaluate(step%integration, model%laws, solution%displacement, wanted, step%evaluation)
+      if (step%evaluation%ok) then
+        call out_of_balance(step, goal, residual, solution)
+        if (whole .or. frozen .or. .not. controls%line_search) exit
+        if (solution%out_of_balance <= (1.0_wp - least_descent*length)*before) exit
+        if (solution%out_of_balance <= goal%tolerance) exit
+      else if (whole) then
+        exit
+      end if
+      if (halving < most_halvings) length = 0.5_wp*length
+    end do
+    if (.not. step%evaluation%ok) then
+      call give_up(step, 'an element or point turns inside out', solution)
+    else if (.not. ieee_is_finite(solution%out_of_balance)) then
+      call give_up(step, 'the residual is not finite', solution)
+    else if (frozen .and. solution%out_of_balance > divergence) then
+      call give_up(step, 'the iteration diverges', solution)
+    else if (.not. frozen .and. .not. whole .and. controls%line_search .and. &
+      solution%out_of_balance > most_growth*before) then
+      call give_up(step, 'the line search finds no lower residual', solution)
+    end if
+  end subroutine search_line
+
+  !> Shares of stabilisation and drag, internal force, largest move.
+  subroutine take_shares(step, goal, solution)
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: force(size(goal%force, 1), size(goal%force, 2))
+
+    force = 0.0_wp
+    call add_stabilising_force(step%stabilisation, solution%displacement, force)
+    solution%stabilisation_share = relative(norm2(force), solution%load_norm)
+    force = goal%drag*spread(step%lumped, 1, size(force, 1))*solution%displacement
+    solution%drag_share = relative(norm2(force), solution%load_norm)
+    solution%internal_force = step%evaluation%force
+    solution%largest_move = maxval(abs(solution%displacement))
+  end subroutine take_shares
+end module qsmpm_equilibrium

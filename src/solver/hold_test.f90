@@ -1,0 +1,70 @@
+!> Hold test: is it really equilibrium? The load is kept, the mesh reset and the step solved again a
+!> number of times; the growth of the first history is told and the state put back.
+module qsmpm_hold_test
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_observer, only: observer_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_load_step, only: load_step, restore
+  use qsmpm_histories, only: take_histories
+  implicit none
+  private
+
+  public :: test_hold
+
+contains
+
+  !> Do the hold tests that are due at the present load factor.
+  subroutine test_hold(model, step, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    integer :: due
+
+    if (.not. allocated(phase%hold_test%at)) return
+    due = count(abs(phase%hold_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
+    if (due <= model%state%progress%hold_tests_done) return
+    model%state%progress%hold_tests_done = due
+    call hold(model, step, phase, observer, error)
+  end subroutine test_hold
+
+  !> Re-solve at held load and report.
+  subroutine hold(model, step, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    type(state_type) :: before
+    type(solution_type) :: solution
+    real(wp), allocatable :: start(:), final(:)
+    character(len=160) :: text
+    integer :: repeat
+
+    if (size(model%analysis%histories) == 0) return
+    before = model%state
+    call take_histories(model, start)
+    do repeat = 1, phase%hold_test%repeats
+      call load_step(model, step, phase%controls, model%state%progress%fraction, phase%controls%tolerance, &
+        0.0_wp, phase%controls%largest_move*model%cell_size, solution, error)
+      if (allocated(error)) return
+      if (.not. solution%converged) exit
+    end do
+    call take_histories(model, final)
+    call restore(before, model)
+    if (solution%converged) then
+      write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'hold test at load factor ', before%progress%load_factor, ': after ', &
+        phase%hold_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &
+        100.0_wp*(final(1)/start(1) - 1.0_wp), ' %'
+    else
+      write (text, '(a,es10.3,a,i0,a)') 'hold test at load factor ', before%progress%load_factor, &
+        ': lost at re-solve ', repeat, ' ('//solution%reason//')'
+    end if
+    call observer%note(trim(text))
+  end subroutine hold
+end module qsmpm_hold_test

@@ -1,0 +1,167 @@
+!> The initialisation phase of a step (paper, section 3.1): what is derived from the state before
+!> the equations can be solved. House-keeping, basis functions, integration points, stabilisation,
+!> equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
+!> active cells and the constraints stay the same.
+module qsmpm_initialisation
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, solver_band, &
+    stabilise_none
+  use qsmpm_model, only: model_type
+  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_integration, only: integration_type, integrate_at_points
+  use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_stabilisation, only: stabilisation_type, build_stabilisation
+  use qsmpm_equations, only: equations_type, patches_type, number_equations
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_solver_choice, only: make_solver
+  use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  implicit none
+  private
+
+  public :: step_type, initialise_step
+
+  !> Scratch of one step.
+  type :: step_type
+    type(activation_type) :: activation
+    !> Basis at the material points, and what the equations are integrated with.
+    type(integration_type) :: at_points, integration
+    type(stabilisation_type) :: stabilisation
+    type(equations_type) :: equations
+    type(sparse_matrix_type) :: matrix
+    class(linear_solver_type), allocatable :: solver
+    type(evaluation_type) :: evaluation
+    !> Volume of each cell, and lumped volume of each node, sum |N| V.
+    real(wp), allocatable :: volumes(:), lumped(:)
+    integer :: inaccurate_points = 0
+    !> The solver was made for symmetric matrices.
+    logical :: symmetric = .false.
+  end type step_type
+
+contains
+
+  !> Prepare a step from the state of the model.
+  subroutine initialise_step(model, step, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> Failure of the ordering or of the solver's analysis.
+    type(error_type), allocatable, intent(out) :: error
+    type(patches_type) :: patches
+    logical :: changed
+
+    call keep_house(model, step)
+    call integrate_at_points(model%mesh, model%analysis%model == axisymmetric, step%activation, &
+      model%state%points, step%at_points)
+    step%inaccurate_points = 0
+    if (model%analysis%method%integration == integrate_cells .and. &
+      model%analysis%method%basis /= basis_fem) then
+      call integrate_in_cells(model%mesh, step%activation, model%state%points, model%laws, &
+        step%at_points, step%integration, step%inaccurate_points)
+    else
+      step%integration = step%at_points
+    end if
+    call lump_volumes(step, model%mesh%node_count)
+    call stabilise(model, step)
+    call join_patches(step%integration, step%stabilisation%patches, patches)
+    step%equations%band_order = model%analysis%solver%kind == solver_band
+    call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
+    if (allocated(error)) return
+    if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
+    if (allocated(error)) return
+    call prepare_evaluation(step%integration, model%mesh%dimension, model%mesh%node_count, .true., &
+      step%evaluation)
+  end subroutine initialise_step
+
+  !> Volumes of the cells and activation (paper, section 3.3).
+  subroutine keep_house(model, step)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+
+    if (.not. allocated(step%volumes)) allocate (step%volumes(model%mesh%cell_count))
+    call cell_volumes(model%mesh, model%analysis%model == axisymmetric, step%volumes)
+    call activate(model%mesh, step%volumes, model%state%points, step%activation)
+  end subroutine keep_house
+
+  !> Lumped volume of every node.
+  subroutine lump_volumes(step, node_count)
+    type(step_type), intent(inout) :: step
+    integer, intent(in) :: node_count
+    integer :: g, q, a, n
+
+    if (.not. allocated(step%lumped)) allocate (step%lumped(node_count))
+    step%lumped = 0.0_wp
+    associate (p => step%at_points)
+      do g = 1, p%group_count
+        n = p%node_first(g + 1) - p%node_first(g)
+        do q = p%first(g), p%first(g + 1) - 1
+          do a = 1, n
+            step%lumped(p%nodes(p%node_first(g) + a - 1)) = step%lumped(p%nodes(p%node_first(g) + a - 1)) &
+              + abs(p%shape(a, q))*p%weight(q)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine lump_volumes
+
+  !> Stabilisation of the boundary cells; FEM has none.
+  subroutine stabilise(model, step)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    real(wp) :: stiffness(step%activation%active_count), factor
+    integer :: g, kind, p
+
+    do g = 1, step%activation%active_count
+      stiffness(g) = 0.0_wp
+      do p = step%at_points%first(g), step%at_points%first(g + 1) - 1
+        stiffness(g) = max(stiffness(g), model%laws(step%at_points%material(p))%law%stiffness_scale)
+      end do
+    end do
+    kind = model%analysis%method%stabilisation
+    factor = model%analysis%method%stabilisation_factor
+    if (model%analysis%method%basis == basis_fem) kind = stabilise_none
+    call build_stabilisation(model%mesh, step%activation, kind, factor, stiffness, step%volumes, &
+      step%stabilisation)
+  end subroutine stabilise
+
+  !> The patches of the groups, then those of the stabilisation.
+  pure subroutine join_patches(integration, extra, patches)
+    type(integration_type), intent(in) :: integration
+    type(patches_type), intent(in) :: extra
+    type(patches_type), intent(out) :: patches
+
+    patches%count = integration%group_count + extra%count
+    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes)]
+    patches%nodes = [integration%nodes, extra%nodes]
+  end subroutine join_patches
+
+  !> A solver for a new pattern.
+  subroutine new_solver(model, step, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(error_type), allocatable, intent(out) :: error
+
+    step%symmetric = is_symmetric(model)
+    if (allocated(step%solver)) then
+      call step%solver%destroy()
+      deallocate (step%solver)
+    end if
+    call make_solver(model%analysis%solver%kind, step%equations%count, step%equations%bandwidth, &
+      step%symmetric, model%mesh%dimension, step%solver)
+    call step%solver%analyse(step%matrix, error)
+  end subroutine new_solver
+
+  !> True when the tangents of this phase are symmetric: the frozen elastic one always is.
+  pure function is_symmetric(model) result(symmetric)
+    type(model_type), intent(in) :: model
+    logical :: symmetric
+    integer :: m
+
+    symmetric = .true.
+    if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) return
+    do m = 1, size(model%laws)
+      symmetric = symmetric .and. model%laws(m)%law%symmetric
+    end do
+  end function is_symmetric
+end module qsmpm_initialisation

@@ -1,0 +1,111 @@
+!> One step of the quasi-static Material Point Method, in the order of the paper.
+!>
+!>   3.1  Initialisation phase   activate elements, basis at the points, equations
+!>   3.2  Lagrangian phase       [K_E + K_G] dv = f_load - f_internal  until eq. 27 holds
+!>   3.3  Convective phase       update the points, reset the mesh, find the points again
+!>
+!> Either the whole step is taken, or the state of the model is what it was before.
+module qsmpm_load_step
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: controls_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_loads, only: external_force
+  use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_convection, only: convect
+  implicit none
+  private
+
+  public :: load_step, restore
+
+contains
+
+  !> Go from the state of the model to equilibrium at a share of the phase.
+  subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase to be reached; the present one holds the load.
+    real(wp), intent(in) :: fraction
+    !> Out-of-balance allowed (eq. 27).
+    real(wp), intent(in) :: tolerance
+    !> Coefficient of the proximal drag, 0 for a static step.
+    real(wp), intent(in) :: drag
+    !> Largest nodal displacement that is accepted.
+    real(wp), intent(in) :: limit
+    !> How it went; `converged` says whether the step was taken.
+    type(solution_type), intent(out) :: solution
+    !> Failures no smaller step can mend.
+    type(error_type), allocatable, intent(out) :: error
+    type(state_type) :: before
+    type(target_type) :: goal
+    real(wp), allocatable :: force_before(:, :)
+
+    before = model%state
+    allocate (goal%force(model%mesh%dimension, model%mesh%node_count))
+    goal%tolerance = tolerance
+    goal%drag = drag
+    goal%prescribed = (fraction - model%state%progress%fraction)*model%loading%prescribed
+
+    ! Initialisation phase, section 3.1
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, goal%force)
+    force_before = goal%force
+    call external_force(model, step%activation, step%at_points, fraction, goal%force)
+
+    ! Lagrangian phase, section 3.2: eqs. 21-27
+    call solve_equilibrium(model, step, goal, controls, solution)
+    if (solution%converged .and. solution%largest_move > limit) then
+      solution%converged = .false.
+      solution%reason = 'the step moves a node too far'
+    end if
+    if (.not. solution%converged) return
+
+    ! Convective phase, section 3.3: eqs. 28, 29
+    call take_reactions_and_work(model, step, goal, force_before, solution)
+    call convect(model, step, solution%displacement, error)
+    if (allocated(error)) then
+      call restore(before, model)
+      solution%converged = .false.
+      solution%reason = error%message
+      solution%cause = error%code
+      deallocate (error)
+      return
+    end if
+    model%state%progress%fraction = fraction
+  end subroutine load_step
+
+  !> Put a state back.
+  subroutine restore(state, model)
+    type(state_type), intent(in) :: state
+    type(model_type), intent(inout) :: model
+
+    model%state = state
+    model%mesh%coordinates = state%coordinates
+  end subroutine restore
+
+  !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
+  subroutine take_reactions_and_work(model, step, goal, force_before, solution)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+    real(wp), intent(in) :: force_before(:, :)
+    type(solution_type), intent(in) :: solution
+    real(wp) :: reactions(size(force_before, 1), size(force_before, 2))
+
+    reactions = 0.0_wp
+    where (model%loading%constrained .and. spread(step%equations%active, 1, size(reactions, 1))) &
+      reactions = solution%internal_force - goal%force
+    associate (progress => model%state%progress)
+      progress%external_work = progress%external_work &
+        + sum(0.5_wp*(force_before + goal%force)*solution%displacement) &
+        + sum(0.5_wp*(model%state%reactions + reactions)*solution%displacement)
+      progress%internal_work = progress%internal_work &
+        + sum(0.5_wp*(force_before + model%state%reactions + solution%internal_force) &
+        *solution%displacement)
+    end associate
+    model%state%reactions = reactions
+  end subroutine take_reactions_and_work
+end module qsmpm_load_step

@@ -1,0 +1,119 @@
+!> External forces (eq. 19): the weight of the material points and the tractions, each somewhere
+!> between its value at the start and at the end of the phase.
+module qsmpm_loads
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: carrier_points, carrier_surface
+  use qsmpm_model, only: model_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_integration, only: integration_type
+  use qsmpm_carried_basis, only: basis_at
+  implicit none
+  private
+
+  public :: external_force
+
+contains
+
+  !> Force of all loads at a share of the phase.
+  subroutine external_force(model, activation, at_points, fraction, force)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    !> Basis functions at the material points.
+    type(integration_type), intent(in) :: at_points
+    !> Share of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+    !> (dimension, node_count)
+    real(wp), intent(out) :: force(:, :)
+    real(wp) :: gravity(3)
+
+    force = 0.0_wp
+    gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
+    call add_weight(model, at_points, gravity(:model%mesh%dimension), force)
+    if (size(model%loading%carrier) == 0) return
+    call add_surface_tractions(model, activation, fraction, force)
+    call add_carried_tractions(model, activation, fraction, force)
+  end subroutine external_force
+
+  !> Linear between two values.
+  elemental function between(start, final, fraction) result(value)
+    real(wp), intent(in) :: start, final, fraction
+    real(wp) :: value
+
+    value = start + fraction*(final - start)
+  end function between
+
+  !> Weight of the material points: eq. 29 with the mass kept.
+  subroutine add_weight(model, at_points, gravity, force)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: at_points
+    real(wp), intent(in) :: gravity(:)
+    real(wp), intent(inout) :: force(:, :)
+    integer :: g, q, a, first
+
+    do g = 1, at_points%group_count
+      first = at_points%node_first(g) - 1
+      do q = at_points%first(g), at_points%first(g + 1) - 1
+        do a = 1, at_points%node_first(g + 1) - 1 - first
+          force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
+            + at_points%shape(a, q)*model%state%points%weight(at_points%source(q))*gravity
+        end do
+      end do
+    end do
+  end subroutine add_weight
+
+  !> Tractions on surface points.
+  subroutine add_surface_tractions(model, activation, fraction, force)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    real(wp), intent(in) :: fraction
+    real(wp), intent(inout) :: force(:, :)
+    real(wp) :: functions(20), traction(3)
+    integer :: i, s, cell
+
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        s = surface%surface(i)
+        if (model%loading%carrier(s) /= carrier_surface) cycle
+        call basis_at(model%mesh, activation, model%state%points, surface, i, cell, functions)
+        traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
+          fraction)*surface%area(i)
+        call spread_force(model, cell, functions, traction, force)
+      end do
+    end associate
+  end subroutine add_surface_tractions
+
+  !> Tractions on the outermost material points, as the paper has it (section 3.1).
+  subroutine add_carried_tractions(model, activation, fraction, force)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    real(wp), intent(in) :: fraction
+    real(wp), intent(inout) :: force(:, :)
+    real(wp) :: functions(20), traction(3)
+    integer :: i, s, cell
+
+    do i = 1, size(model%carrying_point)
+      s = model%carrying_surface(i)
+      if (model%loading%carrier(s) /= carrier_points) cycle
+      call basis_at(model%mesh, activation, model%state%points, model%state%points, &
+        model%carrying_point(i), cell, functions)
+      traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
+        fraction)*model%carrying_area(i)
+      call spread_force(model, cell, functions, traction, force)
+    end do
+  end subroutine add_carried_tractions
+
+  !> Share a force among the nodes of a cell.
+  subroutine spread_force(model, cell, functions, vector, force)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: cell
+    real(wp), intent(in) :: functions(:), vector(:)
+    real(wp), intent(inout) :: force(:, :)
+    integer :: a, node
+
+    do a = model%mesh%cell_first(cell), model%mesh%cell_first(cell + 1) - 1
+      node = model%mesh%cell_nodes(a)
+      force(:, node) = force(:, node) + functions(a - model%mesh%cell_first(cell) + 1) &
+        *vector(:size(force, 1))
+    end do
+  end subroutine spread_force
+end module qsmpm_loads

@@ -1,0 +1,82 @@
+!> The model: everything that exists between two steps, and nothing that can be derived from it.
+!>
+!> `state_type` is what a step changes and what a rejected step, a hold test or a restart puts back
+!> as a whole; the rest is fixed after the model is built.
+module qsmpm_model
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_law, only: law_slot_type
+  use qsmpm_points, only: points_type, surface_points_type, carried_type
+  implicit none
+  private
+
+  public :: model_type, state_type, loading_type, progress_type
+
+  !> Where the analysis stands.
+  type :: progress_type
+    !> Current phase, 1 for the first; accepted steps in all phases.
+    integer :: phase = 1
+    integer :: step = 0
+    !> Share of the phase done, 0 to 1, and load factor of the phase.
+    real(wp) :: fraction = 0.0_wp
+    real(wp) :: load_factor = 0.0_wp
+    !> Next step as a share of the phase, 0 = not chosen yet.
+    real(wp) :: next_step = 0.0_wp
+    !> Remembered coefficient of the proximal term, 0 = not chosen yet.
+    real(wp) :: proximal = 0.0_wp
+    !> Work of external loads and of stresses so far.
+    real(wp) :: external_work = 0.0_wp
+    real(wp) :: internal_work = 0.0_wp
+    !> Hold tests of this phase already done.
+    integer :: hold_tests_done = 0
+    !> CPU seconds of earlier runs that a restart continues.
+    real(wp) :: cpu_seconds = 0.0_wp
+  end type progress_type
+
+  !> What a step changes.
+  type :: state_type
+    type(points_type) :: points
+    type(surface_points_type) :: surface
+    type(carried_type) :: tracers
+    !> Node coordinates: change only for FEM and moving meshes (dimension, node_count).
+    real(wp), allocatable :: coordinates(:, :)
+    !> Coordinate of the plate row of a moving mesh.
+    real(wp) :: plate = 0.0_wp
+    !> Reactions at constrained components after the last step (dimension, node_count).
+    real(wp), allocatable :: reactions(:, :)
+    type(progress_type) :: progress
+  end type state_type
+
+  !> Loads and constraints of a phase, resolved on the mesh. Every load runs linearly from `start`
+  !> to `final` over the phase.
+  type :: loading_type
+    !> Constrained components (dimension, node_count).
+    logical, allocatable :: constrained(:, :)
+    !> Displacement prescribed over the whole phase (dimension, node_count).
+    real(wp), allocatable :: prescribed(:, :)
+    real(wp) :: gravity_start(3) = 0.0_wp, gravity_final(3) = 0.0_wp
+    !> Traction vector of each surface (3, surfaces), and who carries it.
+    real(wp), allocatable :: traction_start(:, :), traction_final(:, :)
+    integer, allocatable :: carrier(:)
+  end type loading_type
+
+  !> A model that can be advanced.
+  type :: model_type
+    type(analysis_type) :: analysis
+    !> Topology and sets; the coordinates in use are those of the state.
+    type(mesh_type) :: mesh
+    type(law_slot_type), allocatable :: laws(:)
+    type(state_type) :: state
+    type(loading_type) :: loading
+    !> Typical cell size: the smallest of the active cells at the start.
+    real(wp) :: cell_size = 0.0_wp
+    !> Surface of each traction carried by material points: those points and their areas.
+    integer, allocatable :: carrying_point(:), carrying_surface(:)
+    real(wp), allocatable :: carrying_area(:)
+    !> Tracer of each history (0 for none) and nearest material point (0 for none).
+    integer, allocatable :: history_tracer(:), history_point(:)
+    !> Sentences the builder wants in the log (points picked, sets found, ...).
+    character(len=:), allocatable :: notes
+  end type model_type
+end module qsmpm_model

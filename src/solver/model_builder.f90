@@ -1,0 +1,156 @@
+!> From the description of an analysis to a model: mesh, sets, laws, bodies, surfaces, histories.
+!>
+!> Every name is resolved here and every fault names the place in the deck; several faults of one
+!> deck are told together, one a line.
+module qsmpm_model_builder
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_analysis, only: analysis_type, three_dimensional, stabilise_background, stabilise_ghost
+  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: make_mesh, make_sets
+  use qsmpm_model_bodies, only: make_points, make_surfaces
+  use qsmpm_model_histories, only: make_histories
+  use qsmpm_law_factory, only: new_law
+  use qsmpm_law, only: law_type
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_mesh_measure, only: cell_size, mesh_volume
+  implicit none
+  private
+
+  public :: build_model, model_summary
+
+  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular
+  !> at the apex and costs no accuracy, only part of an iteration.
+  real(wp), parameter :: elastic_blend = 1.0e-3_wp
+
+contains
+
+  !> Build the model of an analysis.
+  subroutine build_model(analysis, model, error)
+    type(analysis_type), intent(in) :: analysis
+    type(model_type), intent(out) :: model
+    !> error_deck with one fault a line, each with file and line.
+    type(error_type), allocatable, intent(out) :: error
+    type(fault_list_type) :: faults
+
+    model%analysis = analysis
+    call fill_defaults(model)
+    model%notes = ''
+    call make_mesh(model, faults)
+    if (faults%count == 0) call make_sets(model, faults)
+    call make_laws(model, faults)
+    if (faults%count == 0) call make_points(model, faults)
+    if (faults%count == 0) call make_surfaces(model, faults)
+    if (faults%count == 0) call make_histories(model, faults)
+    if (faults%count > 0) then
+      call fail(error, error_deck, faults%text)
+      return
+    end if
+    call finish(model)
+  end subroutine build_model
+
+  !> Defaults that depend on other choices.
+  subroutine fill_defaults(model)
+    type(model_type), intent(inout) :: model
+
+    associate (method => model%analysis%method)
+      if (method%stabilisation_factor < 0.0_wp) then
+        if (method%stabilisation == stabilise_background) method%stabilisation_factor = 1.0e-2_wp
+        if (method%stabilisation == stabilise_ghost) method%stabilisation_factor = 1.0e-3_wp
+      end if
+    end associate
+    if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
+    if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))
+    if (.not. allocated(model%analysis%surfaces)) allocate (model%analysis%surfaces(0))
+    if (.not. allocated(model%analysis%histories)) allocate (model%analysis%histories(0))
+  end subroutine fill_defaults
+
+  !> One law a material.
+  subroutine make_laws(model, faults)
+    type(model_type), intent(inout) :: model
+    type(fault_list_type), intent(inout) :: faults
+    type(material_parameters_type) :: parameters
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+    integer :: m
+
+    allocate (model%laws(size(model%analysis%materials)))
+    do m = 1, size(model%laws)
+      associate (material => model%analysis%materials(m), method => model%analysis%method)
+        parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
+          mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, &
+          friction_angle=material%friction_angle, dilatancy_angle=material%dilatancy_angle, &
+          tensile_strength=material%tensile_strength)
+        call new_law(parameters, merge(3, 2, model%analysis%model == three_dimensional), &
+          method%kinematics, method%rate, law, error)
+        if (allocated(error)) then
+          call add_fault(faults, material%where, '*MATERIAL', error%message)
+        else
+          if (material%mohr_coulomb) law%elastic_blend = elastic_blend
+          allocate (model%laws(m)%law, source=law)
+        end if
+      end associate
+    end do
+  end subroutine make_laws
+
+  !> Fields of the state that start from what was built.
+  subroutine finish(model)
+    type(model_type), intent(inout) :: model
+    integer :: p
+
+    model%state%coordinates = model%mesh%coordinates
+    allocate (model%state%reactions(model%mesh%dimension, model%mesh%node_count), source=0.0_wp)
+    model%cell_size = huge(1.0_wp)
+    do p = 1, model%state%points%count
+      model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
+    end do
+    call place_plate(model)
+  end subroutine finish
+
+  !> Coordinate of the plate's row.
+  subroutine place_plate(model)
+    type(model_type), intent(inout) :: model
+    integer :: s
+
+    if (.not. model%analysis%moving_mesh%active) return
+    do s = 1, size(model%mesh%node_sets)
+      if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
+      model%state%plate = model%mesh%coordinates(model%analysis%moving_mesh%axis, &
+        model%mesh%node_sets(s)%items(1))
+    end do
+  end subroutine place_plate
+
+  !> Totals for `qsmpm check`.
+  subroutine model_summary(model, text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable, intent(out) :: text
+    character(len=*), parameter :: new = new_line('a')
+    character(len=200) :: line
+    integer :: s
+
+    write (line, '(a,i0,a,i0,a)') 'mesh: ', model%mesh%node_count, ' nodes, ', model%mesh%cell_count, ' elements'
+    text = trim(line)//new
+    write (line, '(a,3(1x,es12.5))') '  lower corner', minval(model%mesh%coordinates, dim=2)
+    text = text//trim(line)//new
+    write (line, '(a,3(1x,es12.5))') '  upper corner', maxval(model%mesh%coordinates, dim=2)
+    text = text//trim(line)//new
+    write (line, '(a,es14.7)') '  volume        ', mesh_volume(model%mesh)
+    text = text//trim(line)//new
+    write (line, '(a,i0,a,es14.7,a,es14.7)') 'material points: ', model%state%points%count, ', volume ', &
+      sum(model%state%points%volume), ', weight ', sum(model%state%points%weight)
+    text = text//trim(line)//new
+    do s = 1, size(model%mesh%node_sets)
+      write (line, '(3a,i0,a)') 'node set ', model%mesh%node_sets(s)%name, ': ', &
+        size(model%mesh%node_sets(s)%items), ' nodes'
+      text = text//trim(line)//new
+    end do
+    do s = 1, size(model%analysis%surfaces)
+      write (line, '(3a,i0,a,es14.7)') 'surface ', model%analysis%surfaces(s)%name, ': ', &
+        count(model%state%surface%surface == s), ' surface points, area ', &
+        sum(model%state%surface%area, mask=model%state%surface%surface == s)
+      text = text//trim(line)//new
+    end do
+    text = text//model%notes
+  end subroutine model_summary
+end module qsmpm_model_builder

@@ -1,0 +1,99 @@
+!> Where the histories of the deck are taken: a massless tracer for each displacement or position,
+!> the nearest material point for each stress.
+module qsmpm_model_histories
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
+    history_type
+  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: allocate_carried
+  use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_element, only: inside_distance, face_count
+  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_carried_basis, only: nearest_point
+  implicit none
+  private
+
+  public :: make_histories
+
+contains
+
+  !> Tracers and points of all histories.
+  subroutine make_histories(model, faults)
+    type(model_type), intent(inout) :: model
+    type(fault_list_type), intent(inout) :: faults
+    logical :: traced(size(model%analysis%histories))
+    integer :: i, n
+
+    associate (histories => model%analysis%histories)
+      traced = histories%quantity == quantity_displacement .or. histories%quantity == quantity_position
+      allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), source=0)
+      call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
+      n = 0
+      do i = 1, size(histories)
+        if (histories(i)%quantity == quantity_reaction) then
+          if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_fault(faults, &
+            histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
+        end if
+        if (histories(i)%quantity == quantity_stress) then
+          model%history_point(i) = nearest_point(model%state%points, histories(i)%at(:model%mesh%dimension))
+          call note_point(model, histories(i), model%history_point(i))
+        end if
+        if (.not. traced(i)) cycle
+        n = n + 1
+        model%history_tracer(i) = n
+        call place_tracer(model, histories(i), n, faults)
+      end do
+    end associate
+  end subroutine make_histories
+
+  !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
+  subroutine place_tracer(model, history, tracer, faults)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    integer, intent(in) :: tracer
+    type(fault_list_type), intent(inout) :: faults
+    real(wp) :: x(model%mesh%dimension), local(model%mesh%dimension), distance(6), best
+    logical :: occupied(model%mesh%cell_count), ok
+    integer :: c, n, cell
+
+    x = history%at(:model%mesh%dimension)
+    occupied = .false.
+    occupied(model%state%points%cell) = .true.
+    best = -1.0e-6_wp
+    cell = 0
+    do c = 1, model%mesh%cell_count
+      if (.not. occupied(c)) cycle
+      call inverse_map(model%mesh, c, x, local, ok)
+      if (.not. ok) cycle
+      n = face_count(model%mesh%cell_kind(c))
+      call inside_distance(model%mesh%cell_kind(c), local, distance(:n))
+      if (minval(distance(:n)) < best) cycle
+      if (cell > 0 .and. .not. minval(distance(:n)) > best + 1.0e-9_wp) cycle
+      best = max(best, minval(distance(:n)))
+      cell = c
+    end do
+    if (cell == 0) then
+      call add_fault(faults, history%where, '*HISTORY', "the place of '"//history%name// &
+        "' lies in no element that holds material")
+      return
+    end if
+    call inverse_map(model%mesh, cell, x, local, ok)
+    model%state%tracers%cell(tracer) = cell
+    model%state%tracers%local(:, tracer) = local
+    model%state%tracers%position(:, tracer) = x
+    model%state%tracers%initial_position(:, tracer) = x
+  end subroutine place_tracer
+
+  !> Tell which material point was picked.
+  subroutine note_point(model, history, point)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    integer, intent(in) :: point
+    character(len=160) :: line
+
+    write (line, '(3a,i0,a,3(1x,es12.5))') "history '", history%name, "' reads material point ", point, ' at', &
+      model%state%points%position(:, point)
+    model%notes = model%notes//trim(line)//new_line('a')
+  end subroutine note_point
+end module qsmpm_model_histories

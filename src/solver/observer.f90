@@ -1,0 +1,122 @@
+!> What the outside hears of a run: the solver tells an observer of every accepted step and asks it
+!> whether to go on. Files, progress lines and signals are the observer's business (`src/output`).
+module qsmpm_observer
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  implicit none
+  private
+
+  public :: observer_type, step_record_type, silent_observer_type
+
+  !> How an accepted step went.
+  type :: step_record_type
+    !> Newton iterations of all solves of the step, holds and proximal sub-steps included.
+    integer :: iterations = 0
+    !> Out-of-balance by eq. 27.
+    real(wp) :: out_of_balance = 0.0_wp
+    !> Drag of the proximal term and force of the stabilisation as shares of the load.
+    real(wp) :: drag_share = 0.0_wp
+    real(wp) :: stabilisation_share = 0.0_wp
+    !> Points whose stress differs too much between the cell average and their own history.
+    integer :: inaccurate_points = 0
+    integer :: plastic_points = 0
+    integer :: holds = 0, substeps = 0, rejected = 0
+    integer :: equations = 0
+    !> Largest nodal displacement of the step.
+    real(wp) :: largest_move = 0.0_wp
+    !> Requested histories in the deck's order.
+    real(wp), allocatable :: histories(:)
+  end type step_record_type
+
+  !> Listener.
+  type, abstract :: observer_type
+  contains
+    !> A step was accepted; the model's state is in equilibrium.
+    procedure(accepted_interface), deferred :: accepted
+    !> A phase has ended.
+    procedure(phase_done_interface), deferred :: phase_done
+    !> A sentence for the log (rejected step, hold lost, fallback, hold test, ...).
+    procedure(note_interface), deferred :: note
+    !> True when the run should stop after the current iteration (signal).
+    procedure(stop_interface), deferred :: stop_requested
+  end type observer_type
+
+  !> Hears nothing: for embedding programs and tests.
+  type, extends(observer_type) :: silent_observer_type
+  contains
+    procedure :: accepted => silent_accepted
+    procedure :: phase_done => silent_phase_done
+    procedure :: note => silent_note
+    procedure :: stop_requested => silent_stop_requested
+  end type silent_observer_type
+
+  abstract interface
+    subroutine accepted_interface(self, model, record, error)
+      import :: observer_type, model_type, step_record_type, error_type
+      class(observer_type), intent(inout) :: self
+      type(model_type), intent(in) :: model
+      type(step_record_type), intent(in) :: record
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine accepted_interface
+
+    subroutine phase_done_interface(self, model, error)
+      import :: observer_type, model_type, error_type
+      class(observer_type), intent(inout) :: self
+      type(model_type), intent(in) :: model
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine phase_done_interface
+
+    subroutine note_interface(self, text)
+      import :: observer_type
+      class(observer_type), intent(inout) :: self
+      character(len=*), intent(in) :: text
+    end subroutine note_interface
+
+    logical function stop_interface(self)
+      import :: observer_type
+      class(observer_type), intent(inout) :: self
+    end function stop_interface
+  end interface
+
+contains
+
+  !> Ignore an accepted step.
+  subroutine silent_accepted(self, model, record, error)
+    class(silent_observer_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(step_record_type), intent(in) :: record
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_model => model, unused_record => record)
+    end associate
+  end subroutine silent_accepted
+
+  !> Ignore the end of a phase.
+  subroutine silent_phase_done(self, model, error)
+    class(silent_observer_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine silent_phase_done
+
+  !> Ignore a note.
+  subroutine silent_note(self, text)
+    class(silent_observer_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    associate (unused => self, unused_text => text)
+    end associate
+  end subroutine silent_note
+
+  !> Never ask to stop.
+  logical function silent_stop_requested(self)
+    class(silent_observer_type), intent(inout) :: self
+
+    associate (unused => self)
+    end associate
+    silent_stop_requested = .false.
+  end function silent_stop_requested
+end module qsmpm_observer

@@ -1,0 +1,109 @@
+!> The start of a phase: loads and constraints in force, initial stresses, displacements set to zero.
+!>
+!> Loads and fixities stay until a later phase changes them; a load given again runs from its former
+!> value to the new one, a prescribed node stays where it is.
+module qsmpm_phase_start
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_model, only: model_type, loading_type
+  use qsmpm_mesh_sets, only: find_set
+  implicit none
+  private
+
+  public :: start_phase, resume_phase
+
+contains
+
+  !> Begin the model's current phase.
+  subroutine start_phase(model)
+    type(model_type), intent(inout) :: model
+
+    associate (progress => model%state%progress)
+      progress%fraction = 0.0_wp
+      progress%load_factor = 0.0_wp
+      progress%next_step = 0.0_wp
+      progress%hold_tests_done = 0
+    end associate
+    call resume_phase(model)
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (phase%reset_displacements) then
+        model%state%points%initial_position = model%state%points%position
+        model%state%tracers%initial_position = model%state%tracers%position
+      end if
+      if (phase%initial%kind == initial_k0) call start_k0(model, phase)
+    end associate
+  end subroutine start_phase
+
+  !> Loads and constraints of the model's current phase, by going through all phases up to it.
+  subroutine resume_phase(model)
+    type(model_type), intent(inout) :: model
+    type(loading_type) :: loading
+    integer :: i
+
+    allocate (loading%constrained(model%mesh%dimension, model%mesh%node_count), source=.false.)
+    allocate (loading%prescribed(model%mesh%dimension, model%mesh%node_count), source=0.0_wp)
+    allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
+      loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
+    allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
+    do i = 1, model%state%progress%phase
+      call apply_phase(model, model%analysis%phases(i), loading)
+    end do
+    model%loading = loading
+  end subroutine resume_phase
+
+  !> What one phase changes.
+  subroutine apply_phase(model, phase, loading)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    type(loading_type), intent(inout) :: loading
+    integer :: i, s, c
+
+    loading%prescribed = 0.0_wp
+    do i = 1, size(phase%fixities)
+      s = find_set(model%mesh%node_sets, phase%fixities(i)%set)
+      do c = 1, model%mesh%dimension
+        loading%constrained(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
+          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%mesh%node_sets(s)%items))
+      end do
+    end do
+    do i = 1, size(phase%prescriptions)
+      s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
+      c = phase%prescriptions(i)%component
+      loading%constrained(c, model%mesh%node_sets(s)%items) = .true.
+      loading%prescribed(c, model%mesh%node_sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
+    end do
+    loading%gravity_start = loading%gravity_final
+    if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector
+    loading%traction_start = loading%traction_final
+    do i = 1, size(phase%tractions)
+      do s = 1, size(model%analysis%surfaces)
+        if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle
+        loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
+        loading%carrier(s) = phase%tractions(i)%carrier
+      end do
+    end do
+    if (phase%initial%kind == initial_k0) loading%gravity_start = loading%gravity_final
+  end subroutine apply_phase
+
+  !> Stresses of horizontal ground: sigma_yy from the weight above, the others K0 times as large.
+  subroutine start_k0(model, phase)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    real(wp) :: vertical
+    integer :: p
+
+    associate (points => model%state%points)
+      do p = 1, points%count
+        vertical = points%weight(p)/points%volume(p)*model%loading%gravity_final(2) &
+          *max(0.0_wp, phase%initial%surface_level - points%position(2, p))
+        points%stress(:, p) = 0.0_wp
+        points%stress(1:3, p) = phase%initial%k0*vertical
+        points%stress(2, p) = vertical
+        points%initial_volume(p) = points%volume(p)
+        associate (law => model%laws(points%material(p))%law)
+          call law%start(points%stress(:, p), points%state(:law%state_count, p))
+        end associate
+      end do
+    end associate
+  end subroutine start_k0
+end module qsmpm_phase_start

@@ -1,0 +1,150 @@
+!> The run: phase after phase, step after step (the outer loop of the paper's section 3), with an
+!> observer told of every accepted step.
+module qsmpm_phases
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_stepping, only: outcome_type, take_step
+  use qsmpm_phase_start, only: start_phase, resume_phase
+  use qsmpm_histories, only: take_histories
+  use qsmpm_hold_test, only: test_hold
+  implicit none
+  private
+
+  public :: run_phases, error_stopped
+
+  !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
+  integer, parameter :: error_stopped = 128
+  !> Shares of a phase closer than this are the same.
+  real(wp), parameter :: closeness = 1.0e-12_wp
+
+contains
+
+  !> Run from where the model stands to the end of the last phase.
+  subroutine run_phases(model, observer, error)
+    type(model_type), intent(inout) :: model
+    class(observer_type), intent(inout) :: observer
+    !> Not converged, a lost point, singular equations, or error_stopped.
+    type(error_type), allocatable, intent(out) :: error
+    type(step_type) :: step
+    integer :: phase
+
+    do phase = model%state%progress%phase, size(model%analysis%phases)
+      if (model%state%progress%phase == phase .and. model%state%progress%fraction > 0.0_wp) then
+        call resume_phase(model)
+      else
+        model%state%progress%phase = phase
+        call start_phase(model)
+      end if
+      call run_phase(model, step, model%analysis%phases(phase), observer, error)
+      if (allocated(error)) exit
+      call observer%phase_done(model, error)
+      if (allocated(error)) exit
+    end do
+    if (allocated(step%solver)) call step%solver%destroy()
+  end subroutine run_phases
+
+  !> Step through one phase.
+  subroutine run_phase(model, step, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    type(step_record_type) :: record
+    type(outcome_type) :: outcome
+    real(wp) :: first, length
+
+    first = 1.0_wp/phase%controls%steps
+    if (.not. model%state%progress%next_step > 0.0_wp) model%state%progress%next_step = first
+    do while (model%state%progress%fraction < 1.0_wp - closeness)
+      if (observer%stop_requested()) then
+        call fail(error, error_stopped, 'stopped on request')
+        return
+      end if
+      length = model%state%progress%next_step
+      record = step_record_type()
+      call take_step(model, step, phase%controls, end_of_step(model%state%progress%fraction, length, first), &
+        observer, record, outcome, error)
+      if (allocated(error)) return
+      if (outcome%accepted) then
+        call choose_next_step(model, phase, first, length, outcome)
+        call report_step(model, step, phase, observer, record, error)
+      else
+        call cut_step(model, phase, first, length, outcome, observer, error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine run_phase
+
+  !> End of the next step: on a multiple of the first step length where one is near, and never
+  !> beyond the phase.
+  pure function end_of_step(fraction, length, first) result(last)
+    real(wp), intent(in) :: fraction, length, first
+    real(wp) :: last, whole
+
+    last = min(1.0_wp, fraction + length)
+    whole = (aint(fraction/first + 1.0e-9_wp) + 1.0_wp)*first
+    if (last > whole - 1.0e-9_wp*first .and. length <= first*(1.0_wp + 1.0e-9_wp)) last = min(1.0_wp, whole)
+    if (last > 1.0_wp - 1.0e-9_wp*first) last = 1.0_wp
+  end function end_of_step
+
+  !> After an accepted step: a cut step grows again.
+  subroutine choose_next_step(model, phase, first, length, outcome)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    real(wp), intent(in) :: first, length
+    type(outcome_type), intent(in) :: outcome
+
+    model%state%progress%next_step = length
+    if (outcome%static_iterations <= phase%controls%few_iterations) &
+      model%state%progress%next_step = min(first, 2.0_wp*length)
+  end subroutine choose_next_step
+
+  !> Tell the observer, and test how well the state holds where the deck asks for it.
+  subroutine report_step(model, step, phase, observer, record, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(error_type), allocatable, intent(out) :: error
+
+    model%state%progress%step = model%state%progress%step + 1
+    model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
+    record%inaccurate_points = step%inaccurate_points
+    record%plastic_points = sum(model%state%points%plastic)
+    record%equations = step%equations%count
+    call take_histories(model, record%histories)
+    call observer%accepted(model, record, error)
+    if (allocated(error)) return
+    call test_hold(model, step, phase, observer, error)
+  end subroutine report_step
+
+  !> After a rejected step: halve it, or end the run.
+  subroutine cut_step(model, phase, first, length, outcome, observer, error)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    real(wp), intent(in) :: first, length
+    type(outcome_type), intent(in) :: outcome
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+    character(len=400) :: text
+    integer :: node
+
+    model%state%progress%next_step = 0.5_wp*length
+    if (model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
+      call observer%note('step cut: '//outcome%reason)
+      return
+    end if
+    node = max(1, outcome%worst_node)
+    write (text, '(3a,es13.6,3a,es9.2,a,i0,a,3(1x,es11.4))') "phase '", phase%name, &
+      "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': ', outcome%reason, &
+      '; out of balance ', outcome%out_of_balance, ', most at node ', model%mesh%node_label(node), ' at', &
+      model%mesh%coordinates(:, node)
+    call fail(error, outcome%cause, trim(text))
+  end subroutine cut_step
+end module qsmpm_phases

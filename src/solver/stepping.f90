@@ -1,0 +1,205 @@
+!> Step control of a phase: static steps as long as they converge, and what is done when one does not.
+!>
+!>   static step      accepted when eq. 27 holds and no node moves further than a share of a cell
+!>   hold             the load is kept and the mesh reset until the stabilisation carries less than
+!>                    its share; a curve that is not held lags behind failure
+!>   proximal         when the static step is lost past a limit load: the new load is kept and the
+!>                    body creeps against a drag alpha W du, alpha adapted, until the drag has died
+!>   cut              otherwise the step is halved, down to the smallest one
+!> A step that ends in none of these is never accepted: the state before it is put back.
+module qsmpm_stepping
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_not_converged
+  use qsmpm_analysis, only: controls_type, basis_fem
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_load_step, only: load_step, restore
+  use qsmpm_observer, only: observer_type, step_record_type
+  implicit none
+  private
+
+  public :: outcome_type, take_step, hold_until_quiet
+
+  !> Residual allowed in proximal sub-steps, at the least (TR 8.9 of docs/theory.md).
+  real(wp), parameter :: proximal_tolerance = 1.0e-3_wp
+  !> The drag grows by this factor on failure, shrinks and grows by those after a good sub-step.
+  real(wp), parameter :: drag_on_failure = 4.0_wp, drag_shrinks = 0.5_wp, drag_grows = 1.5_wp
+  !> Beyond this the drag is hopeless.
+  real(wp), parameter :: largest_drag = 1.0e12_wp
+  !> Share of the largest move below which the drag may shrink, and above which a sub-step is refused.
+  real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
+
+  !> How an attempt ended.
+  type :: outcome_type
+    logical :: accepted = .false.
+    integer :: cause = error_not_converged
+    character(len=:), allocatable :: reason
+    !> Figures of the last solve that failed, for the message.
+    real(wp) :: out_of_balance = 0.0_wp
+    integer :: worst_node = 0
+    !> Iterations of the static solve.
+    integer :: static_iterations = 0
+  end type outcome_type
+
+contains
+
+  !> Try to reach a share of the phase: static step, else proximal sub-steps; then hold.
+  subroutine take_step(model, step, controls, fraction, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase to reach.
+    real(wp), intent(in) :: fraction
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(out) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(state_type) :: before
+    type(solution_type) :: solution
+    logical :: load_controlled
+
+    before = model%state
+    load_controlled = .not. any(abs(model%loading%prescribed) > 0.0_wp)
+    call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, static_limit(model, controls), &
+      solution, error)
+    if (allocated(error)) return
+    call note_solve(solution, record)
+    outcome%static_iterations = solution%iterations
+    outcome%accepted = solution%converged
+    if (.not. solution%converged) then
+      call note_failure(solution, outcome)
+      record%rejected = record%rejected + 1
+      if (.not. (controls%proximal .and. load_controlled) .or. &
+        model%analysis%method%basis == basis_fem) return
+      call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
+      call creep(model, step, controls, fraction, record, outcome, error)
+      if (allocated(error)) return
+    end if
+    if (outcome%accepted) call hold_until_quiet(model, step, controls, observer, record, outcome, error)
+    if (allocated(error)) return
+    if (.not. outcome%accepted) call restore(before, model)
+  end subroutine take_step
+
+  !> Largest move of a static step; a carried mesh has no cells to cross.
+  pure function static_limit(model, controls) result(limit)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    real(wp) :: limit
+
+    limit = controls%largest_move*model%cell_size
+    if (model%analysis%method%basis == basis_fem) limit = huge(limit)
+  end function static_limit
+
+  !> Add a solve to the record of the step.
+  subroutine note_solve(solution, record)
+    type(solution_type), intent(in) :: solution
+    type(step_record_type), intent(inout) :: record
+
+    record%iterations = record%iterations + solution%iterations
+    if (.not. solution%converged) return
+    record%out_of_balance = solution%out_of_balance
+    record%drag_share = solution%drag_share
+    record%stabilisation_share = solution%stabilisation_share
+    record%largest_move = max(record%largest_move, solution%largest_move)
+  end subroutine note_solve
+
+  !> Remember why.
+  subroutine note_failure(solution, outcome)
+    type(solution_type), intent(in) :: solution
+    type(outcome_type), intent(inout) :: outcome
+
+    outcome%accepted = .false.
+    outcome%cause = solution%cause
+    outcome%reason = solution%reason
+    outcome%out_of_balance = solution%out_of_balance
+    outcome%worst_node = solution%worst_node
+  end subroutine note_failure
+
+  !> Mass-proximal sub-steps at a load until the drag has died away.
+  subroutine creep(model, step, controls, fraction, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+    real(wp) :: limit, drag
+    integer :: substep
+
+    limit = controls%largest_move*model%cell_size
+    drag = model%state%progress%proximal
+    if (.not. drag > 0.0_wp) drag = first_drag(step, limit)
+    do substep = 1, controls%max_substeps
+      call load_step(model, step, controls, fraction, max(controls%tolerance, proximal_tolerance), drag, &
+        large_move*limit, solution, error)
+      if (allocated(error)) return
+      call note_solve(solution, record)
+      if (.not. solution%converged) then
+        record%rejected = record%rejected + 1
+        drag = drag_on_failure*drag
+        call note_failure(solution, outcome)
+        if (drag > largest_drag) exit
+        cycle
+      end if
+      record%substeps = record%substeps + 1
+      model%state%progress%proximal = drag
+      outcome%accepted = solution%drag_share < controls%drag_share
+      if (outcome%accepted) return
+      if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
+        drag = drag_shrinks*drag
+      else if (solution%largest_move > limit) then
+        drag = drag_grows*drag
+      end if
+    end do
+    if (.not. allocated(outcome%reason)) outcome%reason = 'the drag of the proximal sub-steps did not die away'
+  end subroutine creep
+
+  !> Drag that balances the whole load at the largest move.
+  pure function first_drag(step, limit) result(drag)
+    type(step_type), intent(in) :: step
+    real(wp), intent(in) :: limit
+    real(wp) :: drag
+
+    drag = sqrt(sum(step%evaluation%force**2))/(limit*max(norm2(step%lumped), tiny(limit)))
+  end function first_drag
+
+  !> Keep the load, reset the mesh and solve again until the stabilisation carries little.
+  subroutine hold_until_quiet(model, step, controls, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(inout) :: outcome
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+    type(outcome_type) :: creeping
+    character(len=120) :: text
+
+    do while (record%stabilisation_share > controls%stabilisation_share .and. record%holds < controls%max_holds)
+      call load_step(model, step, controls, model%state%progress%fraction, controls%tolerance, 0.0_wp, &
+        static_limit(model, controls), solution, error)
+      if (allocated(error)) return
+      record%holds = record%holds + 1
+      call note_solve(solution, record)
+      if (solution%converged) cycle
+      record%rejected = record%rejected + 1
+      if (.not. controls%proximal) exit
+      call creep(model, step, controls, model%state%progress%fraction, record, creeping, error)
+      if (allocated(error)) return
+      if (.not. creeping%accepted) exit
+    end do
+    if (record%stabilisation_share <= controls%stabilisation_share) return
+    write (text, '(a,es9.2,a,es9.2)') 'stabilisation share ', record%stabilisation_share, &
+      ' stays above its bound ', controls%stabilisation_share
+    if (any(abs(model%loading%prescribed) > 0.0_wp) .or. record%stabilisation_share <= 1.0_wp) then
+      call observer%note(trim(text))
+    else
+      outcome%accepted = .false.
+      outcome%reason = trim(text)
+    end if
+  end subroutine hold_until_quiet
+end module qsmpm_stepping
