@@ -1,0 +1,124 @@
+!> Isotropic functions R(S) of a symmetric tensor: value and derivative from the principal values.
+!>
+!> R has the principal directions n_a of S and principal values r_a(s_1, s_2, s_3). In the frame of
+!> the n_a a change dS changes R by
+!>   dR_aa = sum_b dr_a/ds_b dS_bb,      dR_ab = (r_a - r_b)/(s_a - s_b) dS_ab  (a /= b),
+!> where for s_a = s_b the quotient is its limit dr_a/ds_a - dr_b/ds_a. Logarithm and exponential of
+!> a tensor are here too. Nothing is known of what S and R mean.
+module qsmpm_isotropic_function
+  use qsmpm_kinds, only: wp
+  use qsmpm_tensor, only: congruence, spectral, unpack_symmetric, pack_symmetric
+  implicit none
+  private
+
+  public :: compose, pair_quotients, isotropic_change, tensor_logarithm, tensor_exponential
+
+  !> The pairs (a,b) of principal directions in the order of their quotients.
+  integer, parameter, public :: pair_first(3) = [1, 1, 2], pair_second(3) = [2, 3, 3]
+
+  !> Gap of two principal values, relative to the largest, below which the limit is taken: the
+  !> quotient would lose ten digits, the limit is wrong by the gap times the curvature of r.
+  real(wp), parameter :: smallest_gap = 1.0e-10_wp
+
+contains
+
+  !> The tensor with given principal values and directions.
+  pure function compose(values, vectors) result(a)
+    !> Principal values (3).
+    real(wp), intent(in) :: values(3)
+    !> Principal directions, one a column (3,3).
+    real(wp), intent(in) :: vectors(3, 3)
+    real(wp) :: a(3, 3)
+    integer :: i, j
+
+    do j = 1, 3
+      do i = 1, j
+        a(i, j) = values(1)*vectors(i, 1)*vectors(j, 1) + values(2)*vectors(i, 2)*vectors(j, 2) &
+          + values(3)*vectors(i, 3)*vectors(j, 3)
+        a(j, i) = a(i, j)
+      end do
+    end do
+  end function compose
+
+  !> Quotients (r_a - r_b)/(s_a - s_b) of the pairs 12, 13, 23.
+  pure function pair_quotients(argument, value, derivative) result(quotient)
+    !> Principal values s of the argument (3).
+    real(wp), intent(in) :: argument(3)
+    !> Principal values r of the function (3).
+    real(wp), intent(in) :: value(3)
+    !> dr_a/ds_b (3,3).
+    real(wp), intent(in) :: derivative(3, 3)
+    real(wp) :: quotient(3)
+    real(wp) :: gap, limit
+    integer :: pair, a, b
+
+    limit = smallest_gap*maxval(abs(argument))
+    do pair = 1, 3
+      a = pair_first(pair)
+      b = pair_second(pair)
+      gap = argument(a) - argument(b)
+      if (abs(gap) > limit) then
+        quotient(pair) = (value(a) - value(b))/gap
+      else
+        quotient(pair) = 0.5_wp*(derivative(a, a) - derivative(b, a) &
+          + derivative(b, b) - derivative(a, b))
+      end if
+    end do
+  end function pair_quotients
+
+  !> Change dR that belongs to a change dS.
+  pure function isotropic_change(vectors, derivative, quotient, change) result(changed)
+    !> Principal directions, one a column (3,3).
+    real(wp), intent(in) :: vectors(3, 3)
+    !> dr_a/ds_b (3,3).
+    real(wp), intent(in) :: derivative(3, 3)
+    !> Quotients of the pairs 12, 13, 23 (3).
+    real(wp), intent(in) :: quotient(3)
+    !> dS, symmetric (3,3).
+    real(wp), intent(in) :: change(3, 3)
+    real(wp) :: changed(3, 3)
+    real(wp) :: turned(3, 3), back(3, 3), diagonal(3)
+    integer :: pair, a, b
+
+    back = transpose(vectors)
+    turned = congruence(back, change)
+    do a = 1, 3
+      diagonal(a) = derivative(a, 1)*turned(1, 1) + derivative(a, 2)*turned(2, 2) &
+        + derivative(a, 3)*turned(3, 3)
+    end do
+    do pair = 1, 3
+      a = pair_first(pair)
+      b = pair_second(pair)
+      turned(a, b) = quotient(pair)*turned(a, b)
+      turned(b, a) = turned(a, b)
+    end do
+    do a = 1, 3
+      turned(a, a) = diagonal(a)
+    end do
+    changed = congruence(vectors, turned)
+  end function isotropic_change
+
+  !> Logarithm of a positive definite tensor.
+  pure subroutine tensor_logarithm(packed, logarithm)
+    !> Components (4 or 6).
+    real(wp), intent(in) :: packed(:)
+    !> Components of the logarithm (4 or 6).
+    real(wp), intent(out) :: logarithm(:)
+    real(wp) :: values(3), vectors(3, 3)
+
+    call spectral(unpack_symmetric(packed), values, vectors)
+    call pack_symmetric(compose(log(values), vectors), logarithm)
+  end subroutine tensor_logarithm
+
+  !> Exponential of a symmetric tensor.
+  pure subroutine tensor_exponential(packed, exponential)
+    !> Components (4 or 6).
+    real(wp), intent(in) :: packed(:)
+    !> Components of the exponential (4 or 6).
+    real(wp), intent(out) :: exponential(:)
+    real(wp) :: values(3), vectors(3, 3)
+
+    call spectral(unpack_symmetric(packed), values, vectors)
+    call pack_symmetric(compose(exp(values), vectors), exponential)
+  end subroutine tensor_exponential
+end module qsmpm_isotropic_function

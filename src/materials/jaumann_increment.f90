@@ -1,0 +1,182 @@
+!> Stress increment of the Jaumann rate law over a step, and its derivative.
+!>
+!> The law is d(sigma) = D d(eps) - sigma tr d(eps) + W sigma - sigma W (Beuth et al. 2008, eqs. 8
+!> and 11; their omega of eq. 10 is -W). Two rules integrate it:
+!> - paper: eqs. 9, 10 and 26 with the start stress everywhere, first order;
+!> - midpoint: strain and spin on the mid configuration, half the finite rotation R before and half
+!>   after the strain increment, -sigma tr d(eps) with the mean of both stresses:
+!>     (1 + tr/2) sigma_trial = (1 - tr/2) R sigma0 R^T + D d(eps),
+!>     sigma = R return(sigma_trial) R^T,
+!>   second order, objective, and exact under confined compression in any number of steps.
+!> Both are one formula, whose terms `increment_type` holds. The return mapping is the caller's.
+module qsmpm_jaumann_increment
+  use qsmpm_kinds, only: wp
+  use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial, spin_change
+  use qsmpm_tensor, only: determinant, inverse, congruence, identity
+  implicit none
+  private
+
+  public :: increment_type, make_increment, trial_change
+
+  !> How the rate is integrated; numbered as in the deck's description.
+  integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+
+  !> Smallest 1 + tr/2 of the midpoint rule; at 0 the volume is compressed to nothing.
+  real(wp), parameter :: smallest_pivot = 1.0e-3_wp
+
+  !> sigma_trial = (keep start + D d(eps) - ...)/pivot, and what its derivative needs.
+  type :: increment_type
+    !> Whether the stress turns by `rotation` before and after the strain increment.
+    logical :: turns = .false.
+    !> ((F + I)/2)^-1, or I: dG = mid dF mid (3,3).
+    real(wp) :: mid(3, 3) = 0.0_wp
+    !> Half rotation (3,3).
+    real(wp) :: rotation(3, 3) = 0.0_wp
+    !> Spin of the half rotation by the axial vector of dG (3,3).
+    real(wp) :: spin(3, 3) = 0.0_wp
+    !> Start stress after the first half rotation (3,3).
+    real(wp) :: start(3, 3) = 0.0_wp
+    !> The stress that is multiplied by -tr d(eps) (3,3).
+    real(wp) :: volume_stress(3, 3) = 0.0_wp
+    !> Trial stress (3,3).
+    real(wp) :: trial(3, 3) = 0.0_wp
+    real(wp) :: keep = 1.0_wp
+    real(wp) :: pivot = 1.0_wp
+  end type increment_type
+
+contains
+
+  !> Trial stress of a step.
+  pure subroutine make_increment(rate, lame, shear, f, stress, increment, ok)
+    !> rate_paper or rate_midpoint.
+    integer, intent(in) :: rate
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Incremental deformation gradient (3,3).
+    real(wp), intent(in) :: f(3, 3)
+    !> Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: stress(3, 3)
+    !> The increment.
+    type(increment_type), intent(out) :: increment
+    !> False when the step is too large for the rule.
+    logical, intent(out) :: ok
+
+    if (rate == rate_paper) then
+      ok = .true.
+      call paper_increment(lame, shear, f - identity, stress, increment)
+    else
+      call midpoint_increment(lame, shear, f, stress, increment, ok)
+    end if
+  end subroutine make_increment
+
+  !> Eq. 26 with eqs. 9 and 10.
+  pure subroutine paper_increment(lame, shear, g, stress, increment)
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Displacement gradient on the start configuration (3,3).
+    real(wp), intent(in) :: g(3, 3)
+    !> Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: stress(3, 3)
+    !> The increment.
+    type(increment_type), intent(out) :: increment
+
+    increment%mid = identity
+    increment%rotation = identity
+    increment%spin = identity
+    increment%start = stress
+    increment%volume_stress = stress
+    increment%trial = stress + spin_change(axial(g), stress) + hooke(lame, shear, g) &
+      - trace(g)*stress
+  end subroutine paper_increment
+
+  !> The midpoint rule.
+  pure subroutine midpoint_increment(lame, shear, f, stress, increment, ok)
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Incremental deformation gradient (3,3).
+    real(wp), intent(in) :: f(3, 3)
+    !> Cauchy stress at the start (3,3).
+    real(wp), intent(in) :: stress(3, 3)
+    !> The increment.
+    type(increment_type), intent(out) :: increment
+    !> False when the mid configuration is turned inside out or compressed to nothing.
+    logical, intent(out) :: ok
+    real(wp) :: half(3, 3), g(3, 3), t(3), det
+
+    half = 0.5_wp*(f + identity)
+    det = determinant(half)
+    ok = det > 0.0_wp
+    if (.not. ok) return
+    increment%mid = inverse(half, det)
+    g = f - identity
+    g = matmul(g, increment%mid)
+    increment%pivot = 1.0_wp + 0.5_wp*trace(g)
+    increment%keep = 1.0_wp - 0.5_wp*trace(g)
+    ok = increment%pivot > smallest_pivot
+    if (.not. ok) return
+    t = 0.5_wp*axial(g)
+    increment%turns = .true.
+    increment%rotation = half_rotation(t)
+    increment%spin = 0.5_wp*rotation_jacobian(t)
+    increment%start = congruence(increment%rotation, stress)
+    increment%trial = (increment%keep*increment%start + hooke(lame, shear, g))/increment%pivot
+    increment%volume_stress = 0.5_wp*(increment%start + increment%trial)
+  end subroutine midpoint_increment
+
+  !> Change of the trial stress with the displacement gradient, and the spin vector that turns the
+  !> stress after the strain increment.
+  pure subroutine trial_change(increment, lame, shear, dg, change, spin)
+    !> The increment.
+    type(increment_type), intent(in) :: increment
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Change of the displacement gradient, mid dF mid (3,3).
+    real(wp), intent(in) :: dg(3, 3)
+    !> Change of the trial stress (3,3).
+    real(wp), intent(out) :: change(3, 3)
+    !> Axial vector of the spin of the second half rotation (3).
+    real(wp), intent(out) :: spin(3)
+    real(wp) :: vector(3)
+
+    vector = axial(dg)
+    spin = matmul(increment%spin, vector)
+    change = increment%keep*spin_change(spin, increment%start) + hooke(lame, shear, dg) &
+      - trace(dg)*increment%volume_stress
+    change = change*(1.0_wp/increment%pivot)
+  end subroutine trial_change
+
+  !> Elastic stress of the symmetric part of a gradient.
+  pure function hooke(lame, shear, g) result(stress)
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Displacement gradient (3,3).
+    real(wp), intent(in) :: g(3, 3)
+    real(wp) :: stress(3, 3)
+    real(wp) :: mean
+    integer :: i
+
+    stress = shear*(g + transpose(g))
+    mean = lame*trace(g)
+    do i = 1, 3
+      stress(i, i) = stress(i, i) + mean
+    end do
+  end function hooke
+
+  !> Trace.
+  pure real(wp) function trace(a)
+    !> Tensor (3,3).
+    real(wp), intent(in) :: a(3, 3)
+
+    trace = a(1, 1) + a(2, 2) + a(3, 3)
+  end function trace
+end module qsmpm_jaumann_increment

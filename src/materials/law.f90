@@ -1,0 +1,127 @@
+!> The one interface of every constitutive law: a batch of points of one material from the start
+!> to the end of a step.
+!>
+!> The law works with the incremental deformation gradient F and returns Q, the first
+!> Piola-Kirchhoff stress with respect to the start of the step, and A = dQ/dF; so the internal
+!> force of a point of start volume V is V Q : grad0 N and its stiffness V grad0 N : A : grad0 N,
+!> which holds K^E and K^G of the paper (eqs. 15-18) and needs no knowledge of the law.
+!>
+!> Packing. Gradient-like tensors are packed column by column: in 3D (11,21,31,12,22,32,13,23,33),
+!> nine components; in 2D (11,21,12,22,33), five components, the last used by axisymmetry only.
+!> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
+module qsmpm_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  implicit none
+  private
+
+  public :: law_type, law_slot_type, batch_type
+
+  !> What a law says of a point.
+  integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2
+
+  !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
+  integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
+
+  !> Points of one material in one step. Inputs are set by the caller, outputs by the law;
+  !> arrays may be longer than `count`.
+  type :: batch_type
+    integer :: count = 0
+    !> In: incremental deformation gradient, packed (5 or 9, n).
+    real(wp), allocatable :: gradient(:, :)
+    !> In: volume ratio V/V0 at the start of the step (n).
+    real(wp), allocatable :: volume_ratio(:)
+    !> In: Cauchy stress at the start (4 or 6, n).
+    real(wp), allocatable :: stress_start(:, :)
+    !> In: law's state at the start (state_count, n).
+    real(wp), allocatable :: state_start(:, :)
+    !> Out: Cauchy stress at the end (4 or 6, n).
+    real(wp), allocatable :: stress(:, :)
+    !> Out: state at the end (state_count, n).
+    real(wp), allocatable :: state(:, :)
+    !> Out: Q, packed (5 or 9, n).
+    real(wp), allocatable :: piola(:, :)
+    !> Out, when asked for: A(i,j) = d piola(i) / d gradient(j), (5 or 9, 5 or 9, n).
+    real(wp), allocatable :: tangent(:, :, :)
+    !> Out: one of the status_* values (n).
+    integer, allocatable :: status(:)
+    !> Out: 1 where the point yields in this step, else 0 (n).
+    integer, allocatable :: plastic(:)
+  end type batch_type
+
+  !> A constitutive law with its parameters. It holds no state: two models may share one.
+  type, abstract :: law_type
+    !> 2 or 3.
+    integer :: dimension = 0
+    !> State variables a point needs, in `state`; for the logarithmic kinematics the first are the
+    !> elastic left Cauchy-Green tensor in stress order.
+    integer :: state_count = 0
+    !> True when the consistent tangent is symmetric for every state.
+    logical :: symmetric = .false.
+    !> Young's modulus that scales stabilisation terms.
+    real(wp) :: stiffness_scale = 0.0_wp
+    !> Share of the elastic tangent blended into the consistent one, about 1e-3; 0 gives the
+    !> exact one.
+    real(wp) :: elastic_blend = 0.0_wp
+  contains
+    !> State of an unstressed or prestressed point.
+    procedure(start_interface), deferred :: start
+    !> One step.
+    procedure(update_interface), deferred :: update
+    !> Number of fields by which a cell's points are averaged.
+    procedure(count_interface), deferred :: fit_count
+    !> Turn stress and state into fields that may be averaged (tensor logarithms, ...).
+    procedure(to_fields_interface), deferred :: to_fields
+    !> And back.
+    procedure(from_fields_interface), deferred :: from_fields
+  end type law_type
+
+  !> One law; an array of these is the model's materials.
+  type :: law_slot_type
+    class(law_type), allocatable :: law
+  end type law_slot_type
+
+  abstract interface
+    !> State that belongs to a given Cauchy stress at volume ratio 1.
+    pure subroutine start_interface(self, stress, state)
+      import :: law_type, wp
+      class(law_type), intent(in) :: self
+      !> Cauchy stress (4 or 6).
+      real(wp), intent(in) :: stress(:)
+      !> State (state_count).
+      real(wp), intent(out) :: state(:)
+    end subroutine start_interface
+
+    !> Update a batch. A point that cannot be updated gets a status, never a NaN.
+    subroutine update_interface(self, batch, tangent)
+      import :: law_type, batch_type
+      class(law_type), intent(in) :: self
+      type(batch_type), intent(inout) :: batch
+      !> One of tangent_none, tangent_consistent, tangent_elastic.
+      integer, intent(in) :: tangent
+    end subroutine update_interface
+
+    pure integer function count_interface(self)
+      import :: law_type
+      class(law_type), intent(in) :: self
+    end function count_interface
+
+    pure subroutine to_fields_interface(self, stress, state, fields)
+      import :: law_type, wp
+      class(law_type), intent(in) :: self
+      real(wp), intent(in) :: stress(:)
+      real(wp), intent(in) :: state(:)
+      !> (fit_count)
+      real(wp), intent(out) :: fields(:)
+    end subroutine to_fields_interface
+
+    pure subroutine from_fields_interface(self, fields, volume_ratio, stress, state)
+      import :: law_type, wp
+      class(law_type), intent(in) :: self
+      real(wp), intent(in) :: fields(:)
+      real(wp), intent(in) :: volume_ratio
+      real(wp), intent(out) :: stress(:)
+      real(wp), intent(out) :: state(:)
+    end subroutine from_fields_interface
+  end interface
+end module qsmpm_law

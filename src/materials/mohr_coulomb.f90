@@ -1,0 +1,276 @@
+!> Return mapping of Mohr-Coulomb plasticity with tension cut-off in principal stresses.
+!>
+!> Tension positive. The strength is the six planes k s_i - s_j <= sc, i /= j, with
+!> k = (1 + sin phi)/(1 - sin phi) and sc = 2 c sqrt(k), and the three planes s_i <= T. A shear
+!> plane flows along m e_i - e_j, m = (1 + sin psi)/(1 - sin psi), a cut-off plane along its normal.
+!> For an ordered trial stress s1 >= s2 >= s3 only ten sets of active planes can hold the answer:
+!> two planes, four edges and four corners; the apex comes on top. The answer of a set is affine
+!> in the trial stress, so that `make_mohr_coulomb` works out all of them once and a return is
+!> a look along the table for the set with non-negative multipliers and an admissible stress.
+!>
+!> The apex of the cone at c cot phi is reached when no other set is admissible; so it is for
+!> psi = 0, where the flow is isochoric and no flow rule leads there (the limit psi -> 0). Elastic
+!> moduli are constant. Strain, kinematics and tensors are left to the callers.
+module qsmpm_mohr_coulomb
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_tensor, only: determinant, inverse, identity
+  implicit none
+  private
+
+  public :: mohr_coulomb_type, make_mohr_coulomb, return_principal
+
+  !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
+  integer, parameter :: set_count = 10
+  !> Planes of each set, simple ones first; 0 fills up.
+  integer, parameter :: set_planes(3, set_count) = reshape( &
+    [1, 0, 0, 4, 0, 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 4, 5, 0, 1, 3, 4, 1, 4, 5, 1, 2, 4, 4, 5, 6], &
+    [3, set_count])
+
+  !> Round-off allowed in the yield functions and multipliers, relative to the trial stress.
+  real(wp), parameter :: round_off = 1.0e-12_wp
+  !> A set that misses by less than this is taken when none passes: the trial lies where two
+  !> regions meet and nu near 0.5 has amplified round-off.
+  real(wp), parameter :: near_miss = 1.0e-9_wp
+
+  !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
+  type :: set_type
+    integer :: planes = 0
+    real(wp) :: slope(3, 3) = 0.0_wp
+    real(wp) :: shift(3) = 0.0_wp
+    !> Rows are planes; multiplied by 2 G, so that they are stresses.
+    real(wp) :: weights(3, 3) = 0.0_wp
+    real(wp) :: offsets(3) = 0.0_wp
+  end type set_type
+
+  !> Strength parameters and the table of answers.
+  type :: mohr_coulomb_type
+    private
+    real(wp) :: k = 1.0_wp
+    real(wp) :: m = 1.0_wp
+    real(wp) :: sc = 0.0_wp
+    real(wp) :: cut_off = huge(1.0_wp)
+    real(wp) :: apex = huge(1.0_wp)
+    logical :: has_apex = .false.
+    logical :: has_cut_off = .false.
+    type(set_type) :: sets(set_count)
+  end type mohr_coulomb_type
+
+contains
+
+  !> Strength and table of answers of checked parameters.
+  pure subroutine make_mohr_coulomb(parameters, lame, shear, model)
+    !> What the user said, checked.
+    type(material_parameters_type), intent(in) :: parameters
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Strength and table.
+    type(mohr_coulomb_type), intent(out) :: model
+    integer :: i
+
+    model%k = stress_ratio(parameters%friction_angle)
+    model%m = stress_ratio(parameters%dilatancy_angle)
+    model%sc = 2.0_wp*parameters%cohesion*sqrt(model%k)
+    model%has_apex = parameters%friction_angle > 0.0_wp
+    if (model%has_apex) model%apex = parameters%cohesion/tan(parameters%friction_angle*pi/180.0_wp)
+    ! A cut-off beyond the apex cuts nothing off; one at the apex is the apex.
+    model%has_cut_off = parameters%tensile_strength < sqrt(huge(1.0_wp)) &
+      .and. parameters%tensile_strength < model%apex*(1.0_wp - round_off)
+    if (model%has_cut_off) model%has_apex = .false.
+    if (model%has_cut_off) model%cut_off = parameters%tensile_strength
+    do i = 1, set_count
+      if (any(set_planes(:, i) > 3) .and. .not. model%has_cut_off) cycle
+      call make_set(model, set_planes(:, i), lame, shear, model%sets(i))
+    end do
+  end subroutine make_mohr_coulomb
+
+  !> Ratio of principal stresses (1 + sin angle)/(1 - sin angle).
+  pure real(wp) function stress_ratio(angle)
+    !> Degrees.
+    real(wp), intent(in) :: angle
+
+    stress_ratio = (1.0_wp + sin(angle*pi/180.0_wp))/(1.0_wp - sin(angle*pi/180.0_wp))
+  end function stress_ratio
+
+  !> Normal, flow direction and limit of a plane.
+  pure subroutine plane(model, number, normal, flow, limit)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Number of the plane, 1 to 6.
+    integer, intent(in) :: number
+    !> Normal in stress space (3).
+    real(wp), intent(out) :: normal(3)
+    !> Direction of plastic strain (3).
+    real(wp), intent(out) :: flow(3)
+    !> Largest value of normal . stress.
+    real(wp), intent(out) :: limit
+    integer, parameter :: high(3) = [1, 2, 1], low(3) = [3, 3, 2]
+
+    normal = 0.0_wp
+    flow = 0.0_wp
+    if (number <= 3) then
+      normal(high(number)) = model%k
+      normal(low(number)) = -1.0_wp
+      flow(high(number)) = model%m
+      flow(low(number)) = -1.0_wp
+      limit = model%sc
+    else
+      normal(number - 3) = 1.0_wp
+      flow(number - 3) = 1.0_wp
+      limit = model%cut_off
+    end if
+  end subroutine plane
+
+  !> Work out the answer of a set of planes: with normals N, flows M and limits c the multipliers
+  !> are (N^T D M)^-1 (N^T s - c) and the stress is s - D M times them.
+  pure subroutine make_set(model, planes, lame, shear, set)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Numbers of the planes, 0 where there is none (3).
+    integer, intent(in) :: planes(3)
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> The answer.
+    type(set_type), intent(out) :: set
+    real(wp) :: normals(3, 3), relief(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
+    integer :: i, n
+
+    normals = 0.0_wp
+    relief = 0.0_wp
+    limits = 0.0_wp
+    system = identity
+    n = count(planes > 0)
+    do i = 1, n
+      call plane(model, planes(i), normals(:, i), flow, limits(i))
+      relief(:, i) = 2.0_wp*shear*flow + lame*sum(flow)
+    end do
+    system(1:n, 1:n) = matmul(transpose(normals(:, 1:n)), relief(:, 1:n))/(2.0_wp*shear)
+    solver = inverse(system, determinant(system))
+    set%planes = n
+    set%weights(1:n, :) = matmul(solver(1:n, 1:n), transpose(normals(:, 1:n)))
+    set%offsets(1:n) = -matmul(solver(1:n, 1:n), limits(1:n))
+    if (n == 3) then
+      ! A corner: the stress is where the planes meet, whatever the trial.
+      set%shift = matmul(transpose(inverse(normals, determinant(normals))), limits)
+    else
+      relief = relief/(2.0_wp*shear)
+      set%slope = identity - matmul(relief, set%weights)
+      set%shift = -matmul(relief, set%offsets)
+    end if
+  end subroutine make_set
+
+  !> How far a stress lies outside the strength (a stress; negative inside).
+  pure real(wp) function excess(model, stress)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal stresses in any order (3).
+    real(wp), intent(in) :: stress(3)
+    real(wp) :: largest
+
+    largest = max(stress(1), stress(2), stress(3))
+    excess = model%k*largest - min(stress(1), stress(2), stress(3)) - model%sc
+    if (model%has_cut_off) excess = max(excess, largest - model%cut_off)
+  end function excess
+
+  !> Return a trial stress to the strength.
+  pure subroutine return_principal(model, trial, stress, tangent, yields)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal trial stresses, in any order (3).
+    real(wp), intent(in) :: trial(3)
+    !> Principal stresses, in the same order (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress; times the elastic moduli it is d stress / d strain (3,3).
+    real(wp), intent(out) :: tangent(3, 3)
+    !> Whether the trial stress lay outside.
+    logical, intent(out) :: yields
+    real(wp) :: sorted(3), answer(3), slope(3, 3), scale
+    integer :: order(3), i
+
+    scale = maxval(abs(trial)) + model%sc
+    yields = excess(model, trial) > round_off*scale
+    if (.not. yields) then
+      stress = trial
+      tangent = identity
+      return
+    end if
+    order = falling_order(trial)
+    sorted = trial(order)
+    call find_set(model, sorted, scale, answer, slope)
+    do i = 1, 3
+      stress(order(i)) = answer(i)
+      tangent(order, order(i)) = slope(:, i)
+    end do
+  end subroutine return_principal
+
+  !> Positions of the largest, middle and smallest value.
+  pure function falling_order(values) result(order)
+    !> Values (3).
+    real(wp), intent(in) :: values(3)
+    integer :: order(3)
+
+    order = [1, 2, 3]
+    if (values(1) < values(2)) order(1:2) = [2, 1]
+    if (values(order(2)) < values(3)) order(2:3) = [3, order(2)]
+    if (values(order(1)) < values(order(2))) order(1:2) = order(2:1:-1)
+  end function falling_order
+
+  !> Find the set of active planes of an ordered trial stress that lies outside.
+  pure subroutine find_set(model, trial, scale, stress, slope)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal trial stresses, falling (3).
+    real(wp), intent(in) :: trial(3)
+    !> Size of the stresses, for round-off.
+    real(wp), intent(in) :: scale
+    !> Principal stresses (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress (3,3).
+    real(wp), intent(out) :: slope(3, 3)
+    real(wp) :: candidate(3), miss, least
+    integer :: i, best
+
+    least = huge(1.0_wp)
+    best = 0
+    do i = 1, set_count
+      if (model%sets(i)%planes == 0) cycle
+      call try_set(model, model%sets(i), trial, candidate, miss)
+      if (miss >= least) cycle
+      least = miss
+      best = i
+      stress = candidate
+      if (miss <= round_off*scale) exit
+    end do
+    if (best == 0 .or. (model%has_apex .and. least > near_miss*scale)) then
+      stress = model%apex
+      slope = 0.0_wp
+    else
+      slope = model%sets(best)%slope
+    end if
+  end subroutine find_set
+
+  !> Stress of a set, and by how much it misses (inadmissible stress or negative multiplier).
+  pure subroutine try_set(model, set, trial, stress, miss)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Set of planes.
+    type(set_type), intent(in) :: set
+    !> Principal trial stresses, falling (3).
+    real(wp), intent(in) :: trial(3)
+    !> Stress of the set (3).
+    real(wp), intent(out) :: stress(3)
+    !> Largest violation, as a stress; <= 0 for the right set.
+    real(wp), intent(out) :: miss
+    integer :: i
+
+    stress = matmul(set%slope, trial) + set%shift
+    miss = excess(model, stress)
+    do i = 1, set%planes
+      miss = max(miss, -dot_product(set%weights(i, :), trial) - set%offsets(i))
+    end do
+  end subroutine try_set
+end module qsmpm_mohr_coulomb
