@@ -117,7 +117,10 @@ contains
     b = unpack_symmetric(batch%state_start(:, p))
     b = congruence(f, b)
     call spectral(b, values, vectors)
-    if (.not. (all(values > smallest_b) .and. all(values < largest_b))) return
+    if (.not. (all(values > smallest_b) .and. all(values < largest_b))) then
+      if (positive_definite(unpack_symmetric(batch%state_start(:, p)))) batch%status(p) = status_cut
+      return
+    end if
     batch%status(p) = status_ok
 
     strain = 0.5_wp*log(values)
@@ -140,6 +143,15 @@ contains
                        batch%tangent(:, :, p))
     batch%tangent(:, :, p) = batch%tangent(:, :, p)/batch%volume_ratio(p)
   end subroutine update_point
+
+  !> Whether a symmetric tensor is positive definite, by its leading minors.
+  pure logical function positive_definite(a)
+    !> Tensor (3,3).
+    real(wp), intent(in) :: a(3, 3)
+
+    positive_definite = a(1, 1) > 0.0_wp .and. a(1, 1)*a(2, 2) - a(1, 2)**2 > 0.0_wp &
+      .and. determinant(a) > 0.0_wp
+  end function positive_definite
 
   !> A = dQ/dF of a point: the spatial tangent, sparse in the principal frame, pulled back.
   pure subroutine point_tangent(self, strain, values, vectors, f_inverse, response, a)

@@ -263,7 +263,8 @@ contains
 
     nan = ieee_value(nan, ieee_quiet_nan)
     call make_law(strong(0.0_wp, -1.0_wp), 2, kinematics_logarithmic, rate_midpoint, law)
-    call make_batch(law, 4, batch)
+    call make_batch(law, 5, batch)
+    batch%gradient(:, 5) = [1.0e-20_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
     batch%gradient(1, 1) = -0.1_wp
     batch%gradient(3, 2) = nan
     batch%state_start(1, 3) = -1.0_wp
@@ -272,6 +273,7 @@ contains
     call tests%check('a gradient that is no number asks for a cut', batch%status(2) == status_cut)
     call tests%check('a state that is not positive definite fails', &
       batch%status(3) == status_failed)
+    call tests%check('a collapse to a plane asks for a cut', batch%status(5) == status_cut)
     call tests%check('the sound point is updated', batch%status(4) == status_ok)
     call tests%check('no result is a NaN', all(ieee_is_finite(batch%stress)) &
       .and. all(ieee_is_finite(batch%state)) .and. all(ieee_is_finite(batch%piola)) &
