@@ -1,7 +1,8 @@
-/* What Fortran cannot say: signals, the text of errno, directories.
+/* What Fortran cannot say: signals, the text of errno, terminals, directories.
  *
  * The signal flag is the one variable of the program that belongs to no object: a handler has
  * nothing else to write to. The second signal of a kind ends the process as usual. */
+#define _DEFAULT_SOURCE
 #define _POSIX_C_SOURCE 200809L
 #include <ctype.h>
 #include <dirent.h>
@@ -9,6 +10,7 @@
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -45,6 +47,15 @@ int qsmpm_signal_received(void)
 void qsmpm_last_error(char *text, int length)
 {
     snprintf(text, (size_t)length, "%s", strerror(errno));
+}
+
+/* Columns of the terminal behind a descriptor, 0 when that is not known. */
+int qsmpm_terminal_width(int descriptor)
+{
+    struct winsize size;
+
+    memset(&size, 0, sizeof size);
+    return ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? (int)size.ws_col : 0;
 }
 
 /* 0 when path is a directory. */

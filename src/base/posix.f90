@@ -10,8 +10,9 @@ module qsmpm_posix
   private
 
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
-  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, is_terminal
-  public :: write_descriptor, system_message, watch_signals, signal_received
+  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered
+  public :: is_terminal, terminal_width
+  public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
 
   !> Longest text of an error of the system.
   integer, parameter :: message_length = 256
@@ -116,9 +117,21 @@ module qsmpm_posix
       integer(c_int), value :: length
     end subroutine c_last_error
 
+    !> Columns of a terminal (posix.c).
+    integer(c_int) function c_terminal_width(descriptor) bind(c, name='qsmpm_terminal_width')
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function c_terminal_width
+
     !> Let SIGINT and SIGTERM only set a flag, once; a second signal ends the process (posix.c).
     subroutine watch_signals() bind(c, name='qsmpm_watch_signals')
     end subroutine watch_signals
+
+    !> exit(3): end the process with an exit code; Fortran's units are flushed.
+    subroutine exit_process(code) bind(c, name='exit')
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine exit_process
 
     !> Number of the signal received, 0 for none (posix.c).
     integer(c_int) function signal_received() bind(c, name='qsmpm_signal_received')
@@ -184,6 +197,14 @@ contains
 
     is_terminal = c_isatty(int(descriptor, c_int)) == 1
   end function is_terminal
+
+  !> Columns of the terminal behind a descriptor, 0 when that is not known.
+  integer function terminal_width(descriptor)
+    !> The descriptor.
+    integer, intent(in) :: descriptor
+
+    terminal_width = int(c_terminal_width(int(descriptor, c_int)))
+  end function terminal_width
 
   !> Write a text to a descriptor at once. What a closed pipe or a full disk does not take is lost.
   subroutine write_descriptor(descriptor, text)

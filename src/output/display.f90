@@ -6,7 +6,7 @@ module qsmpm_display
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: duration_text, integer_text, short_text
   use qsmpm_observer, only: step_record_type
-  use qsmpm_posix, only: write_descriptor
+  use qsmpm_posix, only: terminal_width, write_descriptor
   implicit none
   private
 
@@ -74,12 +74,24 @@ contains
     display%last_share = share
     line = step_text(model, record)//', '//remaining_text(display, seconds, share)
     if (display%kind == display_terminal) then
-      call write_descriptor(standard_output, clear_line//line)
+      call write_descriptor(standard_output, clear_line//fitting(line))
       display%line_stands = .true.
     else
       call write_descriptor(standard_output, line//newline)
     end if
   end subroutine show_step
+
+  !> As much of a line as the terminal is wide: a longer one could not be refreshed.
+  function fitting(line) result(part)
+    !> The line.
+    character(len=*), intent(in) :: line
+    character(len=:), allocatable :: part
+    integer :: width
+
+    part = line
+    width = terminal_width(standard_output) - 1
+    if (width > 0 .and. width < len(line)) part = line(:width)
+  end function fitting
 
   !> Show a sentence on a line of its own.
   subroutine show_text(display, text)

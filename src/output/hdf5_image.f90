@@ -9,10 +9,10 @@ module qsmpm_hdf5_image
   use, intrinsic :: iso_fortran_env, only: int8
   use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5pcreate_f, h5pclose_f, &
     h5pset_fapl_core_f, h5pset_obj_track_times_f, h5fcreate_f, h5fclose_f, h5fflush_f, &
-    h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_simple_f, h5sclose_f, h5dcreate_f, &
-    h5dclose_f, h5dwrite_f, h5acreate_by_name_f, h5awrite_f, h5aclose_f, h5lcreate_external_f, &
-    h5p_file_access_f, h5p_dataset_create_f, h5f_acc_trunc_f, h5f_scope_global_f, &
-    h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, h5t_native_integer
+    h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, &
+    h5s_scalar_f, h5dcreate_f, h5dclose_f, h5dwrite_f, h5acreate_by_name_f, h5awrite_f, &
+    h5aclose_f, h5lcreate_external_f, h5p_file_access_f, h5p_dataset_create_f, h5f_acc_trunc_f, &
+    h5f_scope_global_f, h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, h5t_native_integer
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, create_file, put_bytes, commit_file
@@ -283,7 +283,7 @@ contains
     integer :: status(3)
 
     status = 0
-    call h5screate_simple_f(1, [1_hsize_t], space, status(1))
+    call h5screate_f(h5s_scalar_f, space, status(1))
     call h5acreate_by_name_f(image%file, object, name, kind, space, attribute, status(2))
     call h5sclose_f(space, status(3))
     call note_failure(image%reason, any(status < 0), object//' '//name)

@@ -3,28 +3,18 @@
 module qsmpm_number_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use qsmpm_kinds, only: wp, long
+  use qsmpm_text, only: default_integer_text => integer_text, shortest_text => real_text
   implicit none
   private
 
-  public :: integer_text, real_text, short_text, seconds_text, duration_text, numbered
+  public :: integer_text, real_text, short_text, seconds_text, duration_text, numbered, &
+    without_last_newline
 
   interface integer_text
-    module procedure :: default_integer_text, long_integer_text
+    procedure :: default_integer_text, long_integer_text
   end interface integer_text
 
-  !> Decimal places of the mantissa that are tried in turn; 16 are always enough.
-  integer, parameter :: first_places = 14, last_places = 16
-
 contains
-
-  !> An integer without blanks.
-  pure function default_integer_text(value) result(text)
-    !> The integer.
-    integer, intent(in) :: value
-    character(len=:), allocatable :: text
-
-    text = long_integer_text(int(value, long))
-  end function default_integer_text
 
   !> A long integer without blanks.
   pure function long_integer_text(value) result(text)
@@ -48,25 +38,22 @@ contains
     text = trim(buffer)
   end function numbered
 
-  !> A real in the fewest of 15 to 17 digits that read back as the same bits, without trailing zeros.
+  !> A real in as few digits as read back as the same bits.
   pure function real_text(value) result(text)
     !> The real.
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
     character(len=32) :: buffer
-    real(wp) :: again
-    integer :: places
 
     if (.not. ieee_is_finite(value)) then
       text = special_text(value)
-      return
+    else if (abs(value) > 0.99_wp*huge(value)) then
+      ! Trying fewer digits of the largest reals would read infinity.
+      write (buffer, '(es32.16e3)') value
+      text = trim(adjustl(buffer))
+    else
+      text = shortest_text(value)
     end if
-    do places = first_places, last_places
-      write (buffer, '(es32.'//integer_text(places)//'e3)') value
-      read (buffer, *) again
-      if (transfer(again, 0_long) == transfer(value, 0_long)) exit
-    end do
-    text = shortened(trim(adjustl(buffer)))
   end function real_text
 
   !> Text of an infinity or of what is not a number.
@@ -84,24 +71,6 @@ contains
     end if
   end function special_text
 
-  !> The same number without trailing zeros of the mantissa and needless digits of the exponent.
-  pure function shortened(full) result(text)
-    !> Number in the form d.dddE+ddd.
-    character(len=*), intent(in) :: full
-    character(len=:), allocatable :: text
-    integer :: e, last, exponent
-
-    e = index(full, 'E')
-    last = e - 1
-    do while (full(last:last) == '0')
-      last = last - 1
-    end do
-    if (full(last:last) == '.') last = last - 1
-    text = full(:last)
-    read (full(e + 1:), *) exponent
-    if (exponent /= 0) text = text//'e'//integer_text(exponent)
-  end function shortened
-
   !> A real for people, in about `digits` digits.
   pure function short_text(value, digits) result(text)
     !> The real.
@@ -110,39 +79,15 @@ contains
     integer, intent(in) :: digits
     character(len=:), allocatable :: text
     character(len=32) :: buffer
+    real(wp) :: rounded
 
-    if (.not. ieee_is_finite(value)) then
-      text = special_text(value)
-      return
+    rounded = value
+    if (abs(value) < 0.99_wp*huge(value)) then
+      write (buffer, '(es32.'//integer_text(digits - 1)//'e3)') value
+      read (buffer, *) rounded
     end if
-    write (buffer, '(es32.'//integer_text(digits - 1)//'e3)') value
-    text = plain_text(trim(adjustl(buffer)), value, digits)
+    text = real_text(rounded)
   end function short_text
-
-  !> A number of moderate size without an exponent.
-  pure function plain_text(full, value, digits) result(text)
-    !> The number in the form d.dddE+ddd.
-    character(len=*), intent(in) :: full
-    !> The number.
-    real(wp), intent(in) :: value
-    !> Significant digits.
-    integer, intent(in) :: digits
-    character(len=:), allocatable :: text
-    character(len=32) :: buffer
-    integer :: exponent
-
-    read (full(index(full, 'E') + 1:), *) exponent
-    if (abs(value) <= 0.0_wp) then
-      text = '0'
-    else if (exponent < -3 .or. exponent > digits + 2) then
-      text = shortened(full)
-    else
-      write (buffer, '(f32.'//integer_text(max(0, digits - 1 - exponent))//')') value
-      text = trim(adjustl(buffer))
-      if (text(1:1) == '.') text = '0'//text
-      if (text(1:min(2, len(text))) == '-.') text = '-0'//text(2:)
-    end if
-  end function plain_text
 
   !> Seconds with three decimals.
   pure function seconds_text(seconds) result(text)
@@ -175,4 +120,17 @@ contains
       text = trim(buffer)
     end if
   end function duration_text
+
+  !> A text without a newline at its end.
+  pure function without_last_newline(text) result(line)
+    !> The text.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: line
+
+    line = text
+    do while (len(line) > 0)
+      if (line(len(line):) /= new_line('a')) exit
+      line = line(:len(line) - 1)
+    end do
+  end function without_last_newline
 end module qsmpm_number_text

@@ -15,7 +15,7 @@ module qsmpm_recorder
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, numbered
+  use qsmpm_number_text, only: integer_text, numbered, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
@@ -96,6 +96,7 @@ contains
     if (allocated(error)) return
     call begin_log(recorder, model)
     call open_tables(recorder, model, error)
+    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine create
 
   !> Make a directory.
@@ -241,8 +242,8 @@ contains
     class(recorder_type), intent(inout) :: self
     character(len=*), intent(in) :: text
 
-    call write_log(self, text)
-    call show_text(self%display, text)
+    call write_log(self, without_last_newline(text))
+    call show_text(self%display, without_last_newline(text))
   end subroutine note
 
   !> Whether a signal has asked the run to stop.

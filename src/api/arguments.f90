@@ -1,0 +1,218 @@
+!> What the words of the command line ask for. Nothing is guessed: an unknown word is an error that
+!> names the nearest known one.
+module qsmpm_arguments
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_text, only: string_type, nearest_word
+  implicit none
+  private
+
+  public :: command_type, parse_arguments, usage_text
+
+  !> Commands.
+  integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
+    command_version = 4, command_markdown = 5
+
+  !> What is asked for.
+  type :: command_type
+    integer :: command = command_help
+    !> Path of the deck, or the keyword that help is wanted for (empty: the list).
+    character(len=:), allocatable :: subject
+    !> Directory of the results and restart file, empty when not given.
+    character(len=:), allocatable :: directory, restart
+    integer :: threads = 1
+    logical :: quiet = .false.
+  end type command_type
+
+  integer, parameter :: word_length = 10
+  character(len=word_length), parameter :: commands(3) = [character(len=word_length) :: &
+    'run', 'check', 'help']
+  character(len=word_length), parameter :: run_options(4) = [character(len=word_length) :: &
+    '--out', '--threads', '--restart', '--quiet']
+  character(len=1), parameter :: newline = new_line('a')
+
+contains
+
+  !> How the program is called.
+  pure function usage_text() result(text)
+    character(len=:), allocatable :: text
+
+    text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet]'//newline// &
+      '    runs a deck; results go to DIR (default output/<job>)'//newline// &
+      'qsmpm check DECK'//newline// &
+      '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
+      'qsmpm help [KEYWORD]'//newline// &
+      '    explains a keyword of the deck, or lists them'//newline// &
+      'qsmpm --version'//newline// &
+      'Exit codes: 0 done, 1 wrong call or other failure, 2 deck, 3 not converged,'//newline// &
+      '    4 a point left the mesh, 5 singular equations, 6 user material,'//newline// &
+      '    130 or 143 stopped by a signal (restart.h5 continues the run)'//newline
+  end function usage_text
+
+  !> Understand the command line.
+  pure subroutine parse_arguments(words, command, error)
+    !> The words behind the program's name.
+    type(string_type), intent(in) :: words(:)
+    !> What they ask for.
+    type(command_type), intent(out) :: command
+    !> Set when they are not understood.
+    type(error_type), allocatable, intent(out) :: error
+
+    command%subject = ''
+    command%directory = ''
+    command%restart = ''
+    if (size(words) == 0) then
+      call fail(error, error_other, 'no command is given')
+      return
+    end if
+    select case (words(1)%text)
+    case ('run')
+      command%command = command_run
+      call parse_run(words(2:), command, error)
+    case ('check')
+      command%command = command_check
+      call parse_subject(words(2:), 'check', 'a deck', command, error)
+    case ('help', '--help', '-h')
+      call parse_help(words(2:), command, error)
+    case ('--version')
+      command%command = command_version
+      if (size(words) > 1) call fail(error, error_other, '--version stands alone')
+    case default
+      call fail(error, error_other, "unknown command '"//words(1)%text//"'"// &
+        suggestion(words(1)%text, commands))
+    end select
+  end subroutine parse_arguments
+
+  !> The words behind `help`.
+  pure subroutine parse_help(words, command, error)
+    !> The words.
+    type(string_type), intent(in) :: words(:)
+    !> What they ask for.
+    type(command_type), intent(inout) :: command
+    !> Set when they are not understood.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    command%command = command_help
+    if (size(words) == 0) return
+    if (words(1)%text == '--markdown' .and. size(words) == 1) then
+      command%command = command_markdown
+      return
+    end if
+    ! A keyword may have blanks: help MOHR COULOMB.
+    do i = 1, size(words)
+      if (index(words(i)%text, '-') == 1) then
+        call fail(error, error_other, "help: unknown option '"//words(i)%text//"'")
+        return
+      end if
+      command%subject = trim(adjustl(command%subject//' '//words(i)%text))
+    end do
+  end subroutine parse_help
+
+  !> Exactly one word.
+  pure subroutine parse_subject(words, name, wanted, command, error)
+    !> The words.
+    type(string_type), intent(in) :: words(:)
+    !> Command they stand behind.
+    character(len=*), intent(in) :: name
+    !> What the word is.
+    character(len=*), intent(in) :: wanted
+    !> What they ask for.
+    type(command_type), intent(inout) :: command
+    !> Set when there is none or more than one.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (size(words) == 0) then
+      call fail(error, error_other, name//': '//wanted//' is wanted')
+    else if (size(words) > 1) then
+      call fail(error, error_other, name//": unexpected '"//words(2)%text//"'")
+    else if (index(words(1)%text, '-') == 1) then
+      call fail(error, error_other, name//": unknown option '"//words(1)%text//"'")
+    else
+      command%subject = words(1)%text
+    end if
+  end subroutine parse_subject
+
+  !> The words behind `run`: the deck and options in any order.
+  pure subroutine parse_run(words, command, error)
+    !> The words.
+    type(string_type), intent(in) :: words(:)
+    !> What they ask for.
+    type(command_type), intent(inout) :: command
+    !> Set when they are not understood.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+
+    i = 1
+    do while (i <= size(words))
+      if (words(i)%text == '--quiet') then
+        command%quiet = .true.
+      else if (index(words(i)%text, '-') == 1) then
+        call parse_option(words(i:min(i + 1, size(words))), command, error)
+        i = i + 1
+      else if (len(command%subject) > 0) then
+        call fail(error, error_other, "run: unexpected '"//words(i)%text//"': the deck is '"// &
+          command%subject//"'")
+      else
+        command%subject = words(i)%text
+      end if
+      if (allocated(error)) return
+      i = i + 1
+    end do
+    if (len(command%subject) == 0) call fail(error, error_other, 'run: a deck is wanted')
+  end subroutine parse_run
+
+  !> An option of `run` and its value.
+  pure subroutine parse_option(words, command, error)
+    !> The option, and the word behind it if there is one.
+    type(string_type), intent(in) :: words(:)
+    !> What they ask for.
+    type(command_type), intent(inout) :: command
+    !> Set when they are not understood.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: status
+
+    if (.not. any(run_options == words(1)%text)) then
+      call fail(error, error_other, "run: unknown option '"//words(1)%text//"'"// &
+        suggestion(words(1)%text, run_options))
+      return
+    end if
+    if (size(words) < 2) then
+      call fail(error, error_other, 'run: '//words(1)%text//' wants a value')
+      return
+    end if
+    associate (value => words(2)%text)
+      select case (words(1)%text)
+      case ('--out')
+        command%directory = value
+      case ('--restart')
+        command%restart = value
+      case ('--threads')
+        status = 1
+        if (len(value) > 0 .and. verify(value, '0123456789') == 0) then
+          read (value, *, iostat=status) command%threads
+        end if
+        if (status /= 0 .or. command%threads < 1) then
+          call fail(error, error_other, "run: --threads wants a number from 1, not '"//value//"'")
+        end if
+      end select
+      if (len(value) == 0) call fail(error, error_other, 'run: '//words(1)%text//' is empty')
+    end associate
+  end subroutine parse_option
+
+  !> The nearest known word as a question, nothing when none is near.
+  pure function suggestion(word, known) result(text)
+    !> The unknown word.
+    character(len=*), intent(in) :: word
+    !> Known words.
+    character(len=*), intent(in) :: known(:)
+    character(len=:), allocatable :: text
+    type(string_type) :: words(size(known))
+    integer :: i
+
+    do i = 1, size(known)
+      words(i)%text = trim(known(i))
+    end do
+    text = nearest_word(word, words)
+    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+  end function suggestion
+end module qsmpm_arguments

@@ -1,0 +1,116 @@
+!> The program: words of the command line in, exit code out. Only here is anything printed or the
+!> process ended.
+program qsmpm_main
+  use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+  use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
+    command_check, command_help, command_version, command_markdown
+  use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
+  use qsmpm_display, only: display_plain, display_quiet, display_terminal
+  use qsmpm_error, only: error_type
+  use qsmpm_posix, only: exit_process, is_terminal, watch_signals
+  use qsmpm_text, only: string_type
+  use qsmpm_run, only: run_request_type, run_deck, check_deck, program_name
+  implicit none
+
+  type(string_type), allocatable :: words(:)
+  type(command_type) :: command
+  type(error_type), allocatable :: error
+  integer :: code
+
+  call read_words(words)
+  call parse_arguments(words, command, error)
+  code = 0
+  if (allocated(error)) then
+    write (error_unit, '(a)') 'qsmpm: '//error%message, usage_text()
+    code = error%code
+  else
+    select case (command%command)
+    case (command_run)
+      call run(command, code)
+    case (command_check)
+      call check(command%subject, code)
+    case (command_help)
+      call help(command%subject, code)
+    case (command_markdown)
+      write (output_unit, '(a)', advance='no') deck_markdown()
+    case (command_version)
+      write (output_unit, '(a)') program_name()
+    end select
+  end if
+  flush (output_unit)
+  flush (error_unit)
+  call exit_process(code)
+
+contains
+
+  !> The words of the command line.
+  subroutine read_words(words)
+    !> One element a word.
+    type(string_type), allocatable, intent(out) :: words(:)
+    integer :: i, length
+
+    allocate (words(command_argument_count()))
+    do i = 1, size(words)
+      call get_command_argument(i, length=length)
+      allocate (character(len=length) :: words(i)%text)
+      if (length > 0) call get_command_argument(i, words(i)%text)
+    end do
+  end subroutine read_words
+
+  !> Run a deck.
+  subroutine run(command, code)
+    !> What is asked for.
+    type(command_type), intent(in) :: command
+    !> Exit code.
+    integer, intent(out) :: code
+    type(run_request_type) :: request
+    character(len=:), allocatable :: report
+
+    request%deck = command%subject
+    request%directory = command%directory
+    request%restart = command%restart
+    request%threads = command%threads
+    request%display = display_plain
+    if (is_terminal(1)) request%display = display_terminal
+    if (command%quiet) request%display = display_quiet
+    call watch_signals()
+    call run_deck(request, report, code)
+    write (error_unit, '(a)', advance='no') report
+  end subroutine run
+
+  !> Check a deck.
+  subroutine check(path, code)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> Exit code.
+    integer, intent(out) :: code
+    character(len=:), allocatable :: summary, report
+
+    call check_deck(path, summary, report, code)
+    write (error_unit, '(a)', advance='no') report
+    write (output_unit, '(a)', advance='no') summary
+  end subroutine check
+
+  !> Explain a keyword, or list them.
+  subroutine help(keyword, code)
+    !> The keyword, empty for the list.
+    character(len=*), intent(in) :: keyword
+    !> Exit code.
+    integer, intent(out) :: code
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    code = 0
+    if (len(keyword) == 0) then
+      write (output_unit, '(a)') usage_text(), keyword_list_text()
+      return
+    end if
+    call help_text(keyword, text, error)
+    if (allocated(error)) then
+      write (error_unit, '(a)') 'qsmpm: '//error%message
+      code = error%code
+    else
+      write (output_unit, '(a)') text
+    end if
+  end subroutine help
+end program qsmpm_main
