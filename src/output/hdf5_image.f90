@@ -7,19 +7,20 @@
 module qsmpm_hdf5_image
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
   use, intrinsic :: iso_fortran_env, only: int8
-  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5pcreate_f, h5pclose_f, &
-    h5pset_fapl_core_f, h5pset_obj_track_times_f, h5fcreate_f, h5fclose_f, h5fflush_f, &
-    h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, h5sclose_f, &
-    h5s_scalar_f, h5dcreate_f, h5dclose_f, h5dwrite_f, h5acreate_by_name_f, h5awrite_f, &
-    h5aclose_f, h5lcreate_external_f, h5p_file_access_f, h5p_dataset_create_f, h5f_acc_trunc_f, &
-    h5f_scope_global_f, h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, h5t_native_integer
+  use hdf5, only: hid_t, hsize_t, size_t, h5open_f, h5eset_auto_f, h5iis_valid_f, h5pcreate_f, &
+    h5pclose_f, h5pset_fapl_core_f, h5pset_obj_track_times_f, h5fcreate_f, h5fclose_f, &
+    h5fflush_f, h5fget_file_image_f, h5gcreate_f, h5gclose_f, h5screate_f, h5screate_simple_f, &
+    h5sclose_f, h5s_scalar_f, h5dcreate_f, h5dclose_f, h5dwrite_f, h5acreate_by_name_f, &
+    h5awrite_f, h5aclose_f, h5lcreate_external_f, h5p_file_access_f, h5p_dataset_create_f, &
+    h5f_acc_trunc_f, h5f_scope_global_f, h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, &
+    h5t_native_integer
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, create_file, put_bytes, commit_file
   implicit none
   private
 
-  public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image
+  public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image, open_library
 
   !> Steps in which the memory of an image grows [bytes].
   integer(size_t), parameter :: growth = 1048576_size_t
@@ -44,23 +45,33 @@ module qsmpm_hdf5_image
 
 contains
 
+  !> Make the library ready, once: every further start would take memory for its types again.
+  subroutine open_library()
+    logical :: ready
+    integer :: status
+
+    call h5iis_valid_f(h5t_native_double, ready, status)
+    if (ready .and. status >= 0) return
+    call h5open_f(status)
+    ! Failures are told by the caller's error, not by the library on the screen.
+    call h5eset_auto_f(0, status)
+  end subroutine open_library
+
   !> Begin a file in memory.
   subroutine create_image(image)
     !> The file.
     type(image_type), intent(out) :: image
     integer(hid_t) :: access
-    integer :: status(8)
+    integer :: status(6)
 
     status = 0
-    call h5open_f(status(1))
-    ! Failures are told by the caller's error, not by the library on the screen.
-    call h5eset_auto_f(0, status(2))
-    call h5pcreate_f(h5p_file_access_f, access, status(3))
-    call h5pset_fapl_core_f(access, growth, .false., status(4))
-    call h5fcreate_f('qsmpm.image', h5f_acc_trunc_f, image%file, status(5), access_prp=access)
-    call h5pclose_f(access, status(6))
-    call h5pcreate_f(h5p_dataset_create_f, image%dataset_list, status(7))
-    call h5pset_obj_track_times_f(image%dataset_list, .false., status(8))
+    call open_library()
+    call h5pcreate_f(h5p_file_access_f, access, status(1))
+    call h5pset_fapl_core_f(access, growth, .false., status(2))
+    call h5fcreate_f('qsmpm.image', h5f_acc_trunc_f, image%file, status(3), access_prp=access)
+    call h5pclose_f(access, status(4))
+    call h5pcreate_f(h5p_dataset_create_f, image%dataset_list, status(5))
+    call h5pset_obj_track_times_f(image%dataset_list, .false., status(6))
     call note_failure(image%reason, any(status < 0), 'the file')
   end subroutine create_image
 

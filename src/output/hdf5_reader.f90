@@ -1,12 +1,13 @@
 !> Reading of HDF5 files. A failure is kept and told by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
-  use hdf5, only: hid_t, hsize_t, h5open_f, h5eset_auto_f, h5fopen_f, h5fclose_f, h5dopen_f, &
+  use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, &
     h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
     h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, h5aclose_f, h5lexists_f, &
     h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_hdf5_image, only: open_library
   implicit none
   private
 
@@ -41,8 +42,7 @@ contains
     integer :: status
 
     reader%path = path
-    call h5open_f(status)
-    call h5eset_auto_f(0, status)
+    call open_library()
     call h5fopen_f(path, h5f_acc_rdonly_f, reader%file, status)
     if (status >= 0) return
     reader%file = -1

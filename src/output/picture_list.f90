@@ -5,8 +5,9 @@
 module qsmpm_picture_list
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_file, only: read_text, write_text
+  use qsmpm_file, only: file_type, create_file, put_text, commit_file, read_text
   use qsmpm_number_text, only: numbered, real_text
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -15,8 +16,8 @@ module qsmpm_picture_list
   !> Pictures in the order of their steps.
   type :: picture_list_type
     integer, allocatable :: steps(:)
-    !> Times (qsmpm_fields: phase_time).
-    real(wp), allocatable :: times(:)
+    !> Times (qsmpm_fields: phase_time) as text: the collections are rewritten after each picture.
+    type(string_type), allocatable :: times(:)
   end type picture_list_type
 
   character(len=1), parameter :: newline = new_line('a')
@@ -34,11 +35,19 @@ contains
     !> Time of the picture.
     real(wp), intent(in) :: time
     logical, allocatable :: keep(:)
+    type(string_type), allocatable :: times(:)
+    integer :: i, kept
 
     if (.not. allocated(list%steps)) allocate (list%steps(0), list%times(0))
     keep = list%steps < step
     list%steps = [pack(list%steps, keep), step]
-    list%times = [pack(list%times, keep), time]
+    kept = count(keep)
+    allocate (times(kept + 1))
+    do i = 1, kept
+      call move_alloc(list%times(i)%text, times(i)%text)
+    end do
+    times(kept + 1)%text = real_text(time)
+    call move_alloc(times, list%times)
   end subroutine add_picture
 
   !> Write the collection of one kind of picture.
@@ -51,17 +60,18 @@ contains
     character(len=*), intent(in) :: kind
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: text
+    type(file_type) :: file
     integer :: i
 
-    text = '<?xml version="1.0"?>'//newline//'<VTKFile type="Collection" version="0.1">'// &
-      newline//'  <Collection>'//newline
+    call create_file(file, directory//'/'//kind//'.pvd')
+    call put_text(file, '<?xml version="1.0"?>'//newline// &
+      '<VTKFile type="Collection" version="0.1">'//newline//'  <Collection>'//newline)
     do i = 1, size(list%steps)
-      text = text//'    <DataSet '//time_mark//real_text(list%times(i))// &
-        '" group="" part="0" file="'//kind//'_'//numbered(list%steps(i))//'.vtu"/>'//newline
+      call put_text(file, '    <DataSet '//time_mark//list%times(i)%text// &
+        '" group="" part="0" file="'//kind//'_'//numbered(list%steps(i))//'.vtu"/>'//newline)
     end do
-    text = text//'  </Collection>'//newline//'</VTKFile>'//newline
-    call write_text(directory//'/'//kind//'.pvd', text, error)
+    call put_text(file, '  </Collection>'//newline//'</VTKFile>'//newline)
+    call commit_file(file, error)
   end subroutine write_collection
 
   !> Read the list back as far as a step.
