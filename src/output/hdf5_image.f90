@@ -20,7 +20,8 @@ module qsmpm_hdf5_image
   implicit none
   private
 
-  public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image, open_library
+  public :: image_type, create_image, put_group, put_array, put_attribute, put_link, save_image, &
+    open_library
 
   !> Steps in which the memory of an image grows [bytes].
   integer(size_t), parameter :: growth = 1048576_size_t
