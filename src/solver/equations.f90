@@ -10,14 +10,13 @@ module qsmpm_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
+  use qsmpm_solver_choice, only: choose_solver
+  use qsmpm_analysis, only: solver_band
   use qsmpm_error, only: error_type
   implicit none
   private
 
   public :: patches_type, equations_type, number_equations, add_block
-
-  !> Below so many equations of one chain of nodes the band solver's order is taken.
-  integer, parameter :: small_system = 400
 
   !> Lists of nodes in compressed rows.
   type :: patches_type
@@ -28,8 +27,9 @@ module qsmpm_equations
   !> Numbering, pattern and where each patch's blocks go.
   type :: equations_type
     integer :: count = 0
-    !> Always number for a small bandwidth (the band solver was asked for).
-    logical :: band_order = .false.
+    !> What will solve: one of the solver kinds of the analysis, and whether the matrix is symmetric.
+    integer :: solver_kind = 0
+    logical :: symmetric = .false.
     !> Largest half bandwidth.
     integer :: bandwidth = 0
     !> Equation of each component, 0 where constrained or inactive (dimension, node_count).
@@ -182,12 +182,12 @@ contains
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
-    integer :: i, c, node
+    integer :: i, c, node, width
 
-    if (equations%band_order .or. &
-      size(graph_node)*size(equations%constrained, 1) <= small_system) then
-      call order_bandwidth(first, neighbour, position)
-    else
+    call order_bandwidth(first, neighbour, position)
+    width = (node_distance(first, neighbour, position) + 1)*size(equations%constrained, 1)
+    if (choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
+      equations%symmetric, size(equations%constrained, 1)) /= solver_band) then
       call order_metis(first, neighbour, position, error)
       if (allocated(error)) return
     end if
@@ -205,6 +205,20 @@ contains
       end do
     end do
   end subroutine number_along_order
+
+  !> Largest distance of two neighbours in an order of the nodes.
+  pure function node_distance(first, neighbour, position) result(distance)
+    integer, intent(in) :: first(:), neighbour(:), position(:)
+    integer :: distance
+    integer :: i, k
+
+    distance = 0
+    do i = 1, size(position)
+      do k = first(i), first(i + 1) - 1
+        distance = max(distance, abs(position(i) - position(neighbour(k))))
+      end do
+    end do
+  end function node_distance
 
   !> Rows and columns of the matrix and the places of all blocks.
   subroutine lay_out(equations, graph_node, first, neighbour, matrix)

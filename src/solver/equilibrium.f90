@@ -15,7 +15,7 @@ module qsmpm_equilibrium
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluate
   use qsmpm_stabilisation, only: add_stabilising_force
-  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
   implicit none
   private
 
@@ -163,7 +163,7 @@ contains
 
     if (.not. keep_factors) then
       call build_matrix(step, goal%drag, model%mesh%dimension)
-      call step%solver%factorise(step%matrix, error)
+      call factorise(step, model%mesh%dimension, error)
     end if
     rhs = residual
     correction = 0.0_wp

@@ -5,8 +5,7 @@
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, solver_band, &
-    stabilise_none
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_house_keeping, only: activation_type, activate
@@ -65,7 +64,8 @@ contains
     call lump_volumes(step, model%mesh%node_count)
     call stabilise(model, step)
     call join_patches(step%integration, step%stabilisation%patches, patches)
-    step%equations%band_order = model%analysis%solver%kind == solver_band
+    step%equations%solver_kind = model%analysis%solver%kind
+    step%equations%symmetric = is_symmetric(model)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)

@@ -10,6 +10,23 @@ program run_unit_tests
   use, intrinsic :: iso_fortran_env, only: error_unit
   use testing, only: tests_type
   use test_testing, only: collect_testing
+  use test_tensor, only: collect_tensor
+  use test_element, only: collect_element
+  use test_element_face, only: collect_element_face
+  use test_quadrature, only: collect_quadrature
+  use test_zero_modes, only: collect_zero_modes
+  use test_mohr_coulomb, only: collect_mohr_coulomb
+  use test_logarithmic_law, only: collect_logarithmic_law
+  use test_jaumann_law, only: collect_jaumann_law
+  use test_linear_solver, only: collect_linear_solver
+  use test_node_ordering, only: collect_node_ordering
+  use test_output, only: collect_output
+  use test_arguments, only: collect_arguments
+  use test_polygon, only: collect_polygon
+  use test_seeding, only: collect_seeding
+  use test_equations, only: collect_equations
+  use test_stabilisation, only: collect_stabilisation
+  use test_cell_average, only: collect_cell_average
   implicit none
 
   abstract interface
@@ -33,6 +50,23 @@ program run_unit_tests
 
   allocate (suites(0))
   call register('testing', collect_testing)
+  call register('tensor', collect_tensor)
+  call register('element', collect_element)
+  call register('element_face', collect_element_face)
+  call register('quadrature', collect_quadrature)
+  call register('zero_modes', collect_zero_modes)
+  call register('mohr_coulomb', collect_mohr_coulomb)
+  call register('logarithmic_law', collect_logarithmic_law)
+  call register('jaumann_law', collect_jaumann_law)
+  call register('linear_solver', collect_linear_solver)
+  call register('node_ordering', collect_node_ordering)
+  call register('output', collect_output)
+  call register('arguments', collect_arguments)
+  call register('polygon', collect_polygon)
+  call register('seeding', collect_seeding)
+  call register('equations', collect_equations)
+  call register('stabilisation', collect_stabilisation)
+  call register('cell_average', collect_cell_average)
 
   call read_arguments(wanted)
   if (any(wanted == '--list')) then

@@ -1,0 +1,200 @@
+#!/usr/bin/env python3
+"""Does the program keep its promises when things go wrong?
+
+Usage: resilience.py BINARY
+
+Runs small decks that must fail in a known way, and interrupted runs that must continue to the same bytes:
+a step that cannot converge, a point pushed out of the mesh, singular equations, a full disk (a small tmpfs, root only),
+SIGTERM in the middle, restart. Prints a line a check and closes with `N passed, N failed`.
+"""
+from __future__ import annotations
+
+import filecmp
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+LIMIT = 120
+
+BLOCK = """*HEADING
+Small block.
+*UNITS, LENGTH=m, FORCE=kN
+*MODEL, TYPE=PLANE STRAIN
+*GRID, ELEMENT=QUAD4
+X, 0, {width}, {columns}
+Y, 0, 1, 4
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=side, PLANE=X
+0
+*MATERIAL, NAME=soil
+*ELASTIC
+100, 0.3
+{strength}*UNIT WEIGHT
+1
+*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX
+0, 1, 0, 1
+*METHOD, {method}
+*HISTORY, NAME=top, QUANTITY=POSITION, COMPONENT=Y
+0.5, 1
+*RESTART, EVERY=1
+*PHASE, NAME=load, LOAD FACTOR={factor}
+{fixities}{loads}*CONTROLS, STEPS={steps}, {controls}
+*END PHASE
+"""
+
+
+def block(**changes: object) -> str:
+    values: dict[str, object] = dict(
+        width=2, columns=8, strength="", method="STABILISATION=GHOST", factor=1, steps=10,
+        fixities="*FIX\nbase, ALL\n", loads="*GRAVITY\n0, -1\n", controls="TOLERANCE=1E-6")
+    values.update(changes)
+    return BLOCK.format(**values)
+
+
+class Checks:
+    def __init__(self, binary: str) -> None:
+        self.binary, self.passed, self.failed = binary, 0, 0
+
+    def check(self, name: str, held: bool, detail: str = "") -> None:
+        self.passed, self.failed = self.passed + held, self.failed + (not held)
+        print(("ok    " if held else "FAILED ") + name + ("" if held else f": {detail}"), flush=True)
+
+    def run(self, folder: pathlib.Path, deck: str, *more: str, out: pathlib.Path | None = None) -> subprocess.CompletedProcess[str]:
+        path = folder / "case.inp"
+        path.write_text(deck)
+        return subprocess.run([self.binary, "run", str(path), "--out", str(out or folder / "out"), *more],
+                              capture_output=True, text=True, timeout=LIMIT)
+
+
+def last_restart_continues(checks: Checks, folder: pathlib.Path, deck: str, code: int, name: str) -> None:
+    """The last good state is on disk and can be read: continuing ends in the same way."""
+    again = checks.run(folder, deck, "--restart", str(folder / "out" / "restart.h5"), out=folder / "again")
+    checks.check(f"{name}: the last good state can be read", again.returncode == code, f"exit {again.returncode}: {again.stderr[-300:]}")
+
+
+def not_converging(checks: Checks, folder: pathlib.Path) -> None:
+    deck = block(strength="*MOHR COULOMB\n0.1, 20, 0\n", factor=200, steps=20,
+                 controls="TOLERANCE=1E-6, PROXIMAL=NO, SMALLEST STEP=0.5, MAX ITERATIONS=4")
+    run = checks.run(folder, deck)
+    text = run.stdout + run.stderr
+    checks.check("a step that does not converge ends with exit 3", run.returncode == 3, f"exit {run.returncode}: {text[-300:]}")
+    checks.check("the message tells load, residual and worst place",
+                 "load factor" in text and "out of balance" in text and "node" in text, text[-300:])
+    last_restart_continues(checks, folder, deck, 3, "not converging")
+
+
+def point_lost(checks: Checks, folder: pathlib.Path) -> None:
+    deck = block(width=1, columns=4, factor=1, steps=4, loads="*PRESCRIBE\ntop, Y, 0.8\n",
+                 controls="TOLERANCE=1E-6, LARGEST MOVE=10, PROXIMAL=NO, SMALLEST STEP=0.5").replace(
+        "*MATERIAL", "*NSET, NSET=top, PLANE=Y\n1\n*MATERIAL", 1)
+    run = checks.run(folder, deck)
+    text = run.stdout + run.stderr
+    checks.check("a point that leaves the mesh ends with exit 4", run.returncode == 4, f"exit {run.returncode}: {text[-300:]}")
+    checks.check("the message names the point", "point" in text and "left the mesh" in text, text[-300:])
+
+
+def singular(checks: Checks, folder: pathlib.Path) -> None:
+    deck = block(fixities="*FIX\nside, X\n", controls="TOLERANCE=1E-6, PROXIMAL=NO, SMALLEST STEP=0.5")
+    run = checks.run(folder, deck)
+    checks.check("equations without support end with exit 5", run.returncode == 5,
+                 f"exit {run.returncode}: {(run.stdout + run.stderr)[-300:]}")
+
+
+def columns_without_time(path: pathlib.Path) -> list[str]:
+    return [line.rpartition(",")[0] for line in path.read_text().splitlines()]
+
+
+def same_results(one: pathlib.Path, two: pathlib.Path) -> tuple[bool, str]:
+    """Everything a run writes, but for CPU seconds, must be the same bytes."""
+    if columns_without_time(one / "curves.csv") != columns_without_time(two / "curves.csv"):
+        return False, "curves.csv differ"
+    pictures = sorted(p.name for p in one.glob("*.vtu"))
+    if not pictures or pictures != sorted(p.name for p in two.glob("*.vtu")):
+        return False, "the lists of pictures differ"
+    for name in pictures:
+        if not filecmp.cmp(one / name, two / name, shallow=False):
+            return False, f"{name} differ"
+    return True, ""
+
+
+def interrupted(checks: Checks, folder: pathlib.Path) -> None:
+    deck = block(factor=20, steps=400, method="STABILISATION=GHOST")
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("the uninterrupted run ends well", whole.returncode == 0, whole.stderr[-300:])
+    twice = checks.run(folder, deck, out=folder / "twice")
+    same, why = same_results(folder / "whole", folder / "twice")
+    checks.check("the same deck gives the same bytes", twice.returncode == 0 and same, why)
+    threads = checks.run(folder, deck, "--threads", "2", out=folder / "threads")
+    same, why = same_results(folder / "whole", folder / "threads")
+    checks.check("two threads give the bytes of one", threads.returncode == 0 and same, why)
+    part = folder / "part"
+    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(part)],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.time() + LIMIT
+    while time.time() < deadline and process.poll() is None:
+        if (part / "curves.csv").exists() and len((part / "curves.csv").read_text().splitlines()) > 60:
+            break
+        time.sleep(0.005)
+    process.send_signal(signal.SIGTERM)
+    code = process.wait(LIMIT)
+    checks.check("SIGTERM ends with exit 143", code == 143, f"exit {code}")
+    log = next(part.glob("*.log")).read_text().strip().splitlines()
+    checks.check("an interrupted run does not say finished", log[-1] != "qsmpm: finished", log[-1])
+    rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
+    same, why = same_results(folder / "whole", part)
+    checks.check("the restarted run ends well", rest.returncode == 0, rest.stderr[-300:])
+    checks.check("and its results are the bytes of the uninterrupted one", same, why)
+
+
+def echo_runs(checks: Checks, folder: pathlib.Path) -> None:
+    deck = block(factor=5)
+    checks.run(folder, deck, out=folder / "first")
+    echo = folder / "first" / "case.echo.inp"
+    text = echo.read_text()
+    other = folder / "echo"
+    other.mkdir()
+    checks.run(other, text, out=other / "second")
+    same, why = same_results(folder / "first", other / "second")
+    checks.check("the echo deck runs and gives the same bytes", same, why)
+
+
+def full_disk(checks: Checks, folder: pathlib.Path) -> None:
+    disk = folder / "disk"
+    disk.mkdir()
+    if os.geteuid() != 0 or subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", str(disk)],
+                                           capture_output=True).returncode != 0:
+        print("skipped: a full disk (needs root to mount a small tmpfs)")
+        return
+    try:
+        deck = block(factor=20, steps=400).replace("*RESTART", "*FIELD, EVERY=1\n*RESTART", 1)
+        run = checks.run(folder, deck, out=disk / "out")
+        text = run.stdout + run.stderr
+        checks.check("a full disk ends with exit 1 and says so", run.returncode == 1 and bool(text.strip()),
+                     f"exit {run.returncode}: {text[-300:]}")
+        # The check is on reading: the state is continued with room to write.
+        again = checks.run(folder, deck.replace("*FIELD, EVERY=1\n", "*FIELD, EVERY=1\n"), "--restart",
+                           str(disk / "out" / "restart.h5"), out=folder / "room")
+        checks.check("full disk: the last good restart file is whole", again.returncode == 0, again.stderr[-300:])
+    finally:
+        subprocess.run(["umount", str(disk)], check=False)
+
+
+def main() -> int:
+    checks = Checks(os.path.abspath(sys.argv[1]))
+    for test in (not_converging, point_lost, singular, interrupted, echo_runs, full_disk):
+        with tempfile.TemporaryDirectory() as name:
+            try:
+                test(checks, pathlib.Path(name))
+            except Exception as trouble:  # a crashed check is a failed one
+                checks.check(test.__name__, False, repr(trouble))
+    print(f"{checks.passed} passed, {checks.failed} failed")
+    return 1 if checks.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

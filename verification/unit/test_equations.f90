@@ -1,0 +1,97 @@
+!> Numbering and pattern of the equations, against a dense matrix assembled by hand.
+module test_equations
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_equations, only: equations_type, patches_type, number_equations, add_block
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_equations
+
+contains
+
+  !> Three patches over six nodes of which one belongs to none; two components are constrained.
+  subroutine collect_equations(tests)
+    type(tests_type), intent(inout) :: tests
+    type(equations_type) :: equations
+    type(patches_type) :: patches
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    logical :: constrained(2, 6), changed
+    real(wp) :: dense(12, 12), sparse(12, 12)
+
+    call tests%start('equations')
+    patches%count = 3
+    patches%first = [1, 4, 7, 9]
+    patches%nodes = [1, 2, 3, 3, 4, 5, 5, 1]
+    constrained = .false.
+    constrained(1, 2) = .true.
+    constrained(:, 4) = .true.
+    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call tests%check('a new pattern is told', changed .and. .not. allocated(error))
+    call tests%check('five nodes less three components give seven equations', equations%count == 7)
+    call tests%check('a node of no patch has no equation', all(equations%number(:, 6) == 0))
+    call fill(equations, patches, matrix, dense)
+    call to_dense(equations, matrix, sparse)
+    call tests%close('the blocks land where they belong', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-14_wp)
+    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call tests%check('the same patches change nothing', .not. changed)
+    constrained(1, 2) = .false.
+    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call tests%check('a freed component changes the pattern', changed .and. equations%count == 8)
+  end subroutine collect_equations
+
+  !> Add a different unsymmetric block for each patch, to the matrix and to a dense one.
+  subroutine fill(equations, patches, matrix, dense)
+    type(equations_type), intent(in) :: equations
+    type(patches_type), intent(in) :: patches
+    type(sparse_matrix_type), intent(inout) :: matrix
+    real(wp), intent(out) :: dense(:, :)
+    real(wp), allocatable :: block(:, :, :, :)
+    integer :: q, a, b, i, j, n, first
+
+    dense = 0.0_wp
+    do q = 1, patches%count
+      first = patches%first(q) - 1
+      n = patches%first(q + 1) - patches%first(q)
+      allocate (block(2, n, 2, n))
+      do b = 1, n
+        do j = 1, 2
+          do a = 1, n
+            do i = 1, 2
+              block(i, a, j, b) = q + 0.1_wp*a + 0.01_wp*b + 0.3_wp*i - 0.7_wp*j
+              if (equations%number(i, patches%nodes(first + a)) == 0) cycle
+              if (equations%number(j, patches%nodes(first + b)) == 0) cycle
+              dense(2*patches%nodes(first + a) - 2 + i, 2*patches%nodes(first + b) - 2 + j) = &
+                dense(2*patches%nodes(first + a) - 2 + i, 2*patches%nodes(first + b) - 2 + j) + block(i, a, j, b)
+            end do
+          end do
+        end do
+      end do
+      call add_block(equations, q, block, matrix)
+      deallocate (block)
+    end do
+  end subroutine fill
+
+  !> The matrix by component and node.
+  subroutine to_dense(equations, matrix, dense)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    real(wp), intent(out) :: dense(:, :)
+    integer :: place(equations%count), i, a, row, k
+
+    do a = 1, size(equations%number, 2)
+      do i = 1, 2
+        if (equations%number(i, a) > 0) place(equations%number(i, a)) = 2*a - 2 + i
+      end do
+    end do
+    dense = 0.0_wp
+    do row = 1, matrix%n
+      do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
+        dense(place(row), place(matrix%column(k))) = matrix%values(k)
+      end do
+    end do
+  end subroutine to_dense
+end module test_equations

@@ -1,0 +1,102 @@
+!> Stabilisation terms: what they must not resist, and what they must.
+module test_stabilisation
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_points, only: points_type, allocate_points
+  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_stabilisation, only: stabilisation_type, build_stabilisation, add_stabilising_force
+  use qsmpm_analysis, only: stabilise_ghost, stabilise_background
+  use sample_models, only: sample_grid
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_stabilisation
+
+contains
+
+  !> All checks.
+  subroutine collect_stabilisation(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=8), parameter :: names(6) = [character(len=8) :: 'TRI3', 'TRI6', 'QUAD4', 'WEDGE6', &
+      'WEDGE15', 'TET10']
+    integer :: i
+
+    call tests%start('stabilisation')
+    do i = 1, size(names)
+      call check_ghost(tests, trim(names(i)))
+      call check_background(tests, trim(names(i)))
+    end do
+  end subroutine collect_stabilisation
+
+  !> All cells of a small grid hold one point, so few that all are boundary cells.
+  subroutine thin_body(mesh, kind, stabilisation)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: kind
+    type(stabilisation_type), intent(out) :: stabilisation
+    type(points_type) :: points
+    type(activation_type) :: activation
+    real(wp) :: volumes(mesh%cell_count), stiffness(mesh%cell_count)
+    integer :: c
+
+    call cell_volumes(mesh, .false., volumes)
+    call allocate_points(points, mesh%dimension, mesh%cell_count, merge(4, 6, mesh%dimension == 2), 4)
+    points%cell = [(c, c=1, mesh%cell_count)]
+    points%material = 1
+    points%volume = 0.1_wp*volumes
+    call activate(mesh, volumes, points, activation)
+    stiffness = 1.0_wp
+    call build_stabilisation(mesh, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
+  end subroutine thin_body
+
+  !> The ghost penalty resists no linear field, and on quadratic elements no quadratic one.
+  subroutine check_ghost(tests, name)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(mesh_type) :: mesh
+    type(stabilisation_type) :: stabilisation
+    real(wp), allocatable :: field(:, :), force(:, :)
+
+    call sample_grid(name, 2, 0.1_wp, mesh)
+    call thin_body(mesh, stabilise_ghost, stabilisation)
+    allocate (field, source=2.0_wp*mesh%coordinates)
+    field(1, :) = field(1, :) - mesh%coordinates(2, :)
+    allocate (force(mesh%dimension, mesh%node_count), source=0.0_wp)
+    call add_stabilising_force(stabilisation, field, force)
+    call tests%close('ghost penalty on '//name//' lets a linear field pass', maxval(abs(force)), 0.0_wp, 1.0e-11_wp)
+    if (index(name, '6') > 0 .and. name /= 'WEDGE6' .or. name == 'WEDGE15' .or. name == 'TET10') then
+      field = mesh%coordinates**2
+      force = 0.0_wp
+      call add_stabilising_force(stabilisation, field, force)
+      call tests%close('ghost penalty on '//name//' lets a quadratic field pass', maxval(abs(force)), 0.0_wp, &
+        1.0e-9_wp)
+    end if
+    field = 0.0_wp
+    field(1, 1) = 1.0_wp
+    force = 0.0_wp
+    call add_stabilising_force(stabilisation, field, force)
+    call tests%check('ghost penalty on '//name//' resists a single node', force(1, 1) > 1.0e-3_wp)
+  end subroutine check_ghost
+
+  !> The background term lets a translation pass and is symmetric.
+  subroutine check_background(tests, name)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(mesh_type) :: mesh
+    type(stabilisation_type) :: stabilisation
+    real(wp), allocatable :: field(:, :), force(:, :)
+
+    call sample_grid(name, 2, 0.1_wp, mesh)
+    call thin_body(mesh, stabilise_background, stabilisation)
+    allocate (field(mesh%dimension, mesh%node_count), source=1.0_wp)
+    allocate (force(mesh%dimension, mesh%node_count), source=0.0_wp)
+    call add_stabilising_force(stabilisation, field, force)
+    call tests%close('background on '//name//' lets a translation pass', maxval(abs(force)), 0.0_wp, 1.0e-12_wp)
+    field = mesh%coordinates
+    force = 0.0_wp
+    call add_stabilising_force(stabilisation, field, force)
+    call tests%close('background on '//name//' has the energy of a unit gradient', sum(force*field), &
+      real(mesh%dimension, wp), 1.0e-11_wp)
+  end subroutine check_background
+end module test_stabilisation
