@@ -1,0 +1,335 @@
+!> Scanning and writing of text: words, numbers, lists with commas, the nearest known word.
+!>
+!> Numbers are read strictly (the whole word or nothing) and reals are written with as few digits as
+!> read back to the same bits. Nothing here knows what a deck is.
+module qsmpm_text
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp, long
+  implicit none
+  private
+
+  public :: string_type, upper, stripped, squeezed, split, edit_distance, nearest_word, read_integer, &
+    read_real, integer_text, real_text, same_bits
+
+  !> What a word is, read as a number.
+  integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
+    number_not_whole = 3
+
+  !> A text of any length, for arrays of texts.
+  type :: string_type
+    character(len=:), allocatable :: text
+  end type string_type
+
+  character(len=*), parameter :: digits = '0123456789'
+  character(len=*), parameter :: blanks = ' '//achar(9)
+
+contains
+
+  !> Letters a-z as capitals; every other byte as it is.
+  pure function upper(text) result(changed)
+    !> Any text.
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: changed
+    integer :: i
+
+    changed = text
+    do i = 1, len(text)
+      if (text(i:i) >= 'a' .and. text(i:i) <= 'z') changed(i:i) = achar(iachar(text(i:i)) - 32)
+    end do
+  end function upper
+
+  !> Without blanks and tabs at both ends.
+  pure function stripped(text) result(inner)
+    !> Any text.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: inner
+    integer :: first, last
+
+    first = verify(text, blanks)
+    last = verify(text, blanks, back=.true.)
+    inner = ''
+    if (first > 0) inner = text(first:last)
+  end function stripped
+
+  !> Stripped, and every run of blanks and tabs inside as one blank.
+  pure function squeezed(text) result(inner)
+    !> Any text.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: inner
+    character(len=len(text)) :: buffer
+    integer :: i, n
+    logical :: gap
+
+    n = 0
+    gap = .false.
+    do i = 1, len(text)
+      if (index(blanks, text(i:i)) > 0) then
+        gap = n > 0
+        cycle
+      end if
+      if (gap) then
+        n = n + 1
+        buffer(n:n) = ' '
+        gap = .false.
+      end if
+      n = n + 1
+      buffer(n:n) = text(i:i)
+    end do
+    inner = buffer(:n)
+  end function squeezed
+
+  !> Cut a text at each separator outside double quotes; every piece is stripped.
+  pure subroutine split(text, separator, pieces)
+    !> Any text; an empty one is one empty piece.
+    character(len=*), intent(in) :: text
+    !> Where to cut.
+    character(len=1), intent(in) :: separator
+    !> The pieces in order; older ones are dropped.
+    type(string_type), allocatable, intent(inout) :: pieces(:)
+    integer, allocatable :: cuts(:)
+    integer :: i, n
+    logical :: quoted
+
+    allocate (cuts(0:len(text) + 1))
+    n = 0
+    cuts(0) = 0
+    quoted = .false.
+    do i = 1, len(text)
+      if (text(i:i) == '"') quoted = .not. quoted
+      if (text(i:i) == separator .and. .not. quoted) then
+        n = n + 1
+        cuts(n) = i
+      end if
+    end do
+    cuts(n + 1) = len(text) + 1
+    if (allocated(pieces)) deallocate (pieces)
+    allocate (pieces(n + 1))
+    do i = 1, n + 1
+      pieces(i)%text = stripped(text(cuts(i - 1) + 1:cuts(i) - 1))
+    end do
+  end subroutine split
+
+  !> Letters to be changed, added, removed or swapped with their neighbour to make one word the other.
+  pure integer function edit_distance(a, b) result(distance)
+    !> One word.
+    character(len=*), intent(in) :: a
+    !> The other.
+    character(len=*), intent(in) :: b
+    integer :: table(0:len(a), 0:len(b)), i, j
+
+    table(:, 0) = [(i, i=0, len(a))]
+    table(0, :) = [(j, j=0, len(b))]
+    do j = 1, len(b)
+      do i = 1, len(a)
+        table(i, j) = min(table(i - 1, j) + 1, table(i, j - 1) + 1, &
+          table(i - 1, j - 1) + merge(0, 1, a(i:i) == b(j:j)))
+        if (swapped(a(:i), b(:j))) table(i, j) = min(table(i, j), &
+          table(max(0, i - 2), max(0, j - 2)) + 1)
+      end do
+    end do
+    distance = table(len(a), len(b))
+  end function edit_distance
+
+  !> Whether the last two letters of one word are those of the other, swapped.
+  pure logical function swapped(a, b)
+    !> One word.
+    character(len=*), intent(in) :: a
+    !> The other.
+    character(len=*), intent(in) :: b
+    integer :: i, j
+
+    i = len(a)
+    j = len(b)
+    swapped = .false.
+    if (min(i, j) > 1) swapped = a(i - 1:i - 1) == b(j:j) .and. a(i:i) == b(j - 1:j - 1)
+  end function swapped
+
+  !> The known word nearest to one that is not known, regardless of case; empty when none is near.
+  pure function nearest_word(word, known) result(found)
+    !> The unknown word.
+    character(len=*), intent(in) :: word
+    !> The words it may have been meant to be.
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: found
+    !> Longer words are not typing errors, and the table of distances stays small.
+    integer, parameter :: longest = 80
+    integer :: best, distance, i
+
+    found = ''
+    if (len(word) > longest) return
+    best = max(1, len(word)/3) + 1
+    do i = 1, size(known)
+      if (abs(len(known(i)%text) - len(word)) >= best) cycle
+      distance = edit_distance(upper(word), upper(known(i)%text))
+      if (distance < best) then
+        best = distance
+        found = known(i)%text
+      end if
+    end do
+  end function nearest_word
+
+  !> Read a whole number that is the whole word.
+  pure subroutine read_integer(word, value, outcome)
+    !> The word, stripped.
+    character(len=*), intent(in) :: word
+    !> The number, 0 when there is none.
+    integer, intent(out) :: value
+    !> One of the number_* values.
+    integer, intent(out) :: outcome
+    real(wp) :: number
+    integer :: status
+
+    value = 0
+    call read_real(word, number, outcome)
+    if (outcome /= number_good) return
+    outcome = number_not_whole
+    if (verify(word, '+-'//digits) > 0) return
+    read (word, *, iostat=status) value
+    if (status == 0) then
+      outcome = number_good
+    else
+      value = 0
+    end if
+  end subroutine read_integer
+
+  !> Read a finite real that is the whole word: 1, 1.0, .5, 1e3, 1d3.
+  pure subroutine read_real(word, value, outcome)
+    !> The word, stripped.
+    character(len=*), intent(in) :: word
+    !> The number, 0 when there is none.
+    real(wp), intent(out) :: value
+    !> One of the number_* values.
+    integer, intent(out) :: outcome
+    integer :: status
+
+    value = 0.0_wp
+    outcome = number_not
+    if (any(upper(word) == [character(len=9) :: 'NAN', 'INF', '+INF', '-INF', 'INFINITY', &
+      '+INFINITY', '-INFINITY', '+NAN', '-NAN'])) outcome = number_not_finite
+    if (.not. is_number(word)) return
+    outcome = number_not_finite
+    read (word, *, iostat=status) value
+    if (status == 0) then
+      if (ieee_is_finite(value)) outcome = number_good
+    end if
+    if (outcome /= number_good) value = 0.0_wp
+  end subroutine read_real
+
+  !> Whether a word has the form of a number: sign, digits with at most one point, exponent.
+  pure logical function is_number(word)
+    !> The word, stripped.
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: mantissa, exponent
+    integer :: e
+
+    e = scan(word, 'eEdD')
+    mantissa = unsigned(word)
+    exponent = '0'
+    if (e > 0) then
+      mantissa = unsigned(word(:e - 1))
+      exponent = unsigned(word(e + 1:))
+    end if
+    is_number = verify(mantissa, digits//'.') == 0 .and. scan(mantissa, digits) > 0 .and. &
+      index(mantissa, '.') == index(mantissa, '.', back=.true.) .and. &
+      len(exponent) > 0 .and. verify(exponent, digits) == 0
+  end function is_number
+
+  !> A word without one leading sign.
+  pure function unsigned(word) result(rest)
+    !> The word.
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: rest
+
+    rest = word
+    if (len(word) > 0) then
+      if (scan(word(1:1), '+-') == 1) rest = word(2:)
+    end if
+  end function unsigned
+
+  !> A whole number without blanks.
+  pure function integer_text(value) result(text)
+    !> The number.
+    integer, intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=20) :: buffer
+
+    write (buffer, '(i0)') value
+    text = trim(buffer)
+  end function integer_text
+
+  !> A real with the fewest digits that read back to the same bits: 0.15, 100, 1e-3, 2.5e12.
+  pure function real_text(value) result(text)
+    !> The number, finite.
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    !> Digits after the first that are enough for any double.
+    integer, parameter :: enough = 16
+    character(len=32) :: buffer, form
+    real(wp) :: back
+    integer :: decimals, exponent, e
+
+    do decimals = 0, enough
+      write (form, '(a,i0,a)') '(es32.', decimals, 'e3)'
+      write (buffer, form) value
+      read (buffer, *) back
+      if (same_bits(back, value)) exit
+    end do
+    buffer = adjustl(buffer)
+    e = index(buffer, 'E')
+    read (buffer(e + 1:), *) exponent
+    text = laid_out(value < 0.0_wp .or. buffer(1:1) == '-', &
+      without_point(buffer(:e - 1)), exponent)
+  end function real_text
+
+  !> The digits of a number without sign, point and trailing zeros.
+  pure function without_point(mantissa) result(figures)
+    !> Sign, digit, point, digits.
+    character(len=*), intent(in) :: mantissa
+    character(len=:), allocatable :: figures
+    integer :: i
+
+    figures = ''
+    do i = 1, len(mantissa)
+      if (index(digits, mantissa(i:i)) > 0) figures = figures//mantissa(i:i)
+    end do
+    do while (len(figures) > 1 .and. figures(len(figures):) == '0')
+      figures = figures(:len(figures) - 1)
+    end do
+  end function without_point
+
+  !> Write d.ddd x 10^exponent as people do.
+  pure function laid_out(negative, figures, exponent) result(text)
+    !> Sign.
+    logical, intent(in) :: negative
+    !> Digits, the first before the point.
+    character(len=*), intent(in) :: figures
+    !> Power of ten of the first digit.
+    integer, intent(in) :: exponent
+    character(len=:), allocatable :: text
+    !> Numbers of this many digits before and zeros behind the point need no exponent.
+    integer, parameter :: most_before = 8, most_zeros = 4
+
+    if (exponent > most_before .or. exponent < -most_zeros) then
+      text = figures(1:1)
+      if (len(figures) > 1) text = text//'.'//figures(2:)
+      text = text//'e'//integer_text(exponent)
+    else if (exponent < 0) then
+      text = '0.'//repeat('0', -exponent - 1)//figures
+    else if (len(figures) > exponent + 1) then
+      text = figures(:exponent + 1)//'.'//figures(exponent + 2:)
+    else
+      text = figures//repeat('0', exponent + 1 - len(figures))
+    end if
+    if (negative) text = '-'//text
+  end function laid_out
+
+  !> Whether two reals are the same, bit for bit.
+  elemental logical function same_bits(a, b)
+    !> One number.
+    real(wp), intent(in) :: a
+    !> The other.
+    real(wp), intent(in) :: b
+
+    same_bits = transfer(a, 0_long) == transfer(b, 0_long)
+  end function same_bits
+end module qsmpm_text

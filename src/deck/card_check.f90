@@ -1,0 +1,374 @@
+!> The strict check of a card against its entry in the keyword table: parameters first, then data
+!> lines. Defaults are filled in, so that handlers need not know them.
+module qsmpm_card_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: string_type, upper, squeezed, split, read_integer, read_real, integer_text, &
+    number_good, number_not_finite, number_not_whole
+  use qsmpm_messages, only: message_list_type
+  use qsmpm_cards, only: card_type, row_type, parameter_type
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_keyword_table, only: keyword_type, item_type, data_type, in_range, holds, kind_word, &
+    kind_integer, kind_real, kind_flag
+  implicit none
+  private
+
+  public :: check_card
+
+contains
+
+  !> Check a card and fill in its defaults.
+  subroutine check_card(entry, card, state)
+    !> Its entry in the table.
+    type(keyword_type), intent(in) :: entry
+    !> The card; it and its rows learn whether they are good.
+    type(card_type), intent(inout) :: card
+    !> Gains the errors.
+    type(deck_state_type), intent(inout) :: state
+
+    call check_names(entry, card, state)
+    call check_values(entry, card, state)
+    call fill_defaults(entry, card)
+    call check_context(entry, card, state)
+    call check_data(entry, card, state)
+  end subroutine check_card
+
+  !> Every parameter is known and given once; every required one is given.
+  subroutine check_names(entry, card, state)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: known(:)
+    integer :: i
+
+    allocate (known(0))
+    do i = 1, size(entry%parameters)
+      call add_name(known, entry%parameters(i)%name)
+    end do
+    do i = 1, size(card%parameters)
+      associate (name => card%parameters(i)%name)
+        if (len(name) == 0) then
+          call bad(card, state, 'empty parameter between commas')
+        else if (parameter_number(entry, name) == 0) then
+          call bad(card, state, "unknown parameter '"//name//"'"//did_you_mean(name, known))
+        else if (card%find(name) < i) then
+          call bad(card, state, 'parameter '//name//' is given twice')
+        end if
+      end associate
+    end do
+    do i = 1, size(entry%parameters)
+      if (.not. entry%parameters(i)%required) cycle
+      if (card%find(entry%parameters(i)%name) == 0) call bad(card, state, &
+        'parameter '//entry%parameters(i)%name//' is missing')
+    end do
+  end subroutine check_names
+
+  !> Number of a parameter in the entry, 0 when it has none of the name.
+  pure integer function parameter_number(entry, name) result(number)
+    type(keyword_type), intent(in) :: entry
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    number = 0
+    do i = 1, size(entry%parameters)
+      if (entry%parameters(i)%name == name) number = i
+    end do
+  end function parameter_number
+
+  !> Every value is of its kind and in its range; a bad one is replaced by the default.
+  subroutine check_values(entry, card, state)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: problem
+    integer :: i, k
+
+    do i = 1, size(card%parameters)
+      k = parameter_number(entry, card%parameters(i)%name)
+      if (k == 0) cycle
+      associate (parameter => card%parameters(i), item => entry%parameters(k))
+        problem = ''
+        if (item%kind == kind_flag) then
+          if (parameter%has_value) problem = item%name//' takes no value'
+        else if (len(parameter%value) == 0) then
+          problem = item%name//' wants a value: '//item%name//'='//wanted(item)
+        else
+          problem = value_problem(item, parameter%value)
+        end if
+        if (len(problem) == 0) cycle
+        call bad(card, state, problem)
+        parameter%value = item%default
+      end associate
+    end do
+  end subroutine check_values
+
+  !> What stands for a value in a message.
+  pure function wanted(item) result(text)
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable :: text
+
+    select case (item%kind)
+    case (kind_word)
+      text = item%allowed
+    case (kind_integer)
+      text = 'whole number'
+    case (kind_real)
+      text = 'number'
+    case default
+      text = 'name'
+    end select
+  end function wanted
+
+  !> What is wrong with a value, empty when nothing is.
+  pure function value_problem(item, value) result(problem)
+    !> What it should be.
+    type(item_type), intent(in) :: item
+    !> The value as written.
+    character(len=*), intent(in) :: value
+    character(len=:), allocatable :: problem
+    type(string_type), allocatable :: words(:)
+    integer :: i
+
+    problem = ''
+    if (len(item%allowed) > 0) then
+      call split(item%allowed, '|', words)
+      do i = 1, size(words)
+        if (upper(squeezed(value)) == words(i)%text) return
+      end do
+    end if
+    select case (item%kind)
+    case (kind_word)
+      problem = item%name//" '"//value//"' is not one of "//with_commas(item%allowed)// &
+        did_you_mean(upper(squeezed(value)), words)
+    case (kind_integer, kind_real)
+      problem = number_problem(item, value)
+    end select
+  end function value_problem
+
+  !> What is wrong with a number, empty when nothing is.
+  pure function number_problem(item, value) result(problem)
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: value
+    character(len=:), allocatable :: problem
+    real(wp) :: number
+    integer :: outcome, whole
+
+    if (item%kind == kind_integer) then
+      call read_integer(value, whole, outcome)
+      number = whole
+    else
+      call read_real(value, number, outcome)
+    end if
+    problem = ''
+    select case (outcome)
+    case (number_good)
+      if (.not. in_range(number, item%range)) problem = item%name//' = '//value// &
+        ' is outside '//item%range
+    case (number_not_finite)
+      problem = item%name//" '"//value//"' is not a finite number"
+    case (number_not_whole)
+      problem = item%name//" '"//value//"' is not a whole number (or is too large)"
+    case default
+      problem = item%name//" '"//value//"' is not a number"
+      if (scan(value, ' '//achar(9)) > 0) problem = problem//'; numbers are separated by commas'
+      if (len(item%allowed) > 0) problem = problem//' or '//item%allowed
+    end select
+  end function number_problem
+
+  !> A list with bars as one with commas.
+  pure function with_commas(bars) result(text)
+    character(len=*), intent(in) :: bars
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, len(bars)
+      if (bars(i:i) == '|') then
+        text = text//', '
+      else
+        text = text//bars(i:i)
+      end if
+    end do
+  end function with_commas
+
+  !> Parameters that are not given get their defaults, or an empty value.
+  pure subroutine fill_defaults(entry, card)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(inout) :: card
+    type(parameter_type), allocatable :: all_of_them(:)
+    integer :: i, n, given
+
+    given = size(card%parameters)
+    n = given
+    allocate (all_of_them(given + size(entry%parameters)))
+    do i = 1, given
+      all_of_them(i) = card%parameters(i)
+    end do
+    do i = 1, size(entry%parameters)
+      if (card%find(entry%parameters(i)%name) > 0) cycle
+      n = n + 1
+      all_of_them(n)%name = entry%parameters(i)%name
+      all_of_them(n)%value = entry%parameters(i)%default
+      all_of_them(n)%given = .false.
+    end do
+    deallocate (card%parameters)
+    allocate (card%parameters(n))
+    do i = 1, n
+      card%parameters(i) = all_of_them(i)
+    end do
+  end subroutine fill_defaults
+
+  !> No parameter is given that has no meaning beside the others.
+  subroutine check_context(entry, card, state)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: others(:)
+    integer :: i, k
+
+    do i = 1, size(entry%parameters)
+      associate (item => entry%parameters(i))
+        if (.not. card%has(item%name)) cycle
+        if (.not. holds(card, item%needs)) call bad(card, state, 'parameter '//item%name// &
+          ' has no meaning without '//item%needs)
+        if (len(item%excludes) == 0) cycle
+        call split(item%excludes, '|', others)
+        do k = 1, size(others)
+          if (card%has(others(k)%text)) call bad(card, state, &
+            'parameters '//item%name//' and '//others(k)%text//' exclude each other')
+        end do
+      end associate
+    end do
+  end subroutine check_context
+
+  !> Data lines are as many and of the form the card wants.
+  subroutine check_data(entry, card, state)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, d
+
+    do d = 1, size(entry%data)
+      if (holds(card, entry%data(d)%when)) exit
+    end do
+    if (d > size(entry%data)) then
+      do i = 1, size(card%rows)
+        call bad_row(card, i, state, 'data line where none belongs')
+      end do
+      return
+    end if
+    associate (lines => entry%data(d))
+      do i = 1, size(card%rows)
+        if (i > lines%maximum) then
+          call bad_row(card, i, state, 'more data lines than the '//integer_text(lines%maximum)// &
+            ' that belong here')
+        else if (.not. lines%free) then
+          call check_row(lines, card, i, state)
+        end if
+      end do
+      if (size(card%rows) < lines%minimum) call bad(card, state, integer_text(lines%minimum)// &
+        ' data line(s) wanted ('//lines%sentence//'), '//integer_text(size(card%rows))//' found')
+    end associate
+  end subroutine check_data
+
+  !> One data line against the columns.
+  subroutine check_row(lines, card, i, state)
+    type(data_type), intent(in) :: lines
+    type(card_type), intent(inout) :: card
+    !> Number of the line.
+    integer, intent(in) :: i
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: problem
+    integer :: k, c, least, most, items
+
+    call allowed_count(lines, state%dimension, least, most)
+    items = size(card%rows(i)%items)
+    if (items < least .or. items > most) then
+      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
+      if (items > most .and. state%dimension == 2) problem = problem//' (the model is plane)'
+      call bad_row(card, i, state, problem)
+    end if
+    do k = 1, min(items, most)
+      c = min(k, size(lines%columns))
+      if (.not. used(lines%columns(c), state%dimension)) exit
+      associate (value => card%rows(i)%items(k)%text)
+        if (len(value) == 0) then
+          problem = lines%columns(c)%name//' is empty'
+        else
+          problem = value_problem(lines%columns(c), value)
+        end if
+      end associate
+      if (len(problem) > 0) call bad_row(card, i, state, problem)
+    end do
+  end subroutine check_row
+
+  !> Least and largest number of items of a data line.
+  pure subroutine allowed_count(lines, dimension, least, most)
+    type(data_type), intent(in) :: lines
+    !> 2, 3 or 0 when unknown.
+    integer, intent(in) :: dimension
+    integer, intent(out) :: least
+    integer, intent(out) :: most
+    integer :: c
+
+    least = 0
+    most = 0
+    do c = 1, size(lines%columns)
+      associate (column => lines%columns(c))
+        if (.not. used(column, dimension)) cycle
+        most = most + 1
+        if (column%required .and. .not. (column%third .and. dimension == 0)) least = most
+        if (column%repeated) most = huge(most)
+      end associate
+    end do
+  end subroutine allowed_count
+
+  !> Whether a column belongs to models of a dimension.
+  pure logical function used(column, dimension)
+    type(item_type), intent(in) :: column
+    integer, intent(in) :: dimension
+
+    used = .not. (column%third .and. dimension == 2)
+  end function used
+
+  !> Names of the columns for a message.
+  pure function column_list(lines, dimension) result(text)
+    type(data_type), intent(in) :: lines
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: c
+
+    text = ''
+    do c = 1, size(lines%columns)
+      if (.not. used(lines%columns(c), dimension)) cycle
+      if (len(text) > 0) text = text//', '
+      if (lines%columns(c)%required) then
+        text = text//lines%columns(c)%name
+      else
+        text = text//'['//lines%columns(c)%name//']'
+      end if
+      if (lines%columns(c)%repeated) text = text//', ...'
+    end do
+  end function column_list
+
+  !> Report an error of the keyword line.
+  subroutine bad(card, state, sentence)
+    type(card_type), intent(inout) :: card
+    type(deck_state_type), intent(inout) :: state
+    character(len=*), intent(in) :: sentence
+
+    card%good = .false.
+    call state%fault(card, sentence)
+  end subroutine bad
+
+  !> Report an error of a data line.
+  subroutine bad_row(card, i, state, sentence)
+    type(card_type), intent(inout) :: card
+    !> Number of the line.
+    integer, intent(in) :: i
+    type(deck_state_type), intent(inout) :: state
+    character(len=*), intent(in) :: sentence
+
+    card%rows(i)%good = .false.
+    call state%fault_at(card, card%rows(i), sentence)
+  end subroutine bad_row
+end module qsmpm_card_check

@@ -1,0 +1,220 @@
+!> A deck from text to the analysis it describes. The whole deck is read before it is judged: all
+!> errors and warnings are collected with file and line.
+module qsmpm_deck
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_deck, fail
+  use qsmpm_analysis, only: analysis_type, stabilise_background, stabilise_ghost
+  use qsmpm_text, only: string_type, integer_text, read_real
+  use qsmpm_path, only: base_name
+  use qsmpm_messages, only: message_list_type, message_text, severity_error
+  use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
+  use qsmpm_cards, only: card_type, make_cards
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_words, only: position_of, model_words
+  use qsmpm_keyword_table, only: table_type, in_model, in_material, in_phase, once
+  use qsmpm_keywords, only: make_table
+  use qsmpm_card_check, only: check_card
+  use qsmpm_deck_general, only: background_factor, ghost_factor
+  use qsmpm_deck_bodies, only: give_points
+  use qsmpm_deck_histories, only: give_units
+  use qsmpm_deck_references, only: check_references
+  use qsmpm_deck_echo, only: echo_text
+  use qsmpm_deck_help, only: help_text, keyword_list_text, deck_markdown
+  implicit none
+  private
+
+  public :: read_deck, parse_deck, message_list_type, message_text
+  public :: echo_text, help_text, keyword_list_text, deck_markdown
+
+contains
+
+  !> Read a deck from its file.
+  subroutine read_deck(path, analysis, messages, error)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> What it describes; not to be used when there is an error.
+    type(analysis_type), intent(out) :: analysis
+    !> Errors and warnings in the order of the deck.
+    type(message_list_type), intent(out) :: messages
+    !> Set with a summary when there is an error among the messages, or no file.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    logical :: found
+
+    call read_whole_file(path, text, found)
+    if (found) then
+      call parse_deck(path, text, analysis, messages, error)
+    else
+      call fail(error, error_deck, "cannot read the deck '"//path//"'")
+    end if
+  end subroutine read_deck
+
+  !> Read a deck that is at hand as text.
+  subroutine parse_deck(path, text, analysis, messages, error)
+    !> Its path, for messages, the name of the job and the start of relative paths.
+    character(len=*), intent(in) :: path
+    !> Its text.
+    character(len=*), intent(in) :: text
+    !> What it describes; not to be used when there is an error.
+    type(analysis_type), intent(out) :: analysis
+    !> Errors and warnings in the order of the deck.
+    type(message_list_type), intent(out) :: messages
+    !> Set with a summary when there is an error among the messages.
+    type(error_type), allocatable, intent(out) :: error
+    type(line_list_type) :: lines
+    type(card_type), allocatable :: cards(:)
+    type(deck_state_type) :: state
+    integer :: errors
+
+    call cut_lines(path, text, lines, state%messages)
+    call make_cards(lines, cards, state%messages)
+    call start(path, lines, state)
+    call find_dimension(cards, state)
+    call take_cards(cards, state)
+    call give_points(state)
+    call give_units(state%analysis)
+    call give_factor(state%analysis)
+    call check_references(state)
+    call state%messages%sort()
+    errors = state%messages%error_count()
+    analysis = state%analysis
+    messages = state%messages
+    if (errors > 0) call fail(error, error_deck, path//': '//integer_text(errors)// &
+      trim(merge(' error ', ' errors', errors == 1))//' in the deck')
+  end subroutine parse_deck
+
+  !> An analysis with nothing in it, and the places of all lines.
+  pure subroutine start(path, lines, state)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> Its lines.
+    type(line_list_type), intent(in) :: lines
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (analysis => state%analysis)
+      analysis%deck = path
+      analysis%job = base_name(path)
+      analysis%heading = ''
+      analysis%length_unit = '-'
+      analysis%force_unit = '-'
+      allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), &
+        analysis%bodies(0), analysis%materials(0), analysis%histories(0), analysis%phases(0))
+    end associate
+    allocate (state%points(0), state%element_places(0), state%places(lines%count))
+    state%last = lines%last
+    do i = 1, lines%count
+      state%places(i) = lines%items(i)%place
+    end do
+  end subroutine start
+
+  !> The dimension decides what other cards may say, wherever *MODEL stands.
+  pure subroutine find_dimension(cards, state)
+    !> All cards.
+    type(card_type), intent(in) :: cards(:)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    do i = 1, size(cards)
+      if (cards(i)%keyword /= 'MODEL') cycle
+      select case (position_of(cards(i)%word('TYPE'), model_words))
+      case (1:2)
+        state%dimension = 2
+      case (3)
+        state%dimension = 3
+      end select
+      return
+    end do
+  end subroutine find_dimension
+
+  !> Check and use the cards in order.
+  subroutine take_cards(cards, state)
+    !> All cards.
+    type(card_type), intent(inout) :: cards(:)
+    type(deck_state_type), intent(inout) :: state
+    type(table_type) :: table
+    type(string_type), allocatable :: names(:)
+    integer, allocatable :: seen(:)
+    integer :: i, k
+
+    call make_table(table)
+    call table%names(names)
+    allocate (seen(table%count), source=0)
+    do i = 1, size(cards)
+      k = table%find(cards(i)%keyword)
+      if (k == 0) then
+        call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, 'unknown keyword'// &
+          did_you_mean(cards(i)%keyword, names))
+      else
+        call take_card(table, k, cards(i), seen, state)
+      end if
+    end do
+  end subroutine take_cards
+
+  !> Check one card and use it when it stands where it may.
+  subroutine take_card(table, k, card, seen, state)
+    type(table_type), intent(in) :: table
+    !> Number of its entry.
+    integer, intent(in) :: k
+    !> The card.
+    type(card_type), intent(inout) :: card
+    !> Line of each keyword's last card in the deck, phase or material; 0 for none.
+    integer, intent(inout) :: seen(:)
+    type(deck_state_type), intent(inout) :: state
+    integer :: before, i
+    logical :: usable
+
+    if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
+      do i = 1, table%count
+        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
+      end do
+    end if
+    call check_card(table%keywords(k), card, state)
+    call check_section(table%keywords(k)%section, card, state, usable)
+    if (.not. usable) return
+    before = seen(k)
+    seen(k) = card%place%line
+    if (before > 0 .and. table%keywords(k)%times == once) then
+      call state%fault(card, 'is given twice (first in line '//integer_text(before)//')')
+      return
+    end if
+    call table%keywords(k)%handler(card, state)
+  end subroutine take_card
+
+  !> Whether a card stands where it may.
+  subroutine check_section(section, card, state, usable)
+    !> Where it may stand.
+    integer, intent(in) :: section
+    !> The card.
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    !> There is something its handler can put it into.
+    logical, intent(out) :: usable
+
+    usable = .true.
+    select case (section)
+    case (in_model, in_material)
+      if (size(state%analysis%phases) > 0) call state%fault(card, 'belongs before the first *PHASE')
+      if (section == in_material) usable = size(state%analysis%materials) > 0
+      if (.not. usable) call state%fault(card, 'belongs below a *MATERIAL')
+    case (in_phase)
+      usable = state%in_phase
+      if (.not. usable) call state%fault(card, 'belongs inside *PHASE ... *END PHASE')
+    end select
+  end subroutine check_section
+
+  !> Strength of the stabilisation when the deck gives none.
+  pure subroutine give_factor(analysis)
+    !> The analysis.
+    type(analysis_type), intent(inout) :: analysis
+    integer :: outcome
+
+    associate (method => analysis%method)
+      if (method%stabilisation_factor > 0.0_wp) return
+      if (method%stabilisation == stabilise_background) &
+        call read_real(background_factor, method%stabilisation_factor, outcome)
+      if (method%stabilisation == stabilise_ghost) &
+        call read_real(ghost_factor, method%stabilisation_factor, outcome)
+    end associate
+  end subroutine give_factor
+end module qsmpm_deck

@@ -1,0 +1,260 @@
+!> *GRID: lines along the axes, from segments with graded spacing or from a list.
+module qsmpm_deck_grid
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_analysis, only: mesh_source_type, mesh_none, mesh_grid, diagonal_random
+  use qsmpm_element, only: element_from_name, local_dimension
+  use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
+  use qsmpm_cards, only: card_type, row_type, number_at, whole_at, word_at
+  use qsmpm_deck_state, only: deck_state_type, source_line
+  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words
+  use qsmpm_keyword_table, only: table_type, in_model, once, kind_word, kind_integer, kind_real
+  implicit none
+  private
+
+  public :: add_grid_keyword, check_element_dimension
+
+  !> A larger grid is a typing error.
+  integer, parameter :: most_lines = 1000000, most_cells = 50000000
+  !> Segments meet within rounding of their decimal numbers.
+  real(wp), parameter :: meeting = 1.0e-12_wp
+
+contains
+
+  !> Entry of *GRID.
+  subroutine add_grid_keyword(table)
+    !> The table of keywords.
+    type(table_type), intent(inout) :: table
+    type(mesh_source_type) :: mesh
+
+    call table%add('GRID', in_model, once, 'A structured background mesh.', handle_grid)
+    call table%parameter('ELEMENT', kind_word, 'element; bricks are cut into triangles, wedges or '// &
+      'tetrahedra', required=.true., allowed=bar_list(element_words))
+    call table%parameter('DIAGONAL', kind_word, 'how the diagonals of triangles run', &
+      default=trim(diagonal_words(mesh%diagonal)), allowed=bar_list(diagonal_words), &
+      needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
+    call table%parameter('PERTURB', kind_real, 'random shift of inner nodes as a share of the smallest '// &
+      'spacing around', default=real_text(mesh%perturbation), range='[0, 0.3]')
+    call table%parameter('SEED', kind_integer, 'start of the random numbers', &
+      default=integer_text(mesh%seed), range='[1, inf)')
+    call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` or '// &
+      '`axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 2, huge(1), &
+      free=.true.)
+    call table%example('*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, LINES, 0, 0.25')
+  end subroutine add_grid_keyword
+
+  !> *GRID.
+  subroutine handle_grid(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    if (state%analysis%mesh%kind /= mesh_none) then
+      call state%fault(card, 'the deck has a mesh already')
+      return
+    end if
+    associate (mesh => state%analysis%mesh)
+      mesh%kind = mesh_grid
+      mesh%where = source_line(card%place)
+      mesh%element = card%word('ELEMENT')
+      mesh%diagonal = position_of(card%word('DIAGONAL'), diagonal_words)
+      mesh%perturbation = card%number('PERTURB')
+      mesh%seed = card%whole('SEED')
+      if (card%has('SEED') .and. .not. mesh%perturbation > 0.0_wp .and. &
+        mesh%diagonal /= diagonal_random) call state%fault(card, &
+        'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
+    end associate
+    call check_element_dimension(card, state)
+    do i = 1, size(card%rows)
+      if (card%rows(i)%good) call read_axis_row(card, card%rows(i), state)
+    end do
+    call check_axes(card, state)
+  end subroutine handle_grid
+
+  !> The element belongs to models of this dimension.
+  subroutine check_element_dimension(card, state)
+    !> Card of the mesh, whose element is known.
+    type(card_type), intent(in) :: card
+    !> Gains the error.
+    type(deck_state_type), intent(inout) :: state
+    integer :: kind
+
+    kind = element_from_name(state%analysis%mesh%element)
+    if (kind == 0 .or. state%dimension == 0) return
+    if (local_dimension(kind) == state%dimension) return
+    if (state%dimension == 2) then
+      call state%fault(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL is plane')
+    else
+      call state%fault(card, state%analysis%mesh%element//' is an element of plane models, *MODEL is 3D')
+    end if
+  end subroutine check_element_dimension
+
+  !> One data line.
+  subroutine read_axis_row(card, row, state)
+    type(card_type), intent(in) :: card
+    type(row_type), intent(in) :: row
+    type(deck_state_type), intent(inout) :: state
+    real(wp), allocatable :: values(:)
+    integer :: axis
+
+    axis = position_of(word_at(row, 1), axis_words)
+    if (axis == 0) then
+      call state%fault_at(card, row, "'"//row%items(1)%text//"' is not an axis: X, Y or Z")
+    else if (axis > state%dimension .and. state%dimension > 0) then
+      call state%fault_at(card, row, 'a plane model has no Z axis')
+    else
+      if (word_at(row, 2) == 'LINES') then
+        call read_lines_row(card, row, values, state)
+      else
+        call read_segment_row(card, row, values, state)
+      end if
+      if (allocated(values)) call extend_axis(card, row, axis, values, state)
+    end if
+  end subroutine read_axis_row
+
+  !> axis, LINES, v1, v2, ...
+  subroutine read_lines_row(card, row, values, state)
+    type(card_type), intent(in) :: card
+    type(row_type), intent(in) :: row
+    !> The values, unallocated when something is wrong.
+    real(wp), allocatable, intent(out) :: values(:)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, n
+
+    n = size(row%items) - 2
+    if (n < 1) call state%fault_at(card, row, 'LINES wants at least one value')
+    if (n < 1 .or. .not. all_numbers(card, row, 3, state)) return
+    values = [(number_at(row, i), i=3, n + 2)]
+  end subroutine read_lines_row
+
+  !> axis, first, last, number of intervals [, ratio]
+  subroutine read_segment_row(card, row, values, state)
+    type(card_type), intent(in) :: card
+    type(row_type), intent(in) :: row
+    !> The values, unallocated when something is wrong.
+    real(wp), allocatable, intent(out) :: values(:)
+    type(deck_state_type), intent(inout) :: state
+    real(wp) :: ratio
+    integer :: n, outcome
+
+    if (size(row%items) < 4 .or. size(row%items) > 5) then
+      call state%fault_at(card, row, integer_text(size(row%items))//' item(s) where axis, first, '// &
+        'last, number of intervals [, ratio] are wanted')
+      return
+    end if
+    if (.not. all_numbers(card, row, 2, state)) return
+    call read_integer(row%items(4)%text, n, outcome)
+    ratio = 1.0_wp
+    if (size(row%items) == 5) ratio = number_at(row, 5)
+    if (outcome /= number_good .or. n < 1 .or. n > most_lines) then
+      call state%fault_at(card, row, "number of intervals '"//row%items(4)%text// &
+        "' is not a whole number in [1, "//integer_text(most_lines)//']')
+    else if (.not. number_at(row, 3) > number_at(row, 2)) then
+      call state%fault_at(card, row, 'the last coordinate is not above the first')
+    else if (.not. ratio > 0.0_wp) then
+      call state%fault_at(card, row, 'ratio = '//row%items(5)%text//' is outside (0, inf)')
+    else if (n == 1 .and. size(row%items) == 5) then
+      call state%fault_at(card, row, 'a ratio has no meaning for one interval')
+    else
+      call graded(number_at(row, 2), number_at(row, 3), n, ratio, values)
+    end if
+  end subroutine read_segment_row
+
+  !> Whether all items from one on are numbers; those that are not are reported.
+  logical function all_numbers(card, row, first, state)
+    type(card_type), intent(in) :: card
+    type(row_type), intent(in) :: row
+    !> First item that should be a number.
+    integer, intent(in) :: first
+    type(deck_state_type), intent(inout) :: state
+    real(wp) :: number
+    integer :: i, outcome
+
+    all_numbers = .true.
+    do i = first, size(row%items)
+      call read_real(row%items(i)%text, number, outcome)
+      if (outcome == number_good) cycle
+      all_numbers = .false.
+      call state%fault_at(card, row, "'"//row%items(i)%text//"' is not a finite number")
+    end do
+  end function all_numbers
+
+  !> Coordinates whose spacings grow by a constant factor; the ends are exact.
+  pure subroutine graded(first, last, n, ratio, values)
+    !> Ends.
+    real(wp), intent(in) :: first
+    real(wp), intent(in) :: last
+    !> Number of intervals.
+    integer, intent(in) :: n
+    !> Last spacing over first spacing.
+    real(wp), intent(in) :: ratio
+    !> The coordinates (n+1).
+    real(wp), allocatable, intent(out) :: values(:)
+    real(wp) :: spacings(n)
+    integer :: i
+
+    spacings = 1.0_wp
+    if (n > 1) spacings = [(ratio**(real(i - 1, wp)/real(n - 1, wp)), i=1, n)]
+    allocate (values(n + 1))
+    values(1) = first
+    do i = 2, n
+      values(i) = first + (last - first)*(sum(spacings(:i - 1))/sum(spacings))
+    end do
+    values(n + 1) = last
+  end subroutine graded
+
+  !> Go on along an axis.
+  subroutine extend_axis(card, row, axis, values, state)
+    type(card_type), intent(in) :: card
+    type(row_type), intent(in) :: row
+    !> 1, 2 or 3.
+    integer, intent(in) :: axis
+    !> New coordinates; the first may repeat the last one there is.
+    real(wp), intent(in) :: values(:)
+    type(deck_state_type), intent(inout) :: state
+    real(wp), allocatable :: lines(:)
+    real(wp) :: last
+    integer :: from
+
+    allocate (lines(0))
+    from = 1
+    if (allocated(state%analysis%mesh%axes(axis)%lines)) then
+      lines = state%analysis%mesh%axes(axis)%lines
+      last = lines(size(lines))
+      if (abs(values(1) - last) <= meeting*max(abs(last), abs(values(1)))) then
+        from = 2
+      else if (word_at(row, 2) /= 'LINES') then
+        call state%fault_at(card, row, 'the segment begins at '//row%items(2)%text// &
+          ', but the one before ends at '//real_text(last))
+        return
+      end if
+    end if
+    lines = [lines, values(from:)]
+    if (any(.not. lines(2:) > lines(:size(lines) - 1))) then
+      call state%fault_at(card, row, 'the coordinates do not increase')
+      return
+    end if
+    state%analysis%mesh%axes(axis)%lines = lines
+  end subroutine extend_axis
+
+  !> Every axis has an interval, and the grid is of a size that can be meant.
+  subroutine check_axes(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer(long) :: cells
+    integer :: axis
+
+    if (any(.not. card%rows%good)) return
+    cells = 1
+    do axis = 1, max(2, state%dimension)
+      if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) &
+        allocate (state%analysis%mesh%axes(axis)%lines(0))
+      associate (lines => state%analysis%mesh%axes(axis)%lines)
+        if (size(lines) < 2) call state%fault(card, 'the '//trim(axis_words(axis))// &
+          ' axis has no interval')
+        cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
+      end associate
+    end do
+    if (cells > most_cells) call state%fault(card, 'the grid has more than '// &
+      integer_text(most_cells)//' cells')
+  end subroutine check_axes
+end module qsmpm_deck_grid

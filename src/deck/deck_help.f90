@@ -1,0 +1,220 @@
+!> The keyword table as text: help on the terminal, the list of keywords, the deck reference.
+module qsmpm_deck_help
+  use qsmpm_text, only: string_type, upper, squeezed
+  use qsmpm_deck_state, only: did_you_mean
+  use qsmpm_keyword_table, only: table_type, keyword_type, item_type, data_type, kind_word, kind_name, &
+    kind_file, kind_integer, kind_real, kind_flag, in_model, in_material, in_phase, many
+  use qsmpm_keywords, only: make_table
+  use qsmpm_deck_reference_head, only: reference_head
+  implicit none
+  private
+
+  public :: help_text, keyword_list_text, deck_markdown
+
+  character(len=1), parameter :: newline = new_line('a')
+
+contains
+
+  !> Explain a keyword.
+  subroutine help_text(name, text, found)
+    !> The keyword, in any case, with or without its star.
+    character(len=*), intent(in) :: name
+    !> The explanation, or what may have been meant.
+    character(len=:), allocatable, intent(out) :: text
+    !> False when there is no such keyword.
+    logical, intent(out) :: found
+    type(table_type) :: table
+    type(string_type), allocatable :: names(:)
+    character(len=:), allocatable :: keyword
+    integer :: k
+
+    call make_table(table)
+    keyword = upper(squeezed(name))
+    if (index(keyword, '*') == 1) keyword = squeezed(keyword(2:))
+    k = table%find(keyword)
+    found = k > 0
+    if (found) then
+      text = explanation(table%keywords(k), '  ', '')
+    else
+      call table%names(names)
+      text = 'unknown keyword *'//keyword//did_you_mean(keyword, names)//newline
+    end if
+  end subroutine help_text
+
+  !> All keywords, one a line, with what they are for.
+  subroutine keyword_list_text(text)
+    !> The list.
+    character(len=:), allocatable, intent(out) :: text
+    !> Column at which the sentences begin.
+    integer, parameter :: column = 24
+    type(table_type) :: table
+    character(len=column) :: name
+    integer :: k
+
+    call make_table(table)
+    text = ''
+    do k = 1, table%count
+      name = '*'//table%keywords(k)%name
+      text = text//name//first_sentence(table%keywords(k)%sentence)//newline
+    end do
+  end subroutine keyword_list_text
+
+  !> The first sentence of several.
+  pure function first_sentence(sentences) result(text)
+    !> Sentences.
+    character(len=*), intent(in) :: sentences
+    character(len=:), allocatable :: text
+    integer :: stop_at
+
+    stop_at = index(sentences//' ', '. ')
+    text = sentences(:stop_at - 1)
+  end function first_sentence
+
+  !> The whole deck reference as Markdown.
+  subroutine deck_markdown(text)
+    !> The page.
+    character(len=:), allocatable, intent(out) :: text
+    type(table_type) :: table
+    integer :: k
+
+    call make_table(table)
+    text = reference_head()
+    do k = 1, table%count
+      text = text//newline//'### *'//table%keywords(k)%name//newline//newline// &
+        explanation(table%keywords(k), '- ', '`')
+    end do
+  end subroutine deck_markdown
+
+  !> One keyword: what it is for, where it stands, parameters, data lines, example.
+  pure function explanation(entry, bullet, quote) result(text)
+    !> The keyword.
+    type(keyword_type), intent(in) :: entry
+    !> Before each parameter.
+    character(len=*), intent(in) :: bullet
+    !> Around words of the deck; empty on a terminal.
+    character(len=*), intent(in) :: quote
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    if (len(quote) == 0) text = '*'//entry%name//newline//newline
+    text = text//entry%sentence//newline//newline//standing(entry)//newline
+    if (size(entry%parameters) > 0) text = text//newline//'Parameters:'//newline//newline
+    do i = 1, size(entry%parameters)
+      text = text//bullet//item_text(entry%parameters(i), quote)//newline
+    end do
+    do i = 1, size(entry%data)
+      text = text//newline//data_text(entry%data(i), bullet, quote)
+    end do
+    text = text//newline//'Example:'//newline//newline//example_text(entry%example, quote)
+  end function explanation
+
+  !> Where a card may stand and how often.
+  pure function standing(entry) result(text)
+    type(keyword_type), intent(in) :: entry
+    character(len=:), allocatable :: text
+
+    select case (entry%section)
+    case (in_model)
+      text = 'Before the first phase'
+    case (in_material)
+      text = 'Below a *MATERIAL'
+    case (in_phase)
+      text = 'Inside a phase'
+    case default
+      text = 'Anywhere'
+    end select
+    if (entry%times == many) then
+      text = text//', any number of times.'
+    else
+      text = text//', once.'
+    end if
+  end function standing
+
+  !> One parameter or column.
+  pure function item_text(item, quote) result(text)
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: quote
+    character(len=:), allocatable :: text
+
+    text = quote//item%name
+    if (item%kind /= kind_flag .and. len(value_text(item)) > 0) text = text//'='//value_text(item)
+    text = text//quote//': '//item%sentence
+    if (item%required) text = text//'; required'
+    if (len(item%range) > 0) text = text//'; in '//quote//item%range//quote
+    if (len(item%needs) > 0) text = text//'; only with '//quote//item%needs//quote
+    if (len(item%excludes) > 0) text = text//'; not with '//quote//item%excludes//quote
+    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote//item%default//quote
+  end function item_text
+
+  !> What the value of a parameter may be.
+  pure function value_text(item) result(text)
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable :: text
+
+    select case (item%kind)
+    case (kind_word)
+      text = item%allowed
+    case (kind_name)
+      text = 'name'
+    case (kind_file)
+      text = 'file'
+    case (kind_integer)
+      text = 'whole number'
+    case (kind_real)
+      text = 'number'
+    case default
+      text = ''
+    end select
+    if (item%kind /= kind_word .and. len(item%allowed) > 0) text = text//'|'//item%allowed
+  end function value_text
+
+  !> Data lines of a keyword.
+  pure function data_text(data, bullet, quote) result(text)
+    type(data_type), intent(in) :: data
+    character(len=*), intent(in) :: bullet, quote
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = 'Data lines'
+    if (data%maximum == 1) text = 'Data line'
+    if (len(data%when) > 0) text = text//' with '//quote//data%when//quote
+    text = text//': '//data%sentence//newline
+    if (size(data%columns) > 0) text = text//newline
+    do i = 1, size(data%columns)
+      text = text//bullet//column_text(data%columns(i), quote)//newline
+    end do
+  end function data_text
+
+  !> One column of a data line.
+  pure function column_text(item, quote) result(text)
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: quote
+    character(len=:), allocatable :: text
+
+    text = quote//item%name//quote//' ('//value_text(item)//'): '//item%sentence
+    if (len(item%range) > 0) text = text//'; in '//quote//item%range//quote
+    if (.not. item%required) text = text//'; may be left out'
+    if (item%third) text = text//'; in 3D only'
+    if (item%repeated) text = text//'; one or more'
+  end function column_text
+
+  !> The example: indented on a terminal, fenced in the reference.
+  pure function example_text(example, quote) result(text)
+    !> Lines of a deck.
+    character(len=*), intent(in) :: example, quote
+    character(len=:), allocatable :: text
+    integer :: i
+
+    if (len(quote) > 0) then
+      text = '```'//newline//example//newline//'```'//newline
+      return
+    end if
+    text = '    '
+    do i = 1, len(example)
+      text = text//example(i:i)
+      if (example(i:i) == newline) text = text//'    '
+    end do
+    text = text//newline
+  end function example_text
+end module qsmpm_deck_help

@@ -1,0 +1,227 @@
+!> Checks between cards, when the whole deck is known: what a deck must have, names that must
+!> exist, materials that are complete.
+module qsmpm_deck_references
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, set_type, source_line_type, &
+    quantity_reaction, initial_k0
+  use qsmpm_text, only: string_type
+  use qsmpm_messages, only: severity_error
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_mesh, only: check_inline_mesh
+  implicit none
+  private
+
+  public :: check_references
+
+contains
+
+  !> All checks between cards.
+  subroutine check_references(state)
+    !> The deck, complete.
+    type(deck_state_type), intent(inout) :: state
+
+    call check_presence(state)
+    call check_inline_mesh(state)
+    call check_bodies(state)
+    call check_materials(state)
+    call check_node_sets(state)
+    call check_surfaces(state)
+    call check_prescriptions(state)
+    call check_starts(state)
+  end subroutine check_references
+
+  !> What every deck must have.
+  subroutine check_presence(state)
+    type(deck_state_type), intent(inout) :: state
+
+    if (state%in_phase) call state%messages%add(severity_error, state%phase_place, 'PHASE', &
+      'the phase has no *END PHASE')
+    if (state%analysis%model == 0) call missing('MODEL', 'the kind of model')
+    if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or *NODE and *ELEMENT)')
+    if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
+    if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')
+    if (size(state%analysis%phases) == 0) call missing('PHASE', 'a phase')
+
+  contains
+
+    !> Report what is missing at the end of the deck.
+    subroutine missing(keyword, what)
+      !> The card that is missing.
+      character(len=*), intent(in) :: keyword
+      !> What the card would bring.
+      character(len=*), intent(in) :: what
+
+      call state%messages%add(severity_error, state%last, keyword, 'the deck lacks '//what)
+    end subroutine missing
+  end subroutine check_presence
+
+  !> Materials and regions of bodies.
+  subroutine check_bodies(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: materials(:)
+    integer :: i
+
+    allocate (materials(0))
+    do i = 1, size(state%analysis%materials)
+      call add_name(materials, state%analysis%materials(i)%name)
+    end do
+    do i = 1, size(state%analysis%bodies)
+      associate (body => state%analysis%bodies(i))
+        call check_name(state, body%material, materials, body%where, 'BODY', 'material')
+        if (body%kind == body_region) call check_set(state, body%region, state%analysis%element_sets, &
+          body%where, 'BODY', 'element set')
+      end associate
+    end do
+  end subroutine check_bodies
+
+  !> A name is among those there are.
+  subroutine check_name(state, name, names, where, keyword, what)
+    type(deck_state_type), intent(inout) :: state
+    !> The name; an empty one has been reported already.
+    character(len=*), intent(in) :: name
+    !> Names there are.
+    type(string_type), intent(in) :: names(:)
+    !> Where the name is used.
+    type(source_line_type), intent(in) :: where
+    !> Keyword that uses it.
+    character(len=*), intent(in) :: keyword
+    !> What it names.
+    character(len=*), intent(in) :: what
+    integer :: i
+
+    if (len(name) == 0) return
+    do i = 1, size(names)
+      if (names(i)%text == name) return
+    end do
+    call state%fault_from(where, keyword, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
+  end subroutine check_name
+
+  !> A set exists, unless it may still come from a mesh file.
+  subroutine check_set(state, name, sets, where, keyword, what)
+    type(deck_state_type), intent(inout) :: state
+    !> The name.
+    character(len=*), intent(in) :: name
+    !> Sets there are.
+    type(set_type), intent(in) :: sets(:)
+    !> Where the name is used.
+    type(source_line_type), intent(in) :: where
+    !> Keyword that uses it.
+    character(len=*), intent(in) :: keyword
+    !> What it names.
+    character(len=*), intent(in) :: what
+    type(string_type), allocatable :: names(:)
+    integer :: i
+
+    if (state%analysis%mesh%kind == mesh_file) return
+    allocate (names(0))
+    do i = 1, size(sets)
+      call add_name(names, sets(i)%name)
+    end do
+    call check_name(state, name, names, where, keyword, what)
+  end subroutine check_set
+
+  !> Materials can carry stress; a weightless one under gravity is worth a word.
+  subroutine check_materials(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: gravity
+    integer :: i
+
+    gravity = .false.
+    do i = 1, size(state%analysis%phases)
+      if (norm2(state%analysis%phases(i)%gravity%vector) > 0.0_wp) gravity = .true.
+    end do
+    do i = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(i))
+        if (.not. material%young > 0.0_wp) call state%fault_from(material%where, 'MATERIAL', &
+          "material '"//material%name//"' has no *ELASTIC")
+        if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, 'MATERIAL', &
+          "material '"//material%name//"' has no weight, but there is gravity")
+      end associate
+    end do
+  end subroutine check_materials
+
+  !> Node sets of fixities, prescriptions, histories and the moving mesh.
+  subroutine check_node_sets(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, p
+
+    associate (sets => state%analysis%node_sets)
+      if (state%analysis%moving_mesh%active) call check_set(state, state%analysis%moving_mesh%set, sets, &
+        state%analysis%moving_mesh%where, 'MOVING MESH', 'node set')
+      do i = 1, size(state%analysis%histories)
+        associate (history => state%analysis%histories(i))
+          if (history%quantity == quantity_reaction) call check_set(state, history%set, sets, &
+            history%where, 'HISTORY', 'node set')
+        end associate
+      end do
+      do p = 1, size(state%analysis%phases)
+        associate (phase => state%analysis%phases(p))
+          do i = 1, size(phase%fixities)
+            call check_set(state, phase%fixities(i)%set, sets, phase%fixities(i)%where, 'FIX', 'node set')
+          end do
+          do i = 1, size(phase%prescriptions)
+            call check_set(state, phase%prescriptions(i)%set, sets, phase%prescriptions(i)%where, &
+              'PRESCRIBE', 'node set')
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine check_node_sets
+
+  !> Surfaces of tractions; they are named in the deck always.
+  subroutine check_surfaces(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: names(:)
+    integer :: i, p
+
+    allocate (names(0))
+    do i = 1, size(state%analysis%surfaces)
+      call add_name(names, state%analysis%surfaces(i)%name)
+    end do
+    do p = 1, size(state%analysis%phases)
+      do i = 1, size(state%analysis%phases(p)%tractions)
+        associate (traction => state%analysis%phases(p)%tractions(i))
+          call check_name(state, traction%surface, names, traction%where, 'TRACTION', 'surface')
+        end associate
+      end do
+    end do
+  end subroutine check_surfaces
+
+  !> No phase both holds and moves the same component of a set.
+  subroutine check_prescriptions(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p, i, k
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        do i = 1, size(phase%prescriptions)
+          do k = 1, size(phase%fixities)
+            if (phase%fixities(k)%set /= phase%prescriptions(i)%set) cycle
+            if (phase%prescriptions(i)%component < 1) cycle
+            if (phase%fixities(k)%fixed(phase%prescriptions(i)%component)) call state%fault_from( &
+              phase%prescriptions(i)%where, 'PRESCRIBE', "this component of set '"// &
+              phase%prescriptions(i)%set//"' is held by *FIX in the same phase")
+          end do
+        end do
+      end associate
+    end do
+  end subroutine check_prescriptions
+
+  !> What looks like an oversight: nothing held, or K0 stresses without weight.
+  subroutine check_starts(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: held
+    integer :: p
+
+    held = .false.
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        held = held .or. size(phase%fixities) + size(phase%prescriptions) > 0
+        if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
+          phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
+      end associate
+    end do
+    if (.not. held .and. size(state%analysis%phases) > 0) call state%warn(state%analysis%phases(1)%where, &
+      'PHASE', 'no phase has *FIX or *PRESCRIBE: nothing holds the model')
+  end subroutine check_starts
+end module qsmpm_deck_references

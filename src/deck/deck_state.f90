@@ -1,0 +1,150 @@
+!> What is known while a deck is read: the analysis so far, the messages, and where the reader is.
+module qsmpm_deck_state
+  use qsmpm_analysis, only: analysis_type, source_line_type
+  use qsmpm_text, only: string_type, nearest_word
+  use qsmpm_messages, only: message_list_type, place_type, severity_error, severity_warning
+  use qsmpm_cards, only: card_type, row_type
+  implicit none
+  private
+
+  public :: deck_state_type, points_request_type, did_you_mean, source_line, add_name
+
+  !> A *POINTS card, kept until all bodies are known.
+  type :: points_request_type
+    type(place_type) :: place
+    !> Empty: for all bodies without a card of their own.
+    character(len=:), allocatable :: body
+    integer :: per_element = 0
+  end type points_request_type
+
+  !> A deck being read.
+  type :: deck_state_type
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    !> 2 or 3, 0 while *MODEL is missing or wrong.
+    integer :: dimension = 0
+    !> The last line of the deck: the place of what is missing.
+    type(place_type) :: last
+    !> Inside *PHASE ... *END PHASE, and where the phase began.
+    logical :: in_phase = .false.
+    type(place_type) :: phase_place
+    type(points_request_type), allocatable :: points(:)
+    !> Places of all lines: items of the analysis only keep file and line.
+    type(place_type), allocatable :: places(:)
+    !> Data lines of the elements of a mesh in the deck.
+    type(place_type), allocatable :: element_places(:)
+  contains
+    procedure :: fault
+    procedure :: fault_at
+    procedure :: fault_from
+    procedure :: warn
+  end type deck_state_type
+
+contains
+
+  !> Report an error of a card.
+  pure subroutine fault(self, card, sentence)
+    class(deck_state_type), intent(inout) :: self
+    !> The card.
+    type(card_type), intent(in) :: card
+    !> What is wrong.
+    character(len=*), intent(in) :: sentence
+
+    call self%messages%add(severity_error, card%place, card%keyword, sentence)
+  end subroutine fault
+
+  !> Report an error of a data line.
+  pure subroutine fault_at(self, card, row, sentence)
+    class(deck_state_type), intent(inout) :: self
+    !> Its card.
+    type(card_type), intent(in) :: card
+    !> The data line.
+    type(row_type), intent(in) :: row
+    !> What is wrong.
+    character(len=*), intent(in) :: sentence
+
+    call self%messages%add(severity_error, row%place, card%keyword, sentence)
+  end subroutine fault_at
+
+  !> Report an error of an item of the analysis.
+  pure subroutine fault_from(self, where, keyword, sentence)
+    class(deck_state_type), intent(inout) :: self
+    !> Where the item was written.
+    type(source_line_type), intent(in) :: where
+    !> Its keyword without the star.
+    character(len=*), intent(in) :: keyword
+    !> What is wrong.
+    character(len=*), intent(in) :: sentence
+
+    call self%messages%add(severity_error, place_of(self, where), keyword, sentence)
+  end subroutine fault_from
+
+  !> Warn of an item of the analysis.
+  pure subroutine warn(self, where, keyword, sentence)
+    class(deck_state_type), intent(inout) :: self
+    !> Where the item was written.
+    type(source_line_type), intent(in) :: where
+    !> Its keyword without the star.
+    character(len=*), intent(in) :: keyword
+    !> What looks wrong.
+    character(len=*), intent(in) :: sentence
+
+    call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
+  end subroutine warn
+
+  !> The place of an item: its first occurrence, for a file included twice.
+  pure function place_of(self, where) result(place)
+    type(deck_state_type), intent(in) :: self
+    !> Where the item was written.
+    type(source_line_type), intent(in) :: where
+    type(place_type) :: place
+    integer :: i
+
+    place = self%last
+    do i = 1, size(self%places)
+      if (self%places(i)%line /= where%line) cycle
+      if (self%places(i)%file /= where%file) cycle
+      place = self%places(i)
+      return
+    end do
+  end function place_of
+
+  !> A place as the analysis keeps it.
+  pure function source_line(place) result(where)
+    !> The place.
+    type(place_type), intent(in) :: place
+    type(source_line_type) :: where
+
+    where%file = place%file
+    where%line = place%line
+  end function source_line
+
+  !> The nearest known word as a question, empty when none is near.
+  pure function did_you_mean(word, known) result(text)
+    !> The unknown word.
+    character(len=*), intent(in) :: word
+    !> The known ones.
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: text
+
+    text = nearest_word(word, known)
+    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+  end function did_you_mean
+
+  !> Put a word at the end of a list.
+  pure subroutine add_name(list, word)
+    !> The list, allocated.
+    type(string_type), allocatable, intent(inout) :: list(:)
+    !> The word.
+    character(len=*), intent(in) :: word
+    type(string_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i)%text = list(i)%text
+    end do
+    longer(size(longer))%text = word
+    call move_alloc(longer, list)
+  end subroutine add_name
+end module qsmpm_deck_state

@@ -1,0 +1,72 @@
+!> The words of the deck for the enumerations of the analysis: one list each, in the order of the
+!> parameters of `qsmpm_analysis`, used for reading, for the deck reference and for the echo.
+module qsmpm_deck_words
+  implicit none
+  private
+
+  public :: bar_list, position_of
+
+  integer, parameter :: n = 13
+  character(len=n), parameter, public :: model_words(3) = [character(len=n) :: &
+    'PLANE STRAIN', 'AXISYMMETRIC', '3D']
+  character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
+    'RIGHT', 'LEFT', 'RANDOM', 'ALTERNATE']
+  character(len=n), parameter, public :: element_words(10) = [character(len=n) :: &
+    'TRI3', 'TRI6', 'QUAD4', 'QUAD8', 'TET4', 'TET10', 'HEX8', 'HEX20', 'WEDGE6', 'WEDGE15']
+  character(len=n), parameter, public :: format_words(2) = [character(len=n) :: 'GMSH', 'ABAQUS']
+  character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
+  character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &
+    'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
+  character(len=n), parameter, public :: surface_words(3) = [character(len=n) :: &
+    'BOX', 'SEGMENT', 'MESH']
+  character(len=n), parameter, public :: shape_words(4) = [character(len=n) :: &
+    'ALL', 'BOX', 'POLYGON', 'REGION']
+  character(len=n), parameter, public :: basis_words(2) = [character(len=n) :: 'STANDARD', 'FEM']
+  character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', 'CELL']
+  character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &
+    'JAUMANN', 'LOGARITHMIC']
+  character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
+  !> From 0.
+  character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
+    'NONE', 'BACKGROUND', 'GHOST']
+  !> From 0.
+  character(len=n), parameter, public :: solver_words(0:4) = [character(len=n) :: &
+    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS']
+  character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
+  !> From 0.
+  character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
+  character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', 'POINTS']
+  character(len=n), parameter, public :: quantity_words(5) = [character(len=n) :: &
+    'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION', 'STRAIN']
+  !> From 0: a logical.
+  character(len=n), parameter, public :: answer_words(0:1) = [character(len=n) :: 'NO', 'YES']
+
+contains
+
+  !> Words with bars between them, as the keyword table wants them.
+  pure function bar_list(words) result(text)
+    !> The words.
+    character(len=*), intent(in) :: words(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = trim(words(1))
+    do i = 2, size(words)
+      text = text//'|'//trim(words(i))
+    end do
+  end function bar_list
+
+  !> Position of a word in a list from 1, 0 when it is not there.
+  pure integer function position_of(word, words) result(position)
+    !> The word, as capitals.
+    character(len=*), intent(in) :: word
+    !> The list.
+    character(len=*), intent(in) :: words(:)
+    integer :: i
+
+    position = 0
+    do i = 1, size(words)
+      if (words(i) == word) position = i
+    end do
+  end function position_of
+end module qsmpm_deck_words

@@ -1,0 +1,36 @@
+!> All keywords of the deck. A new keyword is an entry and a handler in one of the modules used here.
+module qsmpm_keywords
+  use qsmpm_keyword_table, only: table_type
+  use qsmpm_deck_general, only: add_general_keywords, add_output_keywords
+  use qsmpm_deck_grid, only: add_grid_keyword
+  use qsmpm_deck_mesh, only: add_mesh_keywords
+  use qsmpm_deck_sets, only: add_set_keywords
+  use qsmpm_deck_bodies, only: add_body_keywords
+  use qsmpm_deck_materials, only: add_material_keywords
+  use qsmpm_deck_histories, only: add_history_keyword
+  use qsmpm_deck_phases, only: add_phase_keywords
+  use qsmpm_deck_controls, only: add_control_keywords
+  implicit none
+  private
+
+  public :: make_table
+
+contains
+
+  !> The table of keywords, in the order of the deck reference.
+  subroutine make_table(table)
+    !> The table.
+    type(table_type), intent(out) :: table
+
+    call add_general_keywords(table)
+    call add_grid_keyword(table)
+    call add_mesh_keywords(table)
+    call add_set_keywords(table)
+    call add_body_keywords(table)
+    call add_material_keywords(table)
+    call add_history_keyword(table)
+    call add_output_keywords(table)
+    call add_phase_keywords(table)
+    call add_control_keywords(table)
+  end subroutine make_table
+end module qsmpm_keywords

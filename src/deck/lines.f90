@@ -1,0 +1,308 @@
+!> The deck as lines: *INCLUDE resolved, comments and empty lines left out, a line that ends in a
+!> comma joined with the next, each line with the place it was written at.
+!>
+!> A byte order mark, CRLF, tabs, blanks at line ends, a missing last newline and lines of any
+!> length are accepted. What the lines mean is left to the cards.
+module qsmpm_deck_lines
+  use, intrinsic :: iso_fortran_env, only: iostat_end
+  use qsmpm_text, only: string_type, stripped, squeezed, upper, split, integer_text
+  use qsmpm_path, only: directory_of, joined
+  use qsmpm_messages, only: place_type, message_list_type, severity_error
+  implicit none
+  private
+
+  public :: line_type, line_list_type, read_lines, cut_lines, read_whole_file, unquoted
+
+  character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
+
+  !> A line that says something.
+  type :: line_type
+    !> Stripped; the parts of a continued line joined.
+    character(len=:), allocatable :: text
+    type(place_type) :: place
+  end type line_type
+
+  !> Lines in order; `items(:count)` are used.
+  type :: line_list_type
+    integer :: count = 0
+    type(line_type), allocatable :: items(:)
+    !> Files being read, the deck first, and the line of the *INCLUDE that leads on.
+    integer :: depth = 0
+    type(place_type), allocatable :: open(:)
+    !> The last line waits for its continuation.
+    logical :: continued = .false.
+    !> Inside *HEADING, where a comma at the end means nothing.
+    logical :: heading = .false.
+    !> Last line of the deck, for what is missing from it.
+    type(place_type) :: last
+  end type line_list_type
+
+  !> Files that include each other deeper than this are not a deck.
+  integer, parameter :: deepest = 20
+
+contains
+
+  !> Read the lines of a deck.
+  subroutine read_lines(path, lines, messages, found)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> Its lines.
+    type(line_list_type), intent(out) :: lines
+    !> Gains the errors of includes and continuations.
+    type(message_list_type), intent(inout) :: messages
+    !> False when the deck itself cannot be read.
+    logical, intent(out) :: found
+    character(len=:), allocatable :: text
+
+    call read_whole_file(path, text, found)
+    if (found) call cut_lines(path, text, lines, messages)
+  end subroutine read_lines
+
+  !> The lines of a deck that is at hand as text.
+  subroutine cut_lines(path, text, lines, messages)
+    !> Path of the deck, for messages and as the start of relative paths.
+    character(len=*), intent(in) :: path
+    !> Its text.
+    character(len=*), intent(in) :: text
+    !> Its lines.
+    type(line_list_type), intent(out) :: lines
+    !> Gains the errors of includes and continuations.
+    type(message_list_type), intent(inout) :: messages
+
+    allocate (lines%items(64), lines%open(deepest))
+    call cut_file(lines, path, '', text, messages)
+    if (lines%continued) call messages%add(severity_error, lines%items(lines%count)%place, '', &
+      'the comma at the end of the line promises a continuation, but the deck ends')
+    if (.not. allocated(lines%last%file)) then
+      lines%last = place_type(file=path, line=1, chain='')
+    end if
+    lines%last%order = huge(1)
+  end subroutine cut_lines
+
+  !> Cut one file, and the files it includes.
+  recursive subroutine cut_file(lines, path, chain, text, messages)
+    type(line_list_type), intent(inout) :: lines
+    !> Path of the file.
+    character(len=*), intent(in) :: path
+    !> How it came into the deck.
+    character(len=*), intent(in) :: chain
+    !> Its text.
+    character(len=*), intent(in) :: text
+    type(message_list_type), intent(inout) :: messages
+    type(place_type) :: place
+    integer :: first, last, number
+
+    lines%depth = lines%depth + 1
+    lines%open(lines%depth)%file = path
+    first = 1
+    if (index(text, byte_order_mark) == 1) first = len(byte_order_mark) + 1
+    number = 0
+    do while (first <= len(text))
+      last = index(text(first:), new_line('a')) + first - 2
+      if (last < first - 1) last = len(text)
+      number = number + 1
+      lines%open(lines%depth)%line = number
+      place = place_type(file=path, line=number, chain=chain, order=lines%last%order + 1)
+      lines%last%order = place%order
+      call take_line(lines, place, without_return(text(first:last)), messages)
+      first = last + 2
+    end do
+    lines%depth = lines%depth - 1
+    if (lines%depth == 0) lines%last = place_type(file=path, line=max(1, number), chain='')
+  end subroutine cut_file
+
+  !> A line without the carriage return of CRLF.
+  pure function without_return(text) result(line)
+    !> Bytes of the line.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: line
+
+    line = text
+    if (len(text) > 0) then
+      if (text(len(text):) == achar(13)) line = text(:len(text) - 1)
+    end if
+    line = stripped(line)
+  end function without_return
+
+  !> Take one line: skip, include, join or append.
+  recursive subroutine take_line(lines, place, text, messages)
+    type(line_list_type), intent(inout) :: lines
+    !> Where it was written.
+    type(place_type), intent(in) :: place
+    !> The line, stripped.
+    character(len=*), intent(in) :: text
+    type(message_list_type), intent(inout) :: messages
+    logical :: keyword
+
+    if (len(text) == 0 .or. index(text, '**') == 1) return
+    keyword = index(text, '*') == 1
+    if (keyword .and. lines%continued) then
+      call messages%add(severity_error, lines%items(lines%count)%place, '', &
+        'the comma at the end of the line promises a continuation, but a keyword follows')
+      lines%continued = .false.
+    end if
+    if (keyword) lines%heading = keyword_of(text) == 'HEADING'
+    if (keyword .and. keyword_of(text) == 'INCLUDE') then
+      call include_file(lines, place, text, messages)
+    else if (lines%continued) then
+      lines%items(lines%count)%text = lines%items(lines%count)%text//text
+      lines%continued = text(len(text):) == ','
+      call drop_comma(lines)
+    else
+      call append(lines, place, text)
+      lines%continued = text(len(text):) == ',' .and. (keyword .or. .not. lines%heading)
+      call drop_comma(lines)
+    end if
+  end subroutine take_line
+
+  !> Keyword of a keyword line, as capitals without its star.
+  pure function keyword_of(text) result(keyword)
+    !> The line.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: keyword
+
+    keyword = upper(squeezed(text(2:scan(text//',', ',') - 1)))
+  end function keyword_of
+
+  !> The comma that promises a continuation stays as the separator it is.
+  pure subroutine drop_comma(lines)
+    type(line_list_type), intent(inout) :: lines
+
+    if (.not. lines%continued) return
+    lines%items(lines%count)%text = lines%items(lines%count)%text//' '
+  end subroutine drop_comma
+
+  !> Read an included file in place of its card.
+  recursive subroutine include_file(lines, place, text, messages)
+    type(line_list_type), intent(inout) :: lines
+    !> Where the card was written.
+    type(place_type), intent(in) :: place
+    !> The card.
+    character(len=*), intent(in) :: text
+    type(message_list_type), intent(inout) :: messages
+    type(string_type), allocatable :: pieces(:)
+    character(len=:), allocatable :: path, content, value
+    integer :: i
+    logical :: found
+
+    call split(text, ',', pieces)
+    value = ''
+    if (size(pieces) == 2) then
+      i = index(pieces(2)%text, '=')
+      if (i > 0) then
+        if (upper(stripped(pieces(2)%text(:i - 1))) == 'INPUT') value = unquoted(pieces(2)%text(i + 1:))
+      end if
+    end if
+    if (len(value) == 0) then
+      call messages%add(severity_error, place, 'INCLUDE', 'wants INPUT=file and nothing else')
+      return
+    end if
+    path = joined(directory_of(place%file), value)
+    do i = 1, lines%depth
+      if (lines%open(i)%file /= path) cycle
+      call messages%add(severity_error, place, 'INCLUDE', "'"//path//"' includes itself: "//ring(lines, i))
+      return
+    end do
+    if (lines%depth >= deepest) then
+      call messages%add(severity_error, place, 'INCLUDE', &
+        'files include each other more than '//integer_text(deepest)//' deep')
+      return
+    end if
+    call read_whole_file(path, content, found)
+    if (found) then
+      call cut_file(lines, path, ' (included from '//place%file//':'//integer_text(place%line)// &
+        onward(place%chain)//')', content, messages)
+    else
+      call messages%add(severity_error, place, 'INCLUDE', "cannot read '"//path//"'")
+    end if
+  end subroutine include_file
+
+  !> An include chain as the rest of a longer one.
+  pure function onward(chain) result(rest)
+    !> ' (included from a.inp:3)' or empty.
+    character(len=*), intent(in) :: chain
+    character(len=:), allocatable :: rest
+
+    rest = ''
+    if (len(chain) > 0) rest = ','//chain(index(chain, '(') + len('(included'):len(chain) - 1)
+  end function onward
+
+  !> The files of an include cycle with the lines that lead on.
+  pure function ring(lines, from) result(text)
+    type(line_list_type), intent(in) :: lines
+    !> First file of the cycle.
+    integer, intent(in) :: from
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = from, lines%depth
+      text = text//lines%open(i)%file//':'//integer_text(lines%open(i)%line)//' -> '
+    end do
+    text = text//lines%open(from)%file
+  end function ring
+
+  !> Append a line.
+  pure subroutine append(lines, place, text)
+    type(line_list_type), intent(inout) :: lines
+    !> Where it was written.
+    type(place_type), intent(in) :: place
+    !> The line.
+    character(len=*), intent(in) :: text
+    type(line_type), allocatable :: longer(:)
+    integer :: i
+
+    if (lines%count == size(lines%items)) then
+      allocate (longer(2*lines%count))
+      do i = 1, lines%count
+        longer(i)%place%line = lines%items(i)%place%line
+        longer(i)%place%order = lines%items(i)%place%order
+        call move_alloc(lines%items(i)%place%file, longer(i)%place%file)
+        call move_alloc(lines%items(i)%place%chain, longer(i)%place%chain)
+        call move_alloc(lines%items(i)%text, longer(i)%text)
+      end do
+      call move_alloc(longer, lines%items)
+    end if
+    lines%count = lines%count + 1
+    lines%items(lines%count)%place = place
+    lines%items(lines%count)%text = text
+  end subroutine append
+
+  !> Read a file as bytes.
+  subroutine read_whole_file(path, text, found)
+    !> The file.
+    character(len=*), intent(in) :: path
+    !> All of it.
+    character(len=:), allocatable, intent(out) :: text
+    !> False when it cannot be read.
+    logical, intent(out) :: found
+    integer :: unit, status, bytes
+
+    text = ''
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
+      action='read', iostat=status)
+    found = status == 0
+    if (.not. found) return
+    inquire (unit=unit, size=bytes)
+    if (bytes > 0) then
+      deallocate (text)
+      allocate (character(len=bytes) :: text, stat=status)
+      if (status == 0) read (unit, iostat=status) text
+      found = status == 0
+    end if
+    close (unit, iostat=status)
+  end subroutine read_whole_file
+
+  !> A value without the double quotes around it.
+  pure function unquoted(value) result(inner)
+    !> The value.
+    character(len=*), intent(in) :: value
+    character(len=:), allocatable :: inner
+    integer :: n
+
+    inner = stripped(value)
+    n = len(inner)
+    if (n < 2) return
+    if (inner(1:1) == '"' .and. inner(n:n) == '"') inner = inner(2:n - 1)
+  end function unquoted
+end module qsmpm_deck_lines

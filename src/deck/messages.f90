@@ -1,0 +1,135 @@
+!> What the reader has to say of a deck: errors and warnings with file and line, in the order of the
+!> deck however they were found.
+module qsmpm_messages
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: message_type, message_list_type, place_type, message_text
+
+  integer, parameter, public :: severity_warning = 1, severity_error = 2
+
+  !> Where a line of the deck was written.
+  type :: place_type
+    character(len=:), allocatable :: file
+    integer :: line = 0
+    !> How the file came into the deck: ' (included from a.inp:3)', empty in the deck itself.
+    character(len=:), allocatable :: chain
+    !> Number of the line in the deck with all its included files.
+    integer :: order = 0
+  end type place_type
+
+  !> One sentence.
+  type :: message_type
+    integer :: severity = severity_error
+    !> `file:line: *KEYWORD: sentence`.
+    character(len=:), allocatable :: text
+    !> Place in the deck.
+    integer :: order = 0
+  end type message_type
+
+  !> All sentences; `items(:count)` are used.
+  type :: message_list_type
+    integer :: count = 0
+    type(message_type), allocatable :: items(:)
+  contains
+    procedure :: add
+    procedure :: sort
+    procedure :: error_count
+  end type message_list_type
+
+contains
+
+  !> Add a sentence.
+  pure subroutine add(self, severity, place, keyword, sentence)
+    class(message_list_type), intent(inout) :: self
+    !> severity_warning or severity_error.
+    integer, intent(in) :: severity
+    !> The line it is about.
+    type(place_type), intent(in) :: place
+    !> Keyword without its star, empty when there is none.
+    character(len=*), intent(in) :: keyword
+    !> The sentence.
+    character(len=*), intent(in) :: sentence
+    character(len=:), allocatable :: text
+
+    call make_room(self)
+    text = place%file//':'//integer_text(place%line)//': '
+    if (severity == severity_warning) text = text//'warning: '
+    if (len(keyword) > 0) text = text//'*'//keyword//': '
+    self%count = self%count + 1
+    associate (item => self%items(self%count))
+      item%severity = severity
+      item%order = place%order
+      item%text = text//sentence//place%chain
+    end associate
+  end subroutine add
+
+  !> Room for one more.
+  pure subroutine make_room(self)
+    type(message_list_type), intent(inout) :: self
+    type(message_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(self%items)) allocate (self%items(16))
+    if (self%count < size(self%items)) return
+    allocate (longer(2*self%count))
+    do i = 1, self%count
+      call move_item(self%items(i), longer(i))
+    end do
+    call move_alloc(longer, self%items)
+  end subroutine make_room
+
+  !> Bring the sentences into the order of the deck; those of one line keep theirs.
+  pure subroutine sort(self)
+    class(message_list_type), intent(inout) :: self
+    type(message_type) :: item
+    integer :: i, k
+
+    do i = 2, self%count
+      if (self%items(i - 1)%order <= self%items(i)%order) cycle
+      call move_item(self%items(i), item)
+      k = i - 1
+      do while (k >= 1)
+        if (self%items(k)%order <= item%order) exit
+        call move_item(self%items(k), self%items(k + 1))
+        k = k - 1
+      end do
+      call move_item(item, self%items(k + 1))
+    end do
+  end subroutine sort
+
+  !> Move a sentence without copying its text.
+  pure subroutine move_item(from, to)
+    !> Left without text.
+    type(message_type), intent(inout) :: from
+    !> Takes it.
+    type(message_type), intent(inout) :: to
+
+    to%severity = from%severity
+    to%order = from%order
+    call move_alloc(from%text, to%text)
+  end subroutine move_item
+
+  !> Number of errors.
+  pure integer function error_count(self)
+    class(message_list_type), intent(in) :: self
+
+    error_count = 0
+    if (self%count > 0) error_count = count(self%items(:self%count)%severity == severity_error)
+  end function error_count
+
+  !> All sentences, one a line.
+  pure function message_text(messages) result(text)
+    !> What the reader had to say.
+    type(message_list_type), intent(in) :: messages
+    !> Empty when it had nothing to say.
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, messages%count
+      text = text//messages%items(i)%text//new_line('a')
+    end do
+  end function message_text
+end module qsmpm_messages

@@ -1,0 +1,204 @@
+"""Verification cases: what verification/cases/*.toml says, checked strictly.
+
+A file describes one deck and its variants:
+
+    title = "..."                 one line for the list
+    deck = "input/NAME.inp"       from the top of the tree
+    source = "..."                where the references come from
+
+    [[quantity]]                  asked of every variant
+    [[case]]                      a variant; its full name is FILE/NAME
+    name = "steps_40"
+    effort = "small"              small (debug build too), quick or long
+    exit_code = 0                 what the program must return
+    time_limit = 60               wall seconds until it is stopped
+    replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
+    [[case.quantity]]             asked of this variant only
+
+A quantity is a column of curves.csv at a place, or a measure of the material points at the end:
+
+    name = "axial stress at 90 %"
+    column = "axial_stress"       or: measure = "column_stress_error", arguments = {...}
+    at = "last"                   last, first, max, min, every; or {load_factor = 0.5}: linear between rows
+    phase = "loading"             only the rows of a phase, by name or number
+    scale = -1.0                  factor on the column
+    reference = 9.0               a number; or {function = "van_langen", strain = "column:NAME"};
+                                  or {case = "FILE/NAME"}: the same quantity of another case
+    tolerance = 1e-6              with error = "relative" (default) or "absolute"
+    at_least = 17.8               a bound (or at_most, or both) in place of reference and tolerance
+    print = true                  the figure is printed and not asserted
+    reason = "..."                why this tolerance
+    source = "..."                overrides the file's
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+from qsmpm_verify.measures import MEASURES
+from qsmpm_verify.reference import REFERENCES
+
+EFFORTS = ("small", "quick", "long")
+PLACES = ("last", "first", "max", "min", "every")
+
+
+class CaseError(Exception):
+    """A case file is not right."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure of a run and what it must be."""
+
+    name: str
+    column: str | None = None
+    measure: str | None = None
+    arguments: dict[str, Any] = field(default_factory=dict)
+    at: str | dict[str, float] = "last"
+    phase: int | str | None = None
+    scale: float = 1.0
+    reference: float | dict[str, Any] | None = None
+    tolerance: float | None = None
+    error: str = "relative"
+    at_least: float | None = None
+    at_most: float | None = None
+    print: bool = False
+    reason: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A deck, how to run it and what its results must be."""
+
+    name: str
+    title: str
+    deck: Path
+    quantities: tuple[Quantity, ...]
+    effort: str = "quick"
+    exit_code: int = 0
+    time_limit: float = 120.0
+    replace: tuple[tuple[str, str], ...] = ()
+
+    def needs(self) -> set[str]:
+        """Names of the cases this one is compared with."""
+        return {
+            q.reference["case"]
+            for q in self.quantities
+            if isinstance(q.reference, dict) and "case" in q.reference
+        }
+
+
+def _check_keys(table: dict[str, Any], allowed: set[str], where: str) -> None:
+    for key in table:
+        if key not in allowed:
+            raise CaseError(f"{where}: unknown key '{key}'; known are {', '.join(sorted(allowed))}")
+
+
+def _check_reference(reference: Any, where: str) -> None:
+    if not isinstance(reference, dict):
+        return
+    if "case" in reference:
+        _check_keys(reference, {"case"}, where)
+    elif reference.get("function") not in REFERENCES:
+        raise CaseError(f"{where}: reference needs a case or a function out of {', '.join(REFERENCES)}")
+
+
+def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
+    where = f"{where}, quantity '{table.get('name', '?')}'"
+    _check_keys(table, set(Quantity.__dataclass_fields__), where)
+    quantity = Quantity(**{"source": source, **table})
+    if (quantity.column is None) == (quantity.measure is None):
+        raise CaseError(f"{where}: give either a column or a measure")
+    if quantity.measure is not None and quantity.measure not in MEASURES:
+        raise CaseError(f"{where}: unknown measure; known are {', '.join(MEASURES)}")
+    if isinstance(quantity.at, str) and quantity.at not in PLACES:
+        raise CaseError(f"{where}: at is one of {', '.join(PLACES)}, or a table of one column")
+    if isinstance(quantity.at, dict) and len(quantity.at) != 1:
+        raise CaseError(f"{where}: at = {{COLUMN = VALUE}} takes one column")
+    if quantity.error not in ("relative", "absolute"):
+        raise CaseError(f"{where}: error is relative or absolute")
+    _check_reference(quantity.reference, where)
+    bounded = quantity.at_least is not None or quantity.at_most is not None
+    if bounded and quantity.tolerance is not None:
+        raise CaseError(f"{where}: a bound takes no tolerance")
+    asserted = (quantity.reference is not None and quantity.tolerance is not None) or bounded
+    if asserted == quantity.print:
+        raise CaseError(f"{where}: give reference and tolerance, a bound, or print = true")
+    if asserted and not (quantity.reason and quantity.source):
+        raise CaseError(f"{where}: an asserted figure names its reason and its source")
+    return quantity
+
+
+def load_file(path: Path, top: Path) -> list[Case]:
+    """The cases of one file; decks are found from the top of the tree."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"{path}: {error}") from error
+    _check_keys(table, {"title", "deck", "source", "quantity", "case"}, str(path))
+    for key in ("title", "deck", "case"):
+        if key not in table:
+            raise CaseError(f"{path}: '{key}' is missing")
+    source = table.get("source", "")
+    common = tuple(_quantity(q, source, str(path)) for q in table.get("quantity", []))
+    cases = []
+    for entry in table["case"]:
+        where = f"{path}, case '{entry.get('name', '?')}'"
+        _check_keys(
+            entry,
+            {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity"},
+            where,
+        )
+        own = tuple(_quantity(q, source, where) for q in entry.get("quantity", []))
+        if entry.get("effort", "quick") not in EFFORTS:
+            raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
+        if any(len(pair) != 2 for pair in entry.get("replace", [])):
+            raise CaseError(f"{where}: replace takes pairs of old and new text")
+        if "name" not in entry:
+            raise CaseError(f"{where}: 'name' is missing")
+        cases.append(
+            Case(
+                name=f"{path.stem}/{entry['name']}",
+                title=entry.get("title", table["title"]),
+                deck=top / entry.get("deck", table["deck"]),
+                quantities=common + own,
+                effort=entry.get("effort", "quick"),
+                exit_code=entry.get("exit_code", 0),
+                time_limit=entry.get("time_limit", 120.0),
+                replace=tuple((old, new) for old, new in entry.get("replace", [])),
+            )
+        )
+    return cases
+
+
+def load_all(folder: Path, top: Path) -> dict[str, Case]:
+    """Every case of a folder by its full name; references to unknown cases are errors."""
+    cases: dict[str, Case] = {}
+    for path in sorted(folder.glob("*.toml")):
+        for case in load_file(path, top):
+            if case.name in cases:
+                raise CaseError(f"{path}: two cases are called {case.name}")
+            cases[case.name] = case
+    for case in cases.values():
+        for other in case.needs():
+            if other not in cases:
+                raise CaseError(f"{case.name}: refers to the unknown case {other}")
+    return cases
+
+
+def select(cases: dict[str, Case], names: list[str], efforts: tuple[str, ...]) -> list[Case]:
+    """The cases asked for by name, pattern or file, of the efforts given, with those they need."""
+    chosen: list[str] = []
+    for name in names or ["*"]:
+        found = [n for n in cases if n == name or n.split("/")[0] == name or fnmatch(n, name)]
+        if not found:
+            raise CaseError(f"no case '{name}'; `qsmpm-verify list` tells the names")
+        chosen += [n for n in found if cases[n].effort in efforts]
+    for name in chosen:
+        chosen += [other for other in sorted(cases[name].needs()) if other not in chosen]
+    return [cases[name] for name in cases if name in chosen]

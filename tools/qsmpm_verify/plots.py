@@ -1,0 +1,139 @@
+"""Pictures: curves over each other, material points by displacement, and the figures of the paper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+
+from qsmpm_verify.reference import van_langen  # noqa: E402
+from qsmpm_verify.results import Curves, ResultError, read_curves, read_points  # noqa: E402
+
+#: Columns that are no history.
+BOOKKEEPING = {
+    "phase", "step", "load_factor", "iterations", "out_of_balance", "drag_share", "stabilisation_share",
+    "inaccurate_points", "external_work", "internal_work", "cpu_seconds",
+}  # fmt: skip
+
+
+def first_history(curves: Curves) -> str:
+    """Name of the first column that the deck asked for."""
+    for name in curves.columns:
+        if name not in BOOKKEEPING:
+            return name
+    raise ResultError(f"{curves.path}: no history")
+
+
+def label(curves: Curves, name: str) -> str:
+    """Axis label with the unit."""
+    unit = curves.units.get(name, "")
+    return f"{name} [{unit}]" if unit else name
+
+
+def save(figure: plt.Figure, path: Path) -> Path:
+    """Write a picture."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
+    return path
+
+
+def plot_columns(results: list[Path], x: str, y: str | None, out: Path) -> Path:
+    """One column over another for several runs."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.4))
+    for folder in results:
+        curves = read_curves(folder)
+        name = y or first_history(curves)
+        axes.plot(curves.column(x), curves.column(name), label=folder.name)
+        axes.set_xlabel(label(curves, x))
+        axes.set_ylabel(label(curves, name))
+    axes.grid(alpha=0.3)
+    axes.legend()
+    return save(figure, out)
+
+
+def plot_points(results: list[Path], out: Path) -> Path:
+    """Material points of the last written states side by side, coloured by the size of their displacement."""
+    figure, rows = plt.subplots(len(results), 1, figsize=(8.0, 2.4 * len(results)), squeeze=False)
+    for axes, folder in zip(rows[:, 0], results):
+        points = read_points(folder)
+        place, moved = points.field("position"), np.linalg.norm(points.field("displacement"), axis=1)
+        drawn = axes.scatter(place[:, 0], place[:, 1], c=moved, s=3, cmap="viridis", linewidths=0)
+        axes.set_aspect("equal")
+        axes.set_title(f"{folder.name}: load factor {points.load_factor:.4g}", fontsize=9)
+        figure.colorbar(drawn, ax=axes, label="displacement")
+    return save(figure, out)
+
+
+def oedometer_figure(folder: Path, out: Path) -> Path:
+    """Fig. 3 of the paper: stress over strain against van Langen's curve."""
+    curves = read_curves(folder)
+    strain, stress = curves.column("engineering_strain"), -curves.column("axial_stress")
+    fine = np.linspace(0.0, float(strain.max()), 300)
+    figure, axes = plt.subplots(figsize=(6.0, 4.4))
+    axes.plot(fine, [van_langen(e, 1000.0) for e in fine], "k-", lw=1, label="van Langen, E e/(1 - e)")
+    axes.plot(strain, stress, "o", ms=4, mfc="none", label="QSMPM, point at mid height")
+    axes.set_xlabel("engineering strain")
+    axes.set_ylabel("axial stress (compression) [kPa]")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    return save(figure, out)
+
+
+def settle_axes(axes: plt.Axes, runs: dict[str, Path], kinds: tuple[tuple[str, str, str], ...]) -> int:
+    """Draw unit weight over u E for both stiffnesses and the given kinds of run; how many were there."""
+    count = 0
+    for young, colour in ((50, "tab:blue"), (200, "tab:red")):
+        for name, line, text in kinds:
+            folder = runs.get(f"slope_e{young}_{name}")
+            if folder is None:
+                continue
+            count += 1
+            curves = read_curves(folder)
+            axes.plot(curves.column("crest_settlement") * young, curves.column("load_factor"), line,
+                      color=colour, label=f"{text}, E = {young} kPa")
+    axes.set_xlabel("u_A E [kPa m]")
+    axes.set_ylabel("unit weight [kN/m$^3$]")
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    return count
+
+
+def slope_figure(runs: dict[str, Path], out: Path) -> Path:
+    """Fig. 6 of the paper: load-displacement curves of the crest, MPM beside updated Lagrangian FEM."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.6))
+    settle_axes(axes, runs, (("fem", "--", "FEM"), ("plane", ":", "MPM triangles"), ("coarse", "-", "MPM wedges")))
+    return save(figure, out)
+
+
+def mesh_figure(runs: dict[str, Path], out: Path) -> Path | None:
+    """Fig. 10 of the paper: the same curve on coarse, medium and fine meshes; None with fewer than three."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.6))
+    if settle_axes(axes, runs, (("coarse", ":", "coarse"), ("medium", "--", "medium"), ("fine", "-", "fine"))) < 3:
+        plt.close(figure)
+        return None
+    return save(figure, out)
+
+
+def paper_figures(folder: Path, out: Path) -> list[Path]:
+    """All figures that the runs under a folder allow."""
+    runs = {path.parent.name: path.parent for path in sorted(folder.glob("*/curves.csv"))}
+    pictures: list[Path] = []
+    if "oedometer" in runs:
+        pictures.append(oedometer_figure(runs["oedometer"], out / "oedometer.png"))
+    if any(name.startswith("slope") for name in runs):
+        pictures.append(slope_figure(runs, out / "slope_curves.png"))
+        drawn = [runs[n] for n in runs if n.startswith("slope") and not n.endswith("fem")]
+        if drawn:
+            pictures.append(plot_points(drawn[:4], out / "slope_points.png"))
+        picture = mesh_figure(runs, out / "slope_meshes.png")
+        if picture:
+            pictures.append(picture)
+    if not pictures:
+        raise ResultError(f"{folder}: no run of the oedometer or the slope in it")
+    return pictures

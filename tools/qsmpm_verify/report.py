@@ -1,0 +1,70 @@
+"""Tables for people, JSON for programs, and the closing line."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+from qsmpm_verify.judge import Verdict
+
+WORDS = {True: "held", False: "MISSED", None: "printed"}
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns under headings; the first is set to the left, the others to the right."""
+    cells = [list(header), *(list(row) for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(header))]
+    lines = [
+        "  ".join(
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths))
+        ).rstrip()
+        for row in cells
+    ]
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return "\n".join(lines)
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> str:
+    """The figures of the cases, a line each; notes follow."""
+    rows = [
+        [
+            v.case,
+            v.quantity,
+            f"{v.value:.7g}",
+            v.reference,
+            "-" if v.error is None else f"{v.error:.2e}",
+            v.tolerance,
+            WORDS[v.held],
+            "-" if v.cpu_seconds is None else f"{v.cpu_seconds:.2f}",
+        ]
+        for v in verdicts
+    ]
+    header = ["case", "quantity", "value", "reference", "error", "tolerance", "verdict", "CPU s"]
+    notes = [f"{v.case}, {v.quantity}: {v.note}" for v in verdicts if v.note and v.held is False]
+    return "\n".join([table(header, rows), *notes])
+
+
+def counts(verdicts: Sequence[Verdict]) -> tuple[int, int]:
+    """How many figures held and how many did not; printed ones count in neither."""
+    return sum(v.held is True for v in verdicts), sum(v.held is False for v in verdicts)
+
+
+def closing_line(verdicts: Sequence[Verdict]) -> str:
+    """`N passed, N failed`."""
+    held, missed = counts(verdicts)
+    return f"{held} passed, {missed} failed"
+
+
+def write_json(verdicts: Sequence[Verdict], path: Path) -> None:
+    """The figures as a list of objects; what is no finite number is null."""
+
+    def clean(value: object) -> object:
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    rows = [{key: clean(value) for key, value in asdict(v).items()} for v in verdicts]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

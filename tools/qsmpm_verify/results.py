@@ -1,0 +1,134 @@
+"""What a run wrote: the curves and the material points."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+Array = np.ndarray
+
+
+class ResultError(Exception):
+    """A result file is missing or is not what it should be."""
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Columns of curves.csv, one value an accepted step. Columns that are no numbers stay text."""
+
+    path: Path
+    columns: dict[str, Array]
+    units: dict[str, str]
+    text: dict[str, list[str]]
+
+    def __len__(self) -> int:
+        return max((len(values) for values in self.columns.values()), default=0)
+
+    def column(self, name: str) -> Array:
+        """A column of numbers; an unknown name tells the known ones."""
+        if name not in self.columns:
+            known = ", ".join(self.columns)
+            raise ResultError(f"{self.path}: no column of numbers '{name}'; there are {known}")
+        return self.columns[name]
+
+    def rows_of_phase(self, phase: int | str) -> Array:
+        """Indices of the rows of a phase, given by number (1 is the first) or by name."""
+        if "phase" in self.text:
+            labels = self.text["phase"]
+            names = list(dict.fromkeys(labels))
+            if isinstance(phase, int):
+                if not 1 <= phase <= len(names):
+                    raise ResultError(f"{self.path}: no phase {phase}; there are {', '.join(names)}")
+                phase = names[phase - 1]
+            rows = [i for i, label in enumerate(labels) if label == phase]
+        else:
+            rows = [i for i, number in enumerate(self.column("phase")) if number == phase]
+        if not rows:
+            raise ResultError(f"{self.path}: no row of phase {phase!r}")
+        return np.array(rows)
+
+
+def split_header(cell: str) -> tuple[str, str]:
+    """Name and unit of a header cell `name [unit]`; the unit is empty when there is none."""
+    name, bracket, unit = cell.strip().partition("[")
+    return name.strip(), unit.rstrip("] ").strip() if bracket else ""
+
+
+def read_curves(path: Path) -> Curves:
+    """Read curves.csv; a row of another length than the header, or no row, is an error."""
+    if path.is_dir():
+        path = path / "curves.csv"
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file, skipinitialspace=True) if row]
+    except OSError as error:
+        raise ResultError(f"{path}: {error.strerror}") from error
+    if len(rows) < 2:
+        raise ResultError(f"{path}: no accepted step")
+    header, body = [split_header(cell) for cell in rows[0]], rows[1:]
+    for number, row in enumerate(body, 2):
+        if len(row) != len(header):
+            raise ResultError(f"{path}:{number}: {len(row)} values under {len(header)} headings")
+    columns: dict[str, Array] = {}
+    text: dict[str, list[str]] = {}
+    for index, (name, _) in enumerate(header):
+        cells = [row[index].strip() for row in body]
+        try:
+            columns[name] = np.array([float(cell) for cell in cells])
+        except ValueError:
+            text[name] = cells
+    return Curves(path, columns, dict(header), text)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Material points of one written step, one row a point."""
+
+    path: Path
+    step: int
+    phase: int
+    load_factor: float
+    fields: dict[str, Array]
+
+    def field(self, name: str) -> Array:
+        """A field; an unknown name tells the known ones."""
+        if name not in self.fields:
+            raise ResultError(f"{self.path}: no field '{name}'; there are {', '.join(self.fields)}")
+        return self.fields[name]
+
+
+def _rows_first(values: Array, count: int) -> Array:
+    """A dataset with one row a point, whichever way round it was written."""
+    if values.shape[0] != count and values.ndim == 2 and values.shape[1] == count:
+        return values.T
+    return values
+
+
+def read_points(path: Path, step: int | None = None) -> Points:
+    """Read the points of a step from results.h5; without a number those of the last step written."""
+    if path.is_dir():
+        path = path / "results.h5"
+    try:
+        with h5py.File(path, "r") as file:
+            names = sorted(file.get("steps", {}))
+            wanted = names[-1:] if step is None else [n for n in names if int(n) == step]
+            if not wanted:
+                raise ResultError(f"{path}: step {step} is not there; {len(names)} steps are")
+            group = file[f"steps/{wanted[0]}"]
+            points = group["points"]
+            count = points["volume"].shape[0]
+            fields = {name: _rows_first(points[name][...], count) for name in points}
+            attributes = {name: np.ravel(value)[0] for name, value in group.attrs.items()}
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: {error}") from error
+    return Points(
+        path,
+        int(attributes.get("step", int(wanted[0]))),
+        int(attributes.get("phase", 0)),
+        float(attributes.get("load_factor", np.nan)),
+        fields,
+    )

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""House rules of the sources: one module a file, private, use with only, no upward use, no state, no output.
+
+Each rule is one test; a breach is printed with file and line. Closes with `N passed, N failed`.
+"""
+from __future__ import annotations
+
+import pathlib
+import re
+import sys
+
+TOP = pathlib.Path(__file__).resolve().parents[1]
+FLOORS = ["base", "elements", "mesh", "materials", "particles", "basis", "deck", "scene", "solver", "output", "api"]
+LONGEST_LINE = 120
+LONGEST_FILE = 600
+FORBIDDEN = {
+    "no stop in the library": r"^\s*(error\s+)?stop\b",
+    "no goto, common or equivalence": r"^\s*(go\s*to\b|common\s*/|equivalence\s*\()",
+    "no saved state": r"^\s*save\b|,\s*save\s*(,|::)",
+    "no writing to the screen": r"^\s*(print\b|write\s*\(\s*\*\s*,)",
+    "no unfinished marks": r"(?i)\b(todo|fixme|xxx)\b",
+}
+
+
+def floor(path: pathlib.Path) -> int:
+    """Place of a source's folder in the order of use."""
+    return FLOORS.index(path.relative_to(TOP / "src").parts[0])
+
+
+def main() -> int:
+    sources = sorted((TOP / "src").rglob("*.f90"))
+    owner = {}
+    for path in sources:
+        found = re.search(r"^module\s+(\w+)\s*$", path.read_text(), re.M)
+        if found:
+            owner[found[1].lower()] = path
+    breaches: dict[str, list[str]] = {rule: [] for rule in [
+        "one module a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
+        "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
+        f"files of at most {LONGEST_FILE} lines", *FORBIDDEN]}
+    for path in sources:
+        text, name = path.read_text(), str(path.relative_to(TOP))
+        library = path.name != "main.f90"
+        if library:
+            modules = re.findall(r"^module\s+(\w+)\s*$", text, re.M)
+            if modules not in ([f"qsmpm_{path.stem}"], [f"qsmpm_{path.parent.name}_{path.stem}"]):
+                breaches["one module a file, named as the file"].append(f"{name}: {modules}")
+            if not re.search(r"^\s*implicit none", text, re.M) or not re.search(r"^\s*private\s*$", text, re.M):
+                breaches["implicit none and private everywhere"].append(name)
+        lines = text.splitlines()
+        if len(lines) > LONGEST_FILE:
+            breaches[f"files of at most {LONGEST_FILE} lines"].append(f"{name}: {len(lines)}")
+        for number, line in enumerate(lines, 1):
+            where = f"{name}:{number}: {line.strip()[:80]}"
+            if len(line) > LONGEST_LINE or "\t" in line:
+                breaches[f"lines of at most {LONGEST_LINE} columns, no tabs"].append(where)
+            code = line.split("!")[0]
+            used = re.match(r"\s*use\s*(?:,\s*\w+\s*::\s*|::\s*|\s)\s*(\w+)(\s*$|\s*,.*)", code)
+            if used:
+                if "only" not in used[2]:
+                    breaches["use with only everywhere"].append(where)
+                other = owner.get(used[1].lower())
+                if library and other and floor(other) > floor(path):
+                    breaches["a folder uses only folders before it"].append(where)
+            if library:
+                for rule, pattern in FORBIDDEN.items():
+                    if re.search(pattern, line if "marks" in rule else code):
+                        breaches[rule].append(where)
+    for rule, list_of in breaches.items():
+        print(("FAILED " if list_of else "ok     ") + rule)
+        for breach in list_of[:20]:
+            print("       " + breach)
+    failed = sum(bool(b) for b in breaches.values())
+    print(f"{len(breaches) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Does VTK read what a run writes, and does it say the same as the HDF5 results?
+
+Usage: read_pictures.py BINARY
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+DECKS = {"input/oedometer.inp": 3, "input/slope_e50_plane.inp": 2}
+TOP = pathlib.Path(__file__).resolve().parents[1]
+passed = failed = 0
+
+
+def check(name: str, held: bool) -> None:
+    global passed, failed
+    passed, failed = passed + bool(held), failed + (not held)
+    print(("ok     " if held else "FAILED ") + name)
+
+
+def read(path: pathlib.Path):
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    return reader.GetOutput()
+
+
+for deck, dimension in DECKS.items():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        text = (TOP / deck).read_text().replace("STEPS=100", "STEPS=5").replace("LOAD FACTOR=100", "LOAD FACTOR=5").replace("30, 100", "5")
+        (folder / "deck.inp").write_text(text)
+        run = subprocess.run([sys.argv[1], "run", str(folder / "deck.inp"), "--out", str(folder / "out")], capture_output=True, text=True, timeout=100)
+        check(f"{deck} runs", run.returncode == 0)
+        pictures = sorted((folder / "out").glob("points_*.vtu"))
+        meshes = sorted((folder / "out").glob("mesh_*.vtu"))
+        check(f"{deck}: there are pictures of points and mesh", bool(pictures) and bool(meshes))
+        if not pictures or not meshes:
+            continue
+        grid, mesh = read(pictures[-1]), read(meshes[-1])
+        with h5py.File(folder / "out" / "results.h5") as file:
+            last = file["steps"][sorted(file["steps"])[-1]]["points"]
+            place, stress = last["position"][...], last["stress"][...]
+        check(f"{deck}: VTK reads every point", grid.GetNumberOfPoints() == len(place) > 0)
+        check(f"{deck}: positions agree with HDF5", np.array_equal(vtk_to_numpy(grid.GetPoints().GetData())[:, :dimension], place[:, :dimension]))
+        read_stress = vtk_to_numpy(grid.GetPointData().GetArray("stress"))
+        check(f"{deck}: stresses agree with HDF5", np.array_equal(read_stress, stress))
+        check(f"{deck}: VTK reads the mesh", mesh.GetNumberOfCells() > 0 and mesh.GetNumberOfPoints() > 0)
+print(f"{passed} passed, {failed} failed")
+sys.exit(1 if failed or not passed else 0)

@@ -1,0 +1,14 @@
+#!/usr/bin/env python3
+"""Run the tests of the Python package and close with `N passed, N failed`."""
+
+import pathlib
+import sys
+import unittest
+
+TOOLS = pathlib.Path(__file__).resolve().parents[1] / "tools"
+sys.path.insert(0, str(TOOLS))
+suite = unittest.defaultTestLoader.discover(str(TOOLS / "qsmpm_verify" / "tests"), top_level_dir=str(TOOLS))
+result = unittest.TextTestRunner(stream=sys.stderr, verbosity=1).run(suite)
+bad = len(result.failures) + len(result.errors)
+print(f"{result.testsRun - bad} passed, {bad} failed")
+sys.exit(1 if bad or not result.testsRun else 0)
