@@ -117,6 +117,7 @@ contains
 
     do i = 1, size(cards)
       if (cards(i)%keyword /= 'MODEL') cycle
+      state%model_given = .true.
       select case (position_of(cards(i)%word('TYPE'), model_words))
       case (1:2)
         state%dimension = 2

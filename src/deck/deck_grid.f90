@@ -37,7 +37,7 @@ contains
     call table%parameter('SEED', kind_integer, 'start of the random numbers', &
       default=integer_text(mesh%seed), range='[1, inf)')
     call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` or '// &
-      '`axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 2, huge(1), &
+      '`axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), &
       free=.true.)
     call table%example('*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, LINES, 0, 0.25')
   end subroutine add_grid_keyword

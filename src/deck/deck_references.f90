@@ -36,7 +36,7 @@ contains
 
     if (state%in_phase) call state%messages%add(severity_error, state%phase_place, 'PHASE', &
       'the phase has no *END PHASE')
-    if (state%analysis%model == 0) call missing('MODEL', 'the kind of model')
+    if (.not. state%model_given) call missing('MODEL', 'the kind of model')
     if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or *NODE and *ELEMENT)')
     if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
     if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')

@@ -23,6 +23,8 @@ module qsmpm_deck_state
     type(message_list_type) :: messages
     !> 2 or 3, 0 while *MODEL is missing or wrong.
     integer :: dimension = 0
+    !> There is a *MODEL, right or wrong.
+    logical :: model_given = .false.
     !> The last line of the deck: the place of what is missing.
     type(place_type) :: last
     !> Inside *PHASE ... *END PHASE, and where the phase began.

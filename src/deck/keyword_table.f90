@@ -229,14 +229,14 @@ contains
     class(table_type), intent(inout) :: self
     !> Lines with bars between them.
     character(len=*), intent(in) :: text
+    character(len=len(text)) :: shown
     integer :: i
 
-    associate (shown => self%keywords(self%count)%example)
-      shown = text
-      do i = 1, len(shown)
-        if (shown(i:i) == '|') shown(i:i) = new_line('a')
-      end do
-    end associate
+    shown = text
+    do i = 1, len(text)
+      if (text(i:i) == '|') shown(i:i) = new_line('a')
+    end do
+    self%keywords(self%count)%example = shown
   end subroutine example
 
   !> What parameters and columns share.
