@@ -15,6 +15,7 @@ program qsmpm_main
   type(string_type), allocatable :: words(:)
   type(command_type) :: command
   type(error_type), allocatable :: error
+  character(len=:), allocatable :: text
   integer :: code
 
   call read_words(words)
@@ -32,7 +33,8 @@ program qsmpm_main
     case (command_help)
       call help(command%subject, code)
     case (command_markdown)
-      write (output_unit, '(a)', advance='no') deck_markdown()
+      call deck_markdown(text)
+      write (output_unit, '(a)', advance='no') text
     case (command_version)
       write (output_unit, '(a)') program_name()
     end select
@@ -97,20 +99,21 @@ contains
     character(len=*), intent(in) :: keyword
     !> Exit code.
     integer, intent(out) :: code
-    type(error_type), allocatable :: error
     character(len=:), allocatable :: text
+    logical :: found
 
     code = 0
     if (len(keyword) == 0) then
-      write (output_unit, '(a)') usage_text(), keyword_list_text()
+      call keyword_list_text(text)
+      write (output_unit, '(a)') usage_text(), text
       return
     end if
-    call help_text(keyword, text, error)
-    if (allocated(error)) then
-      write (error_unit, '(a)') 'qsmpm: '//error%message
-      code = error%code
-    else
+    call help_text(keyword, text, found)
+    if (found) then
       write (output_unit, '(a)') text
+    else
+      write (error_unit, '(a)') 'qsmpm: '//text
+      code = 1
     end if
   end subroutine help
 end program qsmpm_main

@@ -8,8 +8,8 @@ module qsmpm_text
   implicit none
   private
 
-  public :: string_type, upper, stripped, squeezed, split, edit_distance, nearest_word, read_integer, &
-    read_real, integer_text, real_text, same_bits
+  public :: string_type, upper, stripped, squeezed, split, edit_distance, nearest_word, &
+    read_integer, read_real, integer_text, real_text, same_bits
 
   !> What a word is, read as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
@@ -109,7 +109,8 @@ contains
     end do
   end subroutine split
 
-  !> Letters to be changed, added, removed or swapped with their neighbour to make one word the other.
+  !> Letters to be changed, added, removed or swapped with their neighbour to make one word the
+  !> other.
   pure integer function edit_distance(a, b) result(distance)
     !> One word.
     character(len=*), intent(in) :: a

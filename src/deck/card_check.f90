@@ -2,8 +2,8 @@
 !> lines. Defaults are filled in, so that handlers need not know them.
 module qsmpm_card_check
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, upper, squeezed, split, read_integer, read_real, integer_text, &
-    number_good, number_not_finite, number_not_whole
+  use qsmpm_text, only: string_type, upper, squeezed, split, read_integer, read_real, &
+    integer_text, number_good, number_not_finite, number_not_whole
   use qsmpm_messages, only: message_list_type
   use qsmpm_cards, only: card_type, row_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
@@ -283,7 +283,8 @@ contains
     call allowed_count(lines, state%dimension, least, most)
     items = size(card%rows(i)%items)
     if (items < least .or. items > most) then
-      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)//' are wanted'
+      problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)// &
+        ' are wanted'
       if (items > most .and. state%dimension == 2) problem = problem//' (the model is plane)'
       call bad_row(card, i, state, problem)
     end if

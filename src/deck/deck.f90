@@ -144,8 +144,8 @@ contains
     do i = 1, size(cards)
       k = table%find(cards(i)%keyword)
       if (k == 0) then
-        call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, 'unknown keyword'// &
-          did_you_mean(cards(i)%keyword, names))
+        call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, &
+          'unknown keyword'//did_you_mean(cards(i)%keyword, names))
       else
         call take_card(table, k, cards(i), seen, state)
       end if
@@ -167,7 +167,8 @@ contains
 
     if (card%keyword == 'PHASE' .or. card%keyword == 'MATERIAL') then
       do i = 1, table%count
-        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) seen(i) = 0
+        if (table%keywords(i)%section == merge(in_phase, in_material, card%keyword == 'PHASE')) &
+          seen(i) = 0
       end do
     end if
     call check_card(table%keywords(k), card, state)

@@ -8,11 +8,13 @@ module qsmpm_deck_bodies
   use qsmpm_text, only: string_type, squeezed, integer_text
   use qsmpm_messages, only: severity_error
   use qsmpm_cards, only: card_type, number_at
-  use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean, add_name
+  use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean, &
+    add_name
   use qsmpm_deck_words, only: bar_list, position_of, shape_words
   use qsmpm_deck_sets, only: box_columns, read_box
   use qsmpm_analysis_lists, only: append
-  use qsmpm_keyword_table, only: table_type, in_model, many, kind_word, kind_name, kind_integer, kind_real
+  use qsmpm_keyword_table, only: table_type, in_model, many, kind_word, kind_name, kind_integer, &
+    kind_real
   implicit none
   private
 
@@ -25,11 +27,13 @@ contains
     !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('BODY', in_model, many, 'A body of one material. It may end inside elements.', handle_body)
+    call table%add('BODY', in_model, many, 'A body of one material. It may end inside elements.', &
+      handle_body)
     call table%parameter('NAME', kind_name, 'name of the body', required=.true.)
     call table%parameter('MATERIAL', kind_name, 'name of its material', required=.true.)
-    call table%parameter('SHAPE', kind_word, 'ALL: the whole mesh. BOX. POLYGON: in the x-y plane, '// &
-      'through all of z. REGION: an element set', required=.true., allowed=bar_list(shape_words))
+    call table%parameter('SHAPE', kind_word, 'ALL: the whole mesh. BOX. POLYGON: in the x-y '// &
+      'plane, through all of z. REGION: an element set', required=.true., &
+      allowed=bar_list(shape_words))
     call table%parameter('REGION', kind_name, 'element set', needs='SHAPE=REGION')
     call table%data('box', 1, 1, when='SHAPE=BOX')
     call box_columns(table)
@@ -38,13 +42,13 @@ contains
     call table%column('y', kind_real, 'coordinate')
     call table%example('*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1')
 
-    call table%add('POINTS', in_model, many, 'How densely bodies are filled with material points.', &
-      handle_points)
-    call table%parameter('BODY', kind_name, 'the body; without it all bodies that have no *POINTS of '// &
-      'their own')
-    call table%parameter('PER ELEMENT', kind_integer, 'points of a full element; each element allows '// &
-      'certain numbers, which the message of a wrong one lists', required=.true., default='DEFAULT', &
-      allowed='DEFAULT', range='[1, inf)')
+    call table%add('POINTS', in_model, many, 'How densely bodies are filled with material '// &
+      'points.', handle_points)
+    call table%parameter('BODY', kind_name, 'the body; without it all bodies that have no '// &
+      '*POINTS of their own')
+    call table%parameter('PER ELEMENT', kind_integer, 'points of a full element; each element '// &
+      'allows certain numbers, which the message of a wrong one lists', required=.true., &
+      default='DEFAULT', allowed='DEFAULT', range='[1, inf)')
     call table%example('*POINTS, PER ELEMENT=18')
   end subroutine add_body_keywords
 
@@ -59,8 +63,8 @@ contains
     body%material = squeezed(card%value('MATERIAL'))
     body%where = source_line(card%place)
     do i = 1, size(state%analysis%bodies)
-      if (state%analysis%bodies(i)%name == body%name .and. len(body%name) > 0) call state%fault(card, &
-        "there is already a body '"//body%name//"'")
+      if (state%analysis%bodies(i)%name == body%name .and. len(body%name) > 0) &
+        call state%fault(card, "there is already a body '"//body%name//"'")
     end do
     body%kind = position_of(card%word('SHAPE'), shape_words)
     select case (body%kind)
@@ -70,7 +74,8 @@ contains
       call read_polygon(card, body, state)
     case (body_region)
       body%region = squeezed(card%value('REGION'))
-      if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter REGION')
+      if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter '// &
+        'REGION')
     end select
     call append(state%analysis%bodies, body)
   end subroutine handle_body

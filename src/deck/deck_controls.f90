@@ -21,41 +21,43 @@ contains
     type(controls_type) :: c
     type(hold_test_type) :: hold
 
-    call table%add('CONTROLS', in_phase, once, 'Load steps and the rules by which a step is accepted. '// &
-      'There is no rule that accepts a step out of equilibrium.', handle_controls)
+    call table%add('CONTROLS', in_phase, once, 'Load steps and the rules by which a step is '// &
+      'accepted. There is no rule that accepts a step out of equilibrium.', handle_controls)
     call table%parameter('STEPS', kind_integer, 'load steps the phase is first cut into', &
       default=integer_text(c%steps), range='[1, 1000000]')
-    call table%parameter('NEWTON', kind_word, 'MODIFIED keeps the stiffness of the start of the step, '// &
-      'FULL takes the consistent tangent', default=trim(newton_words(c%newton)), &
+    call table%parameter('NEWTON', kind_word, 'MODIFIED keeps the stiffness of the start of '// &
+      'the step, FULL takes the consistent tangent', default=trim(newton_words(c%newton)), &
       allowed=bar_list(newton_words))
-    call table%parameter('TOLERANCE', kind_real, 'allowed out-of-balance force over external force', &
-      default=real_text(c%tolerance), range='[1e-12, 0.1]')
+    call table%parameter('TOLERANCE', kind_real, 'allowed out-of-balance force over external '// &
+      'force', default=real_text(c%tolerance), range='[1e-12, 0.1]')
     call table%parameter('MAX ITERATIONS', kind_integer, 'iterations before a step is cut', &
       default=integer_text(c%max_iterations), range='[1, 100000]')
     call table%parameter('LINE SEARCH', kind_word, 'shorten an iteration that does not help', &
       default=answer(c%line_search), allowed=bar_list(answer_words))
-    call table%parameter('SMALLEST STEP', kind_real, 'smallest step, as a share of the first one, before '// &
-      'the phase stops', default=real_text(c%smallest_step), range='(0, 1]')
+    call table%parameter('SMALLEST STEP', kind_real, 'smallest step, as a share of the first '// &
+      'one, before the phase stops', default=real_text(c%smallest_step), range='(0, 1]')
     call table%parameter('FEW ITERATIONS', kind_integer, 'with fewer the next step grows back', &
       default=integer_text(c%few_iterations), range='[1, inf)')
     call table%parameter('MANY ITERATIONS', kind_integer, 'with more the next step shrinks', &
       default=integer_text(c%many_iterations), range='[1, inf)')
-    call table%parameter('LARGEST MOVE', kind_real, 'largest nodal displacement of a step in cell sizes', &
-      default=real_text(c%largest_move), range='(0, inf)')
-    call table%parameter('STABILISATION SHARE', kind_real, 'share of the load that stabilisation may '// &
-      'carry; a step is held until it is below', default=real_text(c%stabilisation_share), range='(0, 1]')
+    call table%parameter('LARGEST MOVE', kind_real, 'largest nodal displacement of a step in '// &
+      'cell sizes', default=real_text(c%largest_move), range='(0, inf)')
+    call table%parameter('STABILISATION SHARE', kind_real, 'share of the load that '// &
+      'stabilisation may carry; a step is held until it is below', &
+      default=real_text(c%stabilisation_share), range='(0, 1]')
     call table%parameter('MAX HOLDS', kind_integer, 'times a step is held at most', &
       default=integer_text(c%max_holds), range='[0, inf)')
-    call table%parameter('PROXIMAL', kind_word, 'sub-steps with drag when the static step is lost', &
-      default=answer(c%proximal), allowed=bar_list(answer_words))
+    call table%parameter('PROXIMAL', kind_word, 'sub-steps with drag when the static step is '// &
+      'lost', default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DRAG SHARE', kind_real, 'share of the load that the drag may leave', &
       default=real_text(c%drag_share), range='(0, 1]', needs='PROXIMAL=YES')
     call table%parameter('MAX SUBSTEPS', kind_integer, 'sub-steps before a step is given up', &
       default=integer_text(c%max_substeps), range='[1, inf)', needs='PROXIMAL=YES')
     call table%example('*CONTROLS, STEPS=50, TOLERANCE=1e-3, NEWTON=MODIFIED, MAX ITERATIONS=60')
 
-    call table%add('HOLD TEST', in_phase, once, 'At certain load factors the load is held and solved '// &
-      'again, to see how far the first history creeps; then the state is put back.', handle_hold_test)
+    call table%add('HOLD TEST', in_phase, once, 'At certain load factors the load is held and '// &
+      'solved again, to see how far the first history creeps; then the state is put back.', &
+      handle_hold_test)
     call table%parameter('REPEATS', kind_integer, 'solutions at held load', &
       default=integer_text(hold%repeats), range='[1, inf)')
     call table%data('load factors in rising order, above 0, up to the one of the phase', 1, huge(1))
@@ -115,8 +117,8 @@ contains
             if (.not. at(size(at)) > at(size(at) - 1)) call state%fault_at(card, card%rows(i), &
               'the load factors do not rise')
           end if
-          if (at(size(at)) > phase%load_factor) call state%fault_at(card, card%rows(i), 'load factor '// &
-            card%rows(i)%items(k)%text//' is above the one the phase ends at, '// &
+          if (at(size(at)) > phase%load_factor) call state%fault_at(card, card%rows(i), &
+            'load factor '//card%rows(i)%items(k)%text//' is above the one the phase ends at, '// &
             real_text(phase%load_factor))
         end do
       end do

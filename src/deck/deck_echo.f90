@@ -10,9 +10,9 @@ module qsmpm_deck_echo
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
-  use qsmpm_deck_words, only: model_words, diagonal_words, axis_words, tensor_words, surface_words, &
-    shape_words, basis_words, integration_words, kinematics_words, rate_words, stabilisation_words, &
-    solver_words, quantity_words, answer_words
+  use qsmpm_deck_words, only: model_words, diagonal_words, axis_words, tensor_words, &
+    surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
+    stabilisation_words, solver_words, quantity_words, answer_words
   implicit none
   private
 
@@ -66,15 +66,19 @@ contains
       call echo%line('*HEADING')
       call echo%line(analysis%heading)
     end if
-    call echo%line('*UNITS, LENGTH='//quoted(analysis%length_unit)//', FORCE='//quoted(analysis%force_unit))
+    call echo%line('*UNITS, LENGTH='//quoted(analysis%length_unit)//', FORCE='// &
+      quoted(analysis%force_unit))
     call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
     associate (m => analysis%method)
       method = '*METHOD, BASIS='//trim(basis_words(m%basis))
-      if (m%basis /= basis_fem) method = method//', INTEGRATION='//trim(integration_words(m%integration))
+      if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
+        trim(integration_words(m%integration))
       method = method//', KINEMATICS='//trim(kinematics_words(m%kinematics))
       if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))
-      if (m%basis /= basis_fem) method = method//', STABILISATION='//trim(stabilisation_words(m%stabilisation))
-      if (m%stabilisation /= stabilise_none) method = method//', FACTOR='//real_text(m%stabilisation_factor)
+      if (m%basis /= basis_fem) method = method//', STABILISATION='// &
+        trim(stabilisation_words(m%stabilisation))
+      if (m%stabilisation /= stabilise_none) method = method//', FACTOR='// &
+        real_text(m%stabilisation_factor)
     end associate
     call echo%line(method)
     call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind)))
@@ -103,7 +107,8 @@ contains
     case (mesh_inline)
       call echo%line('*NODE')
       do i = 1, size(mesh%node_labels)
-        call echo%line(' '//integer_text(mesh%node_labels(i))//', '//numbers(mesh%nodes(:dimension, i)))
+        call echo%line(' '//integer_text(mesh%node_labels(i))//', '// &
+          numbers(mesh%nodes(:dimension, i)))
       end do
       call echo%line('*ELEMENT, TYPE='//mesh%element)
       do i = 1, size(mesh%element_labels)

@@ -1,8 +1,8 @@
 !> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and
 !> what is written.
 module qsmpm_deck_general
-  use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, moving_mesh_type, &
-    basis_fem, stabilise_none, three_dimensional
+  use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
+    moving_mesh_type, basis_fem, stabilise_none, three_dimensional
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -27,24 +27,26 @@ contains
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving
 
-    call table%add('HEADING', in_model, once, 'Text that goes to the top of the results.', handle_heading)
+    call table%add('HEADING', in_model, once, 'Text that goes to the top of the results.', &
+      handle_heading)
     call table%data('free text', 0, huge(1), free=.true.)
     call table%example('*HEADING| Slope, 45 degrees, c = 1 kPa, phi = 25')
 
-    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They label '// &
-      'results; nothing is converted.', handle_units)
+    call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They '// &
+      'label results; nothing is converted.', handle_units)
     call table%parameter('LENGTH', kind_name, 'unit of length', required=.true.)
     call table%parameter('FORCE', kind_name, 'unit of force', required=.true.)
     call table%example('*UNITS, LENGTH=m, FORCE=kN')
 
-    call table%add('INCLUDE', anywhere, many, 'The lines of another file in place of this one. They '// &
-      'may be cards, or data lines of the card before.', handle_nothing)
-    call table%parameter('INPUT', kind_file, 'file, relative to the file that includes it', required=.true.)
+    call table%add('INCLUDE', anywhere, many, 'The lines of another file in place of this one. '// &
+      'They may be cards, or data lines of the card before.', handle_nothing)
+    call table%parameter('INPUT', kind_file, 'file, relative to the file that includes it', &
+      required=.true.)
     call table%example('*INCLUDE, INPUT=materials.inp')
 
     call table%add('MODEL', in_model, once, 'The kind of model.', handle_model)
-    call table%parameter('TYPE', kind_word, 'plane strain and axisymmetric models have x (radius) '// &
-      'and y only', required=.true., allowed=bar_list(model_words))
+    call table%parameter('TYPE', kind_word, 'plane strain and axisymmetric models have x '// &
+      '(radius) and y only', required=.true., allowed=bar_list(model_words))
     call table%example('*MODEL, TYPE=PLANE STRAIN')
 
     call add_method(table)
@@ -54,12 +56,14 @@ contains
       default=trim(solver_words(solver%kind)), allowed=bar_list(solver_words))
     call table%example('*SOLVER, TYPE=MUMPS')
 
-    call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base and '// &
-      'plate are scaled, rows beyond the plate are shifted. The points stay where they are.', handle_moving)
+    call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
+      'and plate are scaled, rows beyond the plate are shifted. The points stay where they are.', &
+      handle_moving)
     call table%parameter('NSET', kind_name, 'node set of the plate', required=.true.)
     call table%parameter('AXIS', kind_word, 'direction in which the rows move', &
       default=trim(axis_words(moving%axis)), allowed=bar_list(axis_words))
-    call table%parameter('BASE', kind_real, 'coordinate of the row that stays', default=real_text(moving%base))
+    call table%parameter('BASE', kind_real, 'coordinate of the row that stays', &
+      default=real_text(moving%base))
     call table%example('*MOVING MESH, NSET=plate, AXIS=Y, BASE=0')
   end subroutine add_general_keywords
 
@@ -69,23 +73,23 @@ contains
     type(method_type) :: method
 
     call table%add('METHOD', in_model, once, 'How the continuum is discretised.', handle_method)
-    call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a fixed '// &
-      'mesh. FEM: the mesh is carried along', default=trim(basis_words(method%basis)), &
+    call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a '// &
+      'fixed mesh. FEM: the mesh is carried along', default=trim(basis_words(method%basis)), &
       allowed=bar_list(basis_words))
-    call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead of '// &
-      'material points', default=trim(integration_words(method%integration)), &
+    call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
+      'of material points', default=trim(integration_words(method%integration)), &
       allowed=bar_list(integration_words), needs='BASIS=STANDARD')
     call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
       default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
-    call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the paper, or '// &
-      'on the mid configuration', default=trim(rate_words(method%rate)), &
+    call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
+      'paper, or on the mid configuration', default=trim(rate_words(method%rate)), &
       allowed=bar_list(rate_words), needs='KINEMATICS=JAUMANN')
     call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary', &
       default=trim(stabilisation_words(method%stabilisation)), &
       allowed=bar_list(stabilisation_words), needs='BASIS=STANDARD')
-    call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '//background_factor// &
-      ' for BACKGROUND and '//ghost_factor//' for GHOST when not given', range='(0, 1]', &
-      needs='STABILISATION=BACKGROUND|GHOST')
+    call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
+      background_factor//' for BACKGROUND and '//ghost_factor//' for GHOST when not given', &
+      range='(0, 1]', needs='STABILISATION=BACKGROUND|GHOST')
     call table%example('*METHOD, KINEMATICS=JAUMANN, RATE=PAPER, STABILISATION=NONE')
   end subroutine add_method
 
@@ -96,17 +100,19 @@ contains
     type(output_request_type) :: output
 
     call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', handle_field)
-    call table%parameter('EVERY', kind_integer, 'accepted steps between two pictures; 0 means at the '// &
-      'end of phases only', default=integer_text(output%field_every), range='[0, inf)')
+    call table%parameter('EVERY', kind_integer, 'accepted steps between two pictures; 0 means '// &
+      'at the end of phases only', default=integer_text(output%field_every), range='[0, inf)')
     call table%parameter('VTK', kind_word, 'write VTK files', default=answer(output%vtk), &
       allowed=bar_list(answer_words))
     call table%parameter('HDF5', kind_word, 'write the HDF5 file', default=answer(output%hdf5), &
       allowed=bar_list(answer_words))
     call table%example('*FIELD, EVERY=10, HDF5=NO')
 
-    call table%add('RESTART', in_model, once, 'The file a run can be continued from.', handle_restart)
-    call table%parameter('EVERY', kind_integer, 'accepted steps between two restart files; 0 means '// &
-      'at the end of phases only', default=integer_text(output%restart_every), range='[0, inf)')
+    call table%add('RESTART', in_model, once, 'The file a run can be continued from.', &
+      handle_restart)
+    call table%parameter('EVERY', kind_integer, 'accepted steps between two restart files; 0 '// &
+      'means at the end of phases only', default=integer_text(output%restart_every), &
+      range='[0, inf)')
     call table%example('*RESTART, EVERY=50')
   end subroutine add_output_keywords
 
@@ -154,7 +160,8 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     state%analysis%model = position_of(card%word('TYPE'), model_words)
-    if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
+    if (state%analysis%model > 0) state%dimension = merge(3, 2, &
+      state%analysis%model == three_dimensional)
   end subroutine handle_model
 
   !> *METHOD. What has no meaning for FEM is switched off.

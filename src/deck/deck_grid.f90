@@ -27,19 +27,20 @@ contains
     type(mesh_source_type) :: mesh
 
     call table%add('GRID', in_model, once, 'A structured background mesh.', handle_grid)
-    call table%parameter('ELEMENT', kind_word, 'element; bricks are cut into triangles, wedges or '// &
-      'tetrahedra', required=.true., allowed=bar_list(element_words))
+    call table%parameter('ELEMENT', kind_word, 'element; bricks are cut into triangles, wedges '// &
+      'or tetrahedra', required=.true., allowed=bar_list(element_words))
     call table%parameter('DIAGONAL', kind_word, 'how the diagonals of triangles run', &
       default=trim(diagonal_words(mesh%diagonal)), allowed=bar_list(diagonal_words), &
       needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
-    call table%parameter('PERTURB', kind_real, 'random shift of inner nodes as a share of the smallest '// &
-      'spacing around', default=real_text(mesh%perturbation), range='[0, 0.3]')
+    call table%parameter('PERTURB', kind_real, 'random shift of inner nodes as a share of the '// &
+      'smallest spacing around', default=real_text(mesh%perturbation), range='[0, 0.3]')
     call table%parameter('SEED', kind_integer, 'start of the random numbers', &
       default=integer_text(mesh%seed), range='[1, inf)')
-    call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` or '// &
-      '`axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), &
-      free=.true.)
-    call table%example('*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, LINES, 0, 0.25')
+    call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
+      'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, &
+      huge(1), free=.true.)
+    call table%example('*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, '// &
+      'LINES, 0, 0.25')
   end subroutine add_grid_keyword
 
   !> *GRID.
@@ -82,9 +83,11 @@ contains
     if (kind == 0 .or. state%dimension == 0) return
     if (local_dimension(kind) == state%dimension) return
     if (state%dimension == 2) then
-      call state%fault(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL is plane')
+      call state%fault(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL '// &
+        'is plane')
     else
-      call state%fault(card, state%analysis%mesh%element//' is an element of plane models, *MODEL is 3D')
+      call state%fault(card, state%analysis%mesh%element//' is an element of plane models, '// &
+        '*MODEL is 3D')
     end if
   end subroutine check_element_dimension
 
@@ -137,8 +140,8 @@ contains
     integer :: n, outcome
 
     if (size(row%items) < 4 .or. size(row%items) > 5) then
-      call state%fault_at(card, row, integer_text(size(row%items))//' item(s) where axis, first, '// &
-        'last, number of intervals [, ratio] are wanted')
+      call state%fault_at(card, row, integer_text(size(row%items))//' item(s) where axis, '// &
+        'first, last, number of intervals [, ratio] are wanted')
       return
     end if
     if (.not. all_numbers(card, row, 2, state)) return

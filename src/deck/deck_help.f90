@@ -2,8 +2,8 @@
 module qsmpm_deck_help
   use qsmpm_text, only: string_type, upper, squeezed
   use qsmpm_deck_state, only: did_you_mean
-  use qsmpm_keyword_table, only: table_type, keyword_type, item_type, data_type, kind_word, kind_name, &
-    kind_file, kind_integer, kind_real, kind_flag, in_model, in_material, in_phase, many
+  use qsmpm_keyword_table, only: table_type, keyword_type, item_type, data_type, kind_word, &
+    kind_name, kind_file, kind_integer, kind_real, kind_flag, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
   use qsmpm_deck_reference_head, only: reference_head
   implicit none
@@ -144,7 +144,8 @@ contains
     if (len(item%range) > 0) text = text//'; in '//quote//item%range//quote
     if (len(item%needs) > 0) text = text//'; only with '//quote//item%needs//quote
     if (len(item%excludes) > 0) text = text//'; not with '//quote//item%excludes//quote
-    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote//item%default//quote
+    if (len(item%default) > 0 .and. .not. item%required) text = text//'; default '//quote// &
+      item%default//quote
   end function item_text
 
   !> What the value of a parameter may be.

@@ -22,16 +22,17 @@ contains
     type(table_type), intent(inout) :: table
     type(history_type) :: history
 
-    call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and POSITION follow '// &
-      'a massless tracer that starts at the place given; STRESS and STRAIN are those of the nearest '// &
-      'material point; REACTION is the sum over a node set.', handle_history)
+    call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
+      'POSITION follow a massless tracer that starts at the place given; STRESS and STRAIN are '// &
+      'those of the nearest material point; REACTION is the sum over a node set.', handle_history)
     call table%parameter('NAME', kind_name, 'name of the column', required=.true.)
     call table%parameter('QUANTITY', kind_word, 'what is recorded', required=.true., &
       allowed=bar_list(quantity_words))
-    call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for STRESS and STRAIN', &
-      required=.true., allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
+    call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for STRESS and '// &
+      'STRAIN', required=.true., allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
     call table%parameter('UNIT', kind_name, 'unit in the header; made of *UNITS when not given')
-    call table%parameter('SCALE', kind_real, 'factor of the values', default=real_text(history%scale))
+    call table%parameter('SCALE', kind_real, 'factor of the values', &
+      default=real_text(history%scale))
     call table%parameter('NSET', kind_name, 'node set', needs='QUANTITY=REACTION')
     call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STRAIN')
     call table%column('x', kind_real, 'coordinate')
@@ -61,7 +62,8 @@ contains
     if (size(card%rows) > 0) history%at = [(number_at(card%rows(1), i), i=1, 3)]
     if (history%quantity == quantity_reaction) then
       history%set = squeezed(card%value('NSET'))
-      if (.not. card%has('NSET')) call state%fault(card, 'QUANTITY=REACTION wants the parameter NSET')
+      if (.not. card%has('NSET')) call state%fault(card, 'QUANTITY=REACTION wants the '// &
+        'parameter NSET')
     end if
     call append(state%analysis%histories, history)
   end subroutine handle_history
@@ -82,9 +84,11 @@ contains
     if (len(card%word('COMPONENT')) == 0) return
     if (history%component == 0) then
       call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
-        card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', tensor)))
+        card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', &
+        'X, Y, Z               ', tensor)))
     else if (state%dimension == 2 .and. history%component > merge(4, 2, tensor)) then
-      call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane model')
+      call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
+        'model')
     end if
   end subroutine read_component
 

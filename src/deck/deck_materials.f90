@@ -19,9 +19,11 @@ contains
     !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('MATERIAL', in_model, many, 'Begins a material; its properties follow.', handle_material)
+    call table%add('MATERIAL', in_model, many, 'Begins a material; its properties follow.', &
+      handle_material)
     call table%parameter('NAME', kind_name, 'name of the material', required=.true.)
-    call table%example('*MATERIAL, NAME=clay|*ELASTIC| 200, 0.33|*MOHR COULOMB| 1, 25, 0|*UNIT WEIGHT| 20')
+    call table%example('*MATERIAL, NAME=clay|*ELASTIC| 200, 0.33|*MOHR COULOMB| 1, 25, 0|*UNIT '// &
+      'WEIGHT| 20')
 
     call table%add('ELASTIC', in_material, once, 'Isotropic elasticity.', handle_elastic)
     call table%data('elastic constants', 1, 1)
@@ -29,18 +31,19 @@ contains
     call table%column('nu', kind_real, "Poisson's ratio", range='(-1, 0.5)')
     call table%example('*ELASTIC| 200, 0.33')
 
-    call table%add('MOHR COULOMB', in_material, once, 'Strength after Mohr and Coulomb; phi = 0 is '// &
-      'Tresca. Angles in degrees.', handle_mohr_coulomb)
+    call table%add('MOHR COULOMB', in_material, once, 'Strength after Mohr and Coulomb; phi = '// &
+      '0 is Tresca. Angles in degrees.', handle_mohr_coulomb)
     call table%data('strength', 1, 1)
     call table%column('c', kind_real, 'cohesion', range='[0, inf)')
     call table%column('phi', kind_real, 'friction angle', range='[0, 90)')
     call table%column('psi', kind_real, 'dilatancy angle, not above phi', range='[0, 90)')
-    call table%column('tensile strength', kind_real, 'largest principal stress; NONE (the default) '// &
-      'leaves the tip of the yield surface', required=.false., allowed='NONE', range='[0, inf)')
+    call table%column('tensile strength', kind_real, 'largest principal stress; NONE (the '// &
+      'default) leaves the tip of the yield surface', required=.false., allowed='NONE', &
+      range='[0, inf)')
     call table%example('*MOHR COULOMB| 1, 25, 0, 0')
 
-    call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies it. A '// &
-      'material without the card is weightless.', handle_unit_weight)
+    call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
+      'it. A material without the card is weightless.', handle_unit_weight)
     call table%data('weight', 1, 1)
     call table%column('gamma', kind_real, 'weight per volume', range='[0, inf)')
     call table%example('*UNIT WEIGHT| 20')
@@ -88,10 +91,11 @@ contains
       material%friction_angle = number_at(card%rows(1), 2)
       material%dilatancy_angle = number_at(card%rows(1), 3)
       if (size(card%rows(1)%items) == 4) then
-        if (word_at(card%rows(1), 4) /= 'NONE') material%tensile_strength = number_at(card%rows(1), 4)
+        if (word_at(card%rows(1), 4) /= 'NONE') &
+          material%tensile_strength = number_at(card%rows(1), 4)
       end if
-      if (material%dilatancy_angle > material%friction_angle) call state%fault_at(card, card%rows(1), &
-        'the dilatancy angle psi is above the friction angle phi')
+      if (material%dilatancy_angle > material%friction_angle) call state%fault_at(card, &
+        card%rows(1), 'the dilatancy angle psi is above the friction angle phi')
       if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%fault_at(card, &
         card%rows(1), 'cohesion and friction angle are both zero: the material has no strength')
     end associate

@@ -26,8 +26,8 @@ contains
 
     call table%add('MESH', in_model, once, 'A mesh file with its named sets.', handle_mesh)
     call table%parameter('INPUT', kind_file, 'the file, relative to the deck', required=.true.)
-    call table%parameter('FORMAT', kind_word, 'form of the file; .msh is GMSH and .inp is ABAQUS when '// &
-      'not given', allowed=bar_list(format_words))
+    call table%parameter('FORMAT', kind_word, 'form of the file; .msh is GMSH and .inp is '// &
+      'ABAQUS when not given', allowed=bar_list(format_words))
     call table%example('*MESH, INPUT=slope.msh')
 
     call table%add('NODE', in_model, many, 'Nodes of a mesh in the deck.', handle_node)
@@ -38,9 +38,10 @@ contains
     call table%column('z', kind_real, 'coordinate', third=.true.)
     call table%example('*NODE| 1, 0, 0| 2, 1, 0| 3, 0, 1')
 
-    call table%add('ELEMENT', in_model, many, 'Elements of a mesh in the deck, all of one type. The '// &
-      'nodes come in the order of VTK: corners, then mid nodes.', handle_element)
-    call table%parameter('TYPE', kind_word, 'element', required=.true., allowed=bar_list(element_words))
+    call table%add('ELEMENT', in_model, many, 'Elements of a mesh in the deck, all of one '// &
+      'type. The nodes come in the order of VTK: corners, then mid nodes.', handle_element)
+    call table%parameter('TYPE', kind_word, 'element', required=.true., &
+      allowed=bar_list(element_words))
     call table%data('elements', 1, huge(1))
     call table%column('label', kind_integer, 'label of the element', range='[1, inf)')
     call table%column('node', kind_integer, 'label of a node', range='[1, inf)', repeated=.true.)
@@ -90,7 +91,8 @@ contains
         mesh%where = source_line(card%place)
       end if
       if (begin_mesh .and. kind == mesh_inline .and. .not. allocated(mesh%node_labels)) then
-        allocate (mesh%node_labels(0), mesh%nodes(3, 0), mesh%element_labels(0), mesh%connectivity(0, 0))
+        allocate (mesh%node_labels(0), mesh%nodes(3, 0), mesh%element_labels(0), &
+          mesh%connectivity(0, 0))
         mesh%element = ''
       end if
     end associate
@@ -124,14 +126,16 @@ contains
         mesh%where = source_line(card%place)
         call check_element_dimension(card, state)
       else if (mesh%element /= card%word('TYPE')) then
-        call state%fault(card, 'elements of a mesh in the deck are all of one type, here '//mesh%element)
+        call state%fault(card, 'elements of a mesh in the deck are all of one type, here '// &
+          mesh%element)
         return
       end if
       if (element_from_name(mesh%element) == 0) return
       n = node_count(element_from_name(mesh%element))
       do i = 1, size(rows)
         if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%fault_at(card, rows(i), &
-          integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '//integer_text(n))
+          integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '// &
+          integer_text(n))
       end do
       before = size(mesh%element_labels)
       mesh%element_labels = [mesh%element_labels, (whole_at(rows(i), 1), i=1, size(rows))]
@@ -187,15 +191,16 @@ contains
 
     associate (mesh => state%analysis%mesh)
       if (mesh%kind /= mesh_inline) return
-      if (size(mesh%node_labels) == 0) call state%fault_from(mesh%where, 'NODE', 'there are no nodes')
+      if (size(mesh%node_labels) == 0) call state%fault_from(mesh%where, 'NODE', 'there are no '// &
+        'nodes')
       if (size(mesh%element_labels) == 0) call state%fault_from(mesh%where, 'ELEMENT', &
         'there are no elements')
       if (state%messages%error_count() > 0) return
       do e = 1, size(mesh%element_labels)
         do k = 1, size(mesh%connectivity, 1)
           associate (node => mesh%connectivity(k, e), place => state%element_places(e))
-            if (.not. any(mesh%node_labels == node)) call state%messages%add(severity_error, place, &
-              'ELEMENT', 'there is no node '//integer_text(node))
+            if (.not. any(mesh%node_labels == node)) call state%messages%add(severity_error, &
+              place, 'ELEMENT', 'there is no node '//integer_text(node))
             if (any(mesh%connectivity(:k - 1, e) == node)) call state%messages%add(severity_error, &
               place, 'ELEMENT', 'node '//integer_text(node)//' is named twice')
           end associate

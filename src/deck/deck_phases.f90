@@ -25,59 +25,61 @@ contains
     type(table_type), intent(inout) :: table
     type(phase_type) :: phase
 
-    call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the one before; '// &
-      'loads and fixities stay until changed. All loads of the phase run linearly to their value times '// &
-      'the load factor.', handle_phase)
+    call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the one '// &
+      'before; loads and fixities stay until changed. All loads of the phase run linearly to '// &
+      'their value times the load factor.', handle_phase)
     call table%parameter('NAME', kind_name, 'name of the phase', required=.true.)
     call table%parameter('LOAD FACTOR', kind_real, 'load factor at the end of the phase', &
       default=real_text(phase%load_factor), range='(0, inf)')
-    call table%example('*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE')
+    call table%example('*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, '// &
+      '-1|*END PHASE')
 
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', handle_end_phase)
     call table%example('*END PHASE')
 
     call table%add('INITIAL', in_phase, once, 'Stresses at the start of the phase.', handle_initial)
-    call table%parameter('TYPE', kind_word, 'KEEP those there are, or K0: vertical stress from the '// &
-      'weight below a horizontal surface, horizontal stress in proportion; first phase only', &
+    call table%parameter('TYPE', kind_word, 'KEEP those there are, or K0: vertical stress from '// &
+      'the weight below a horizontal surface, horizontal stress in proportion; first phase only', &
       default=trim(initial_words(phase%initial%kind)), allowed=bar_list(initial_words))
     call table%data('surface', 1, 1, when='TYPE=K0')
     call table%column('level', kind_real, 'vertical coordinate of the surface')
     call table%column('k0', kind_real, 'horizontal over vertical stress', range='(0, inf)')
     call table%example('*INITIAL, TYPE=K0| 10, 0.5')
 
-    call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or freed again.', &
-      handle_fix)
+    call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or '// &
+      'freed again.', handle_fix)
     call table%data('set and components', 1, huge(1))
     call table%column('set', kind_name, 'node set')
-    call table%column('component', kind_word, 'components held; FREE frees all', allowed=fix_words, &
-      repeated=.true.)
+    call table%column('component', kind_word, 'components held; FREE frees all', &
+      allowed=fix_words, repeated=.true.)
     call table%example('*FIX| base, ALL| sides, X')
 
-    call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of '// &
-      'load factor.', handle_prescribe)
+    call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per '// &
+      'unit of load factor.', handle_prescribe)
     call table%data('set, component and value', 1, huge(1))
     call table%column('set', kind_name, 'node set')
     call table%column('component', kind_word, 'direction', allowed=bar_list(axis_words))
     call table%column('value', kind_real, 'displacement per unit of load factor')
     call table%example('*PRESCRIBE| plate, Y, -0.1')
 
-    call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; multiplies the unit '// &
-      'weight of the materials.', handle_gravity)
+    call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; multiplies the '// &
+      'unit weight of the materials.', handle_gravity)
     call table%data('vector', 1, 1)
     call add_vector(table, 'g')
     call table%example('*GRAVITY| 0, -1')
 
-    call table%add('TRACTION', in_phase, many, 'Dead load on a surface, force per undeformed area per '// &
-      'unit of load factor.', handle_traction)
+    call table%add('TRACTION', in_phase, many, 'Dead load on a surface, force per undeformed '// &
+      'area per unit of load factor.', handle_traction)
     call table%parameter('SURFACE', kind_name, 'the surface', required=.true.)
-    call table%parameter('CARRIER', kind_word, 'tracked surface points, or the outermost material '// &
-      'points as in the paper', default=trim(carrier_words(1)), allowed=bar_list(carrier_words))
+    call table%parameter('CARRIER', kind_word, 'tracked surface points, or the outermost '// &
+      'material points as in the paper', default=trim(carrier_words(1)), &
+      allowed=bar_list(carrier_words))
     call table%data('vector', 1, 1)
     call add_vector(table, 't')
     call table%example('*TRACTION, SURFACE=top| 0, -10')
 
-    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start of this '// &
-      'phase.', handle_reset)
+    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start '// &
+      'of this phase.', handle_reset)
     call table%example('*RESET DISPLACEMENTS')
   end subroutine add_phase_keywords
 
@@ -108,8 +110,8 @@ contains
     phase%load_factor = card%number('LOAD FACTOR')
     allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%hold_test%at(0))
     do i = 1, size(state%analysis%phases)
-      if (state%analysis%phases(i)%name == phase%name .and. len(phase%name) > 0) call state%fault(card, &
-        "there is already a phase '"//phase%name//"'")
+      if (state%analysis%phases(i)%name == phase%name .and. len(phase%name) > 0) &
+        call state%fault(card, "there is already a phase '"//phase%name//"'")
     end do
     call append(state%analysis%phases, phase)
   end subroutine handle_phase
@@ -131,8 +133,8 @@ contains
     associate (phase => state%analysis%phases(size(state%analysis%phases)))
       phase%initial%kind = position_of(card%word('TYPE'), initial_words) - 1
       if (phase%initial%kind /= initial_k0) return
-      if (size(state%analysis%phases) > 1) call state%fault(card, 'TYPE=K0 is for the first phase: later '// &
-        'ones start from the stresses there are')
+      if (size(state%analysis%phases) > 1) call state%fault(card, 'TYPE=K0 is for the first '// &
+        'phase: later ones start from the stresses there are')
       if (size(card%rows) == 0) return
       phase%initial%surface_level = number_at(card%rows(1), 1)
       phase%initial%k0 = number_at(card%rows(1), 2)

@@ -6,7 +6,7 @@ module qsmpm_deck_reference_head
 
   public :: reference_head
 
-  character(len=1), parameter :: n = new_line('a')
+  integer, parameter :: width = 92
 
 contains
 
@@ -14,64 +14,87 @@ contains
   pure function reference_head() result(text)
     character(len=:), allocatable :: text
 
-    text = '# Deck reference'//n//n// &
-      'This page is written by `qsmpm help --markdown` from the table that the reader of decks and'//n// &
-      '`qsmpm help KEYWORD` use; do not edit it.'//n//n//writing()//strictness()//order()//exit_codes()// &
-      n//'## Keywords'//n
+    text = page([character(len=width) :: &
+      '# Deck reference', '', &
+      'This page is written by `qsmpm help --markdown` from the table that the reader of decks', &
+      'and `qsmpm help KEYWORD` use; do not edit it.', ''])//writing()//strictness()// &
+      order_of_cards()//exit_codes()//page([character(len=width) :: '', '## Keywords'])
   end function reference_head
+
+  !> Lines with newlines.
+  pure function page(lines) result(text)
+    !> The lines.
+    character(len=*), intent(in) :: lines(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(lines)
+      text = text//trim(lines(i))//new_line('a')
+    end do
+  end function page
 
   !> How cards are written.
   pure function writing() result(text)
     character(len=:), allocatable :: text
 
-    text = '## Writing'//n//n// &
-      '- A card is a line `*KEYWORD, PARAMETER=value, ...` and the data lines below it, items between'//n// &
-      '  commas. `**` begins a comment line; empty lines are skipped.'//n// &
-      '- Keywords, parameters and words of a choice may be in capitals or not; blanks inside them count'//n// &
-      '  as one. Names of sets, bodies, materials and files keep their case.'//n// &
-      '- A comma at the end of a line goes on with the next line. Lines may be of any length.'//n// &
-      '- Numbers: `1`, `1.0`, `1e3`, `1d3`. Nothing is abbreviated or cut off.'//n// &
-      '- A value or name that holds a comma or an equals sign stands in double quotes.'//n// &
-      '- Files are relative to the file that names them. `*INCLUDE` puts the lines of another file in its'//n// &
-      '  place; it may bring cards, or data lines of the card before.'//n// &
-      '- Units are consistent and only labelled (`*UNITS`). Tension is positive. Angles are in degrees.'//n// &
-      '- Stress components: XX, YY, ZZ, XY, XZ, YZ. Plane and axisymmetric models have x (radius) and y.'//n//n
+    text = page([character(len=width) :: '## Writing', '', &
+      '- A card is a line `*KEYWORD, PARAMETER=value, ...` and the data lines below it, their', &
+      '  items between commas. `**` begins a comment line; empty lines are skipped.', &
+      '- Keywords, parameters and words of a choice may be in capitals or not; blanks inside', &
+      '  them count as one. Names of sets, bodies, materials and files keep their case.', &
+      '- A comma at the end of a line goes on with the next line. Lines may be of any length.', &
+      '- Numbers: `1`, `1.0`, `1e3`, `1d3`. Nothing is abbreviated or cut off.', &
+      '- A value or name that holds a comma or an equals sign stands in double quotes.', &
+      '- Files are relative to the file that names them. `*INCLUDE` puts the lines of another', &
+      '  file in its place; it may bring cards, or data lines of the card before.', &
+      '- Units are consistent and only labelled (`*UNITS`). Tension is positive. Angles are in', &
+      '  degrees.', &
+      '- Stress components: XX, YY, ZZ, XY, XZ, YZ. Plane and axisymmetric models have x', &
+      '  (the radius) and y.', ''])
   end function writing
 
   !> What is an error.
   pure function strictness() result(text)
     character(len=:), allocatable :: text
 
-    text = '## Errors'//n//n// &
-      'An unknown keyword, parameter, word or name, a card or parameter given twice, a parameter without'//n// &
-      'meaning beside the others, a wrong number of items, a number that is none or out of its range: each'//n// &
-      'is an error. All errors of a deck are listed, in its order, as'//n//n// &
-      '```'//n// &
-      "slope.inp:27: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)"//n// &
-      '```'//n//n// &
-      'and the program ends with exit code 2 before it writes anything. A warning looks alike, with'//n// &
-      '`warning:` behind the line, and stops nothing.'//n//n
+    text = page([character(len=width) :: '## Errors', '', &
+      'An unknown keyword, parameter, word or name, a card or parameter given twice, a', &
+      'parameter without meaning beside the others, a wrong number of items, a number that is', &
+      'none or out of its range: each is an error. All errors of a deck are listed, in its', &
+      'order, as', '', '```', &
+      "slope.inp:27: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)", &
+      '```', '', &
+      'and the program ends with exit code 2 before it writes anything. A warning looks alike,', &
+      'with `warning:` behind the line, and stops nothing.', ''])
   end function strictness
 
   !> Order of cards and the echo.
-  pure function order() result(text)
+  pure function order_of_cards() result(text)
     character(len=:), allocatable :: text
 
-    text = '## Order'//n//n// &
-      'The model comes first, in any order, except that properties follow their `*MATERIAL`. Then come the'//n// &
-      'phases, `*PHASE` to `*END PHASE`, in the order they are run.'//n//n// &
-      'Every run writes `<job>.echo.inp`: the same analysis with includes resolved and every default'//n// &
-      'spelt out. It is a deck and gives the same results; mesh files are named by their full path.'//n//n
-  end function order
+    text = page([character(len=width) :: '## Order', '', &
+      'The model comes first, in any order, except that properties follow their `*MATERIAL`.', &
+      'Then come the phases, `*PHASE` to `*END PHASE`, in the order they are run.', '', &
+      'Every run writes `<job>.echo.inp`: the same analysis with includes resolved and every', &
+      'default spelt out. It is a deck and gives the same results; a mesh file is named by its', &
+      'full path.', ''])
+  end function order_of_cards
 
   !> Exit codes of the program.
   pure function exit_codes() result(text)
     character(len=:), allocatable :: text
 
-    text = '## Exit codes'//n//n// &
-      '| code | meaning |'//n//'|---|---|'//n//'| 0 | done |'//n//'| 1 | wrong call, or anything not below |'//n// &
-      '| 2 | the deck, or the mesh it names |'//n//'| 3 | not converged |'//n// &
-      '| 4 | a material point left the mesh |'//n//'| 5 | singular equations |'//n//'| 6 | user material |'//n// &
-      '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'//n
+    text = page([character(len=width) :: '## Exit codes', '', &
+      '| code | meaning |', &
+      '|---|---|', &
+      '| 0 | done |', &
+      '| 1 | wrong call, or anything not below |', &
+      '| 2 | the deck, or the mesh it names |', &
+      '| 3 | not converged |', &
+      '| 4 | a material point left the mesh |', &
+      '| 5 | singular equations |', &
+      '| 6 | user material |', &
+      '| 130, 143 | stopped by a signal; `restart.h5` continues the run |'])
   end function exit_codes
 end module qsmpm_deck_reference_head

@@ -37,7 +37,8 @@ contains
     if (state%in_phase) call state%messages%add(severity_error, state%phase_place, 'PHASE', &
       'the phase has no *END PHASE')
     if (.not. state%model_given) call missing('MODEL', 'the kind of model')
-    if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or *NODE and *ELEMENT)')
+    if (state%analysis%mesh%kind == mesh_none) call missing('GRID', 'a mesh (*GRID, *MESH or '// &
+      '*NODE and *ELEMENT)')
     if (size(state%analysis%materials) == 0) call missing('MATERIAL', 'a material')
     if (size(state%analysis%bodies) == 0) call missing('BODY', 'a body')
     if (size(state%analysis%phases) == 0) call missing('PHASE', 'a phase')
@@ -68,8 +69,8 @@ contains
     do i = 1, size(state%analysis%bodies)
       associate (body => state%analysis%bodies(i))
         call check_name(state, body%material, materials, body%where, 'BODY', 'material')
-        if (body%kind == body_region) call check_set(state, body%region, state%analysis%element_sets, &
-          body%where, 'BODY', 'element set')
+        if (body%kind == body_region) call check_set(state, body%region, &
+          state%analysis%element_sets, body%where, 'BODY', 'element set')
       end associate
     end do
   end subroutine check_bodies
@@ -93,7 +94,8 @@ contains
     do i = 1, size(names)
       if (names(i)%text == name) return
     end do
-    call state%fault_from(where, keyword, 'there is no '//what//" '"//name//"'"//did_you_mean(name, names))
+    call state%fault_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
+      did_you_mean(name, names))
   end subroutine check_name
 
   !> A set exists, unless it may still come from a mesh file.
@@ -134,8 +136,8 @@ contains
       associate (material => state%analysis%materials(i))
         if (.not. material%young > 0.0_wp) call state%fault_from(material%where, 'MATERIAL', &
           "material '"//material%name//"' has no *ELASTIC")
-        if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, 'MATERIAL', &
-          "material '"//material%name//"' has no weight, but there is gravity")
+        if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, &
+          'MATERIAL', "material '"//material%name//"' has no weight, but there is gravity")
       end associate
     end do
   end subroutine check_materials
@@ -146,8 +148,9 @@ contains
     integer :: i, p
 
     associate (sets => state%analysis%node_sets)
-      if (state%analysis%moving_mesh%active) call check_set(state, state%analysis%moving_mesh%set, sets, &
-        state%analysis%moving_mesh%where, 'MOVING MESH', 'node set')
+      if (state%analysis%moving_mesh%active) call check_set(state, &
+        state%analysis%moving_mesh%set, sets, state%analysis%moving_mesh%where, 'MOVING MESH', &
+        'node set')
       do i = 1, size(state%analysis%histories)
         associate (history => state%analysis%histories(i))
           if (history%quantity == quantity_reaction) call check_set(state, history%set, sets, &
@@ -157,7 +160,8 @@ contains
       do p = 1, size(state%analysis%phases)
         associate (phase => state%analysis%phases(p))
           do i = 1, size(phase%fixities)
-            call check_set(state, phase%fixities(i)%set, sets, phase%fixities(i)%where, 'FIX', 'node set')
+            call check_set(state, phase%fixities(i)%set, sets, phase%fixities(i)%where, 'FIX', &
+              'node set')
           end do
           do i = 1, size(phase%prescriptions)
             call check_set(state, phase%prescriptions(i)%set, sets, phase%prescriptions(i)%where, &
@@ -221,7 +225,8 @@ contains
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
       end associate
     end do
-    if (.not. held .and. size(state%analysis%phases) > 0) call state%warn(state%analysis%phases(1)%where, &
-      'PHASE', 'no phase has *FIX or *PRESCRIBE: nothing holds the model')
+    if (.not. held .and. size(state%analysis%phases) > 0) &
+      call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX or '// &
+      '*PRESCRIBE: nothing holds the model')
   end subroutine check_starts
 end module qsmpm_deck_references

@@ -15,6 +15,9 @@ module qsmpm_deck_sets
 
   public :: add_set_keywords, box_columns, read_box
 
+  !> A longer run of labels is a typing error.
+  integer, parameter :: longest_run = 10000000
+
 contains
 
   !> Entries of *NSET, *ELSET, *SURFACE.
@@ -22,8 +25,8 @@ contains
     !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('NSET', in_model, many, 'A set of nodes: by labels, or those on a plane, or those '// &
-      'in a box.', handle_nset)
+    call table%add('NSET', in_model, many, 'A set of nodes: by labels, or those on a plane, or '// &
+      'those in a box.', handle_nset)
     call table%parameter('NSET', kind_name, 'name of the set', required=.true.)
     call table%parameter('PLANE', kind_word, 'nodes on the plane at right angles to this axis', &
       allowed=bar_list(axis_words), excludes='BOX|GENERATE')
@@ -33,19 +36,19 @@ contains
     call add_list_columns(table)
     call table%example('*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=corner, BOX| 0, 0.1, 0, 0.1')
 
-    call table%add('ELSET', in_model, many, 'A set of elements: by labels, or those whose centre is in '// &
-      'a box.', handle_elset)
+    call table%add('ELSET', in_model, many, 'A set of elements: by labels, or those whose '// &
+      'centre is in a box.', handle_elset)
     call table%parameter('ELSET', kind_name, 'name of the set', required=.true.)
     call add_list_parameters(table)
     call add_list_columns(table)
     call table%example('*ELSET, ELSET=soil, GENERATE| 1, 99, 2')
 
-    call table%add('SURFACE', in_model, many, 'A piece of the surface of the bodies, for tractions.', &
-      handle_surface)
+    call table%add('SURFACE', in_model, many, 'A piece of the surface of the bodies, for '// &
+      'tractions.', handle_surface)
     call table%parameter('NAME', kind_name, 'name of the surface', required=.true.)
-    call table%parameter('TYPE', kind_word, 'BOX: element faces in a box. SEGMENT: straight lines in a '// &
-      'plane model. MESH: the surface of this name in the mesh file', default=trim(surface_words(1)), &
-      allowed=bar_list(surface_words))
+    call table%parameter('TYPE', kind_word, 'BOX: element faces in a box. SEGMENT: straight '// &
+      'lines in a plane model. MESH: the surface of this name in the mesh file', &
+      default=trim(surface_words(1)), allowed=bar_list(surface_words))
     call table%data('box', 1, 1, when='TYPE=BOX')
     call box_columns(table)
     call table%data('segments', 1, huge(1), when='TYPE=SEGMENT')
@@ -73,8 +76,8 @@ contains
     call table%data('runs of labels', 1, huge(1), when='GENERATE')
     call table%column('first', kind_integer, 'first label', range='[1, inf)')
     call table%column('last', kind_integer, 'last label', range='[1, inf)')
-    call table%column('step', kind_integer, 'step between labels, 1 when not given', required=.false., &
-      range='[1, inf)')
+    call table%column('step', kind_integer, 'step between labels, 1 when not given', &
+      required=.false., range='[1, inf)')
     call table%data('labels', 1, huge(1))
     call table%column('label', kind_integer, 'label', range='[1, inf)', repeated=.true.)
   end subroutine add_list_columns
@@ -153,36 +156,22 @@ contains
     !> The labels.
     integer, allocatable, intent(out) :: labels(:)
     type(deck_state_type), intent(inout) :: state
-    !> A longer run is a typing error and would not fit into memory.
-    integer, parameter :: longest_run = 10000000
-    integer :: i, k, n, pass, step
+    integer :: i, k
 
-    do pass = 1, 2
-      n = 0
-      do i = 1, size(card%rows)
-        if (.not. card%rows(i)%good) cycle
-        associate (row => card%rows(i))
-          if (card%has('GENERATE')) then
-            step = max(1, whole_at(row, 3))
-            if (pass == 1 .and. whole_at(row, 2) < whole_at(row, 1)) call state%fault_at(card, row, &
-              'the last label is below the first')
-            if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
-              if (pass == 1) call state%fault_at(card, row, 'the run of labels is too long')
-              cycle
-            end if
-            do k = whole_at(row, 1), whole_at(row, 2), step
-              n = n + 1
-              if (pass == 2) labels(n) = k
-            end do
-          else
-            do k = 1, size(row%items)
-              n = n + 1
-              if (pass == 2) labels(n) = whole_at(row, k)
-            end do
-          end if
-        end associate
-      end do
-      if (pass == 1) allocate (labels(n))
+    allocate (labels(0))
+    do i = 1, size(card%rows)
+      associate (row => card%rows(i))
+        if (.not. row%good) cycle
+        if (.not. card%has('GENERATE')) then
+          labels = [labels, (whole_at(row, k), k=1, size(row%items))]
+        else if (whole_at(row, 2) < whole_at(row, 1)) then
+          call state%fault_at(card, row, 'the last label is below the first')
+        else if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
+          call state%fault_at(card, row, 'the run of labels is too long')
+        else
+          labels = [labels, (k, k=whole_at(row, 1), whole_at(row, 2), max(1, whole_at(row, 3)))]
+        end if
+      end associate
     end do
   end subroutine read_labels
 
@@ -204,7 +193,8 @@ contains
     do i = 1, min(3, size(card%rows(1)%items)/2)
       box(i, :) = [number_at(card%rows(1), 2*i - 1), number_at(card%rows(1), 2*i)]
       if (box(i, 1) > box(i, 2)) then
-        call state%fault_at(card, card%rows(1), 'the least '//trim(axis_words(i))//' is above the largest')
+        call state%fault_at(card, card%rows(1), 'the least '//trim(axis_words(i))// &
+          ' is above the largest')
       else if (solid .and. .not. box(i, 2) > box(i, 1)) then
         call state%fault_at(card, card%rows(1), 'the box has no extent along '//trim(axis_words(i)))
       end if

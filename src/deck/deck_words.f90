@@ -22,7 +22,8 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: shape_words(4) = [character(len=n) :: &
     'ALL', 'BOX', 'POLYGON', 'REGION']
   character(len=n), parameter, public :: basis_words(2) = [character(len=n) :: 'STANDARD', 'FEM']
-  character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', 'CELL']
+  character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
+    'CELL']
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &
     'JAUMANN', 'LOGARITHMIC']
   character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
@@ -35,7 +36,8 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
-  character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', 'POINTS']
+  character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
+    'POINTS']
   character(len=n), parameter, public :: quantity_words(5) = [character(len=n) :: &
     'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION', 'STRAIN']
   !> From 0: a logical.

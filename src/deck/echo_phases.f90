@@ -20,7 +20,8 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
 
-    call echo%line('*PHASE, NAME='//quoted(phase%name)//', LOAD FACTOR='//real_text(phase%load_factor))
+    call echo%line('*PHASE, NAME='//quoted(phase%name)//', LOAD FACTOR='// &
+      real_text(phase%load_factor))
     call echo%line('*INITIAL, TYPE='//trim(initial_words(phase%initial%kind)))
     if (phase%initial%kind == initial_k0) &
       call echo%line(' '//numbers([phase%initial%surface_level, phase%initial%k0]))
@@ -48,8 +49,8 @@ contains
     if (size(phase%prescriptions) > 0) call echo%line('*PRESCRIBE')
     do i = 1, size(phase%prescriptions)
       associate (prescription => phase%prescriptions(i))
-        call echo%line(' '//quoted(prescription%set)//', '//trim(axis_words(prescription%component))// &
-          ', '//real_text(prescription%value))
+        call echo%line(' '//quoted(prescription%set)//', '// &
+          trim(axis_words(prescription%component))//', '//real_text(prescription%value))
       end associate
     end do
   end subroutine echo_constraints

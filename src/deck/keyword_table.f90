@@ -130,7 +130,8 @@ contains
   end subroutine make_room
 
   !> Give the entry a parameter.
-  subroutine parameter(self, name, kind, sentence, required, default, allowed, range, needs, excludes)
+  subroutine parameter(self, name, kind, sentence, required, default, allowed, range, needs, &
+    excludes)
     class(table_type), intent(inout) :: self
     !> Capitals.
     character(len=*), intent(in) :: name

@@ -1,4 +1,5 @@
-!> All keywords of the deck. A new keyword is an entry and a handler in one of the modules used here.
+!> All keywords of the deck. A new keyword is an entry and a handler in one of the modules used
+!> here.
 module qsmpm_keywords
   use qsmpm_keyword_table, only: table_type
   use qsmpm_deck_general, only: add_general_keywords, add_output_keywords

@@ -30,8 +30,8 @@ contains
     do i = 1, n
       k = mod(i, n) + 1
       if (norm2(vertices(:, k) - vertices(:, i)) > 0.0_wp) cycle
-      problem = 'vertices '//integer_text(i)//' and '//integer_text(k)//' of the polygon coincide '// &
-        '(the polygon closes by itself)'
+      problem = 'vertices '//integer_text(i)//' and '//integer_text(k)//' of the polygon '// &
+        'coincide (the polygon closes by itself)'
       return
     end do
     extent = maxval(vertices, dim=2) - minval(vertices, dim=2)
@@ -41,7 +41,8 @@ contains
       do k = i + 2, n
         if (i == 1 .and. k == n) cycle
         if (.not. touch(edge(vertices, i), edge(vertices, k))) cycle
-        problem = 'edges '//integer_text(i)//' and '//integer_text(k)//' of the polygon cross or touch'
+        problem = 'edges '//integer_text(i)//' and '//integer_text(k)//' of the polygon cross '// &
+          'or touch'
         return
       end do
     end do

@@ -8,7 +8,8 @@ module qsmpm_model_mesh
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_grid, only: grid_type, make_grid
-  use qsmpm_mesh_readers, only: read_mesh, inline_mesh
+  use qsmpm_mesh_readers, only: read_mesh
+  use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, find_set, add_set
   implicit none
