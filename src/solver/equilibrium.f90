@@ -161,12 +161,16 @@ contains
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
 
+    correction = 0.0_wp
+    if (step%equations%count == 0) then
+      if (solution%iterations == 0) correction = goal%prescribed
+      return
+    end if
     if (.not. keep_factors) then
       call build_matrix(step, goal%drag, model%mesh%dimension)
       call factorise(step, model%mesh%dimension, error)
     end if
     rhs = residual
-    correction = 0.0_wp
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
       correction = goal%prescribed
       call linear_force(step, correction, reaction)

@@ -147,6 +147,7 @@ contains
       call step%solver%destroy()
       deallocate (step%solver)
     end if
+    if (step%equations%count == 0) return
     call make_solver(model%analysis%solver%kind, step%equations%count, step%equations%bandwidth, &
       step%symmetric, model%mesh%dimension, step%solver)
     call step%solver%analyse(step%matrix, error)
