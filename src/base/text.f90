@@ -3,7 +3,6 @@
 !> Numbers are read strictly (the whole word or nothing) and reals are written with as few digits as
 !> read back to the same bits. Nothing here knows what a deck is.
 module qsmpm_text
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
   implicit none
   private
@@ -19,6 +18,11 @@ module qsmpm_text
   type :: string_type
     character(len=:), allocatable :: text
   end type string_type
+
+  !> Numbers from this power of ten on are refused: 9.99e307 is the largest that is read.
+  integer, parameter :: largest_exponent = 308
+  !> Numbers up to this power of ten are zero as doubles.
+  integer, parameter :: smallest_exponent = -330
 
   character(len=*), parameter :: digits = '0123456789'
   character(len=*), parameter :: blanks = ' '//achar(9)
@@ -208,13 +212,40 @@ contains
     if (any(upper(word) == [character(len=9) :: 'NAN', 'INF', '+INF', '-INF', 'INFINITY', &
       '+INFINITY', '-INFINITY', '+NAN', '-NAN'])) outcome = number_not_finite
     if (.not. is_number(word)) return
-    outcome = number_not_finite
+    outcome = number_good
+    select case (decimal_size(word))
+    case (:smallest_exponent)
+      return
+    case (largest_exponent:)
+      outcome = number_not_finite
+      return
+    end select
     read (word, *, iostat=status) value
-    if (status == 0) then
-      if (ieee_is_finite(value)) outcome = number_good
-    end if
-    if (outcome /= number_good) value = 0.0_wp
+    if (status /= 0) outcome = number_not_finite
   end subroutine read_real
+
+  !> Power of ten of the first digit of a number: numbers beyond the doubles are found without
+  !> an overflow, which a debugging build would stop at.
+  pure integer function decimal_size(word) result(power)
+    !> A word that has the form of a number.
+    character(len=*), intent(in) :: word
+    !> Exponents are cut here; far more digits than any line of a deck would balance.
+    integer, parameter :: most = 1000000
+    integer :: e, point, first, exponent, status
+
+    e = scan(word//'e', 'eEdD')
+    first = scan(word(:e - 1), '123456789')
+    power = -most
+    if (first == 0) return
+    point = scan(word(:e - 1)//'.', '.')
+    exponent = 0
+    if (e < len(word)) then
+      read (word(e + 1:), *, iostat=status) exponent
+      if (status /= 0) exponent = most
+      if (status /= 0 .and. word(e + 1:e + 1) == '-') exponent = -most
+    end if
+    power = max(-most, min(most, exponent)) + point - first - merge(1, 0, first < point)
+  end function decimal_size
 
   !> Whether a word has the form of a number: sign, digits with at most one point, exponent.
   pure logical function is_number(word)

@@ -7,7 +7,8 @@ module qsmpm_deck_grid
   use qsmpm_cards, only: card_type, row_type, number_at, whole_at, word_at
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words
-  use qsmpm_keyword_table, only: table_type, in_model, once, kind_word, kind_integer, kind_real
+  use qsmpm_keyword_table, only: table_type, in_model, once, kind_word, kind_integer, &
+    kind_real, in_range
   implicit none
   private
 
@@ -15,6 +16,7 @@ module qsmpm_deck_grid
 
   !> A larger grid is a typing error.
   integer, parameter :: most_lines = 1000000, most_cells = 50000000
+  character(len=*), parameter :: ratio_range = '[1e-6, 1e6]'
   !> Segments meet within rounding of their decimal numbers.
   real(wp), parameter :: meeting = 1.0e-12_wp
 
@@ -153,8 +155,8 @@ contains
         "' is not a whole number in [1, "//integer_text(most_lines)//']')
     else if (.not. number_at(row, 3) > number_at(row, 2)) then
       call state%fault_at(card, row, 'the last coordinate is not above the first')
-    else if (.not. ratio > 0.0_wp) then
-      call state%fault_at(card, row, 'ratio = '//row%items(5)%text//' is outside (0, inf)')
+    else if (.not. in_range(ratio, ratio_range)) then
+      call state%fault_at(card, row, 'ratio = '//row%items(5)%text//' is outside '//ratio_range)
     else if (n == 1 .and. size(row%items) == 5) then
       call state%fault_at(card, row, 'a ratio has no meaning for one interval')
     else
