@@ -127,7 +127,8 @@ contains
 
     n = size(row%items) - 2
     if (n < 1) call state%fault_at(card, row, 'LINES wants at least one value')
-    if (n < 1 .or. .not. all_numbers(card, row, 3, state)) return
+    if (n < 1) return
+    if (.not. all_numbers(card, row, 3, state)) return
     values = [(number_at(row, i), i=3, n + 2)]
   end subroutine read_lines_row
 

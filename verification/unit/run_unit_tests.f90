@@ -26,6 +26,9 @@ program run_unit_tests
   use test_seeding, only: collect_seeding
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
+  use test_grid, only: collect_grid
+  use test_mesh_search, only: collect_mesh_search
+  use test_mesh_readers, only: collect_mesh_readers
   use test_cell_average, only: collect_cell_average
   implicit none
 
@@ -66,6 +69,9 @@ program run_unit_tests
   call register('seeding', collect_seeding)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
+  call register('grid', collect_grid)
+  call register('mesh_search', collect_mesh_search)
+  call register('mesh_readers', collect_mesh_readers)
   call register('cell_average', collect_cell_average)
 
   call read_arguments(wanted)
