@@ -278,14 +278,15 @@ contains
     integer, intent(in) :: i
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
-    integer :: k, c, least, most, items
+    integer :: k, c, least, most, most_in_3d, items
 
     call allowed_count(lines, state%dimension, least, most)
     items = size(card%rows(i)%items)
     if (items < least .or. items > most) then
       problem = integer_text(items)//' item(s) where '//column_list(lines, state%dimension)// &
         ' are wanted'
-      if (items > most .and. state%dimension == 2) problem = problem//' (the model is plane)'
+      call allowed_count(lines, 3, least, most_in_3d)
+      if (items > most .and. items == most_in_3d) problem = problem//' (the model is plane)'
       call bad_row(card, i, state, problem)
     end if
     do k = 1, min(items, most)

@@ -104,14 +104,14 @@ contains
     type(string_type), allocatable :: pieces(:)
     integer :: i
 
-    call split(lines(1)%text, ',', pieces)
+    call cut_line(lines(1), pieces, card%good)
     card%keyword = upper(squeezed(pieces(1)%text(2:)))
     card%place = lines(1)%place
+    if (.not. card%good) call report_quote(lines(1), card%keyword, messages)
     allocate (card%parameters(size(pieces) - 1), card%rows(size(lines) - 1))
     do i = 1, size(card%parameters)
       call make_parameter(pieces(i + 1)%text, card%parameters(i))
     end do
-    call check_quotes(lines(1), card%keyword, card%good, messages)
     do i = 1, size(card%rows)
       call make_row(lines(i + 1), card%keyword, card%rows(i), messages)
     end do
@@ -145,32 +145,48 @@ contains
     row%place = line%place
     row%text = line%text
     if (keyword == 'HEADING') return
-    call check_quotes(line, keyword, row%good, messages)
-    call split(line%text, ',', row%items)
+    call cut_line(line, row%items, row%good)
+    if (.not. row%good) call report_quote(line, keyword, messages)
     do i = 1, size(row%items)
       row%items(i)%text = unquoted(row%items(i)%text)
     end do
   end subroutine make_row
 
-  !> Quotes come in pairs.
-  pure subroutine check_quotes(line, keyword, good, messages)
+  !> Cut a line at its commas. Quotes come in pairs; one that does not is left out.
+  pure subroutine cut_line(line, pieces, good)
     !> The line.
     type(line_type), intent(in) :: line
-    !> Its keyword.
-    character(len=*), intent(in) :: keyword
-    !> Becomes false when they do not.
-    logical, intent(inout) :: good
-    type(message_list_type), intent(inout) :: messages
+    !> Its pieces.
+    type(string_type), allocatable, intent(inout) :: pieces(:)
+    !> False when a quote is not closed.
+    logical, intent(out) :: good
+    character(len=:), allocatable :: text
     integer :: i, quotes
 
     quotes = 0
     do i = 1, len(line%text)
       if (line%text(i:i) == '"') quotes = quotes + 1
     end do
-    if (mod(quotes, 2) == 0) return
-    good = .false.
+    good = mod(quotes, 2) == 0
+    if (good) then
+      call split(line%text, ',', pieces)
+    else
+      i = index(line%text, '"', back=.true.)
+      text = line%text(:i - 1)//line%text(i + 1:)
+      call split(text, ',', pieces)
+    end if
+  end subroutine cut_line
+
+  !> Report a quote that is not closed.
+  pure subroutine report_quote(line, keyword, messages)
+    !> The line.
+    type(line_type), intent(in) :: line
+    !> Its keyword.
+    character(len=*), intent(in) :: keyword
+    type(message_list_type), intent(inout) :: messages
+
     call messages%add(severity_error, line%place, keyword, 'a double quote is not closed')
-  end subroutine check_quotes
+  end subroutine report_quote
 
   !> Number of a parameter among those of the card, 0 when it is not there.
   pure integer function find(self, name)

@@ -49,7 +49,7 @@ contains
   subroutine handle_grid(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    integer :: i
+    integer :: i, before
 
     if (state%analysis%mesh%kind /= mesh_none) then
       call state%fault(card, 'the deck has a mesh already')
@@ -67,10 +67,11 @@ contains
         'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
     end associate
     call check_element_dimension(card, state)
+    before = state%messages%error_count()
     do i = 1, size(card%rows)
       if (card%rows(i)%good) call read_axis_row(card, card%rows(i), state)
     end do
-    call check_axes(card, state)
+    if (state%messages%error_count() == before) call check_axes(card, state)
   end subroutine handle_grid
 
   !> The element belongs to models of this dimension.
@@ -249,7 +250,6 @@ contains
     integer(long) :: cells
     integer :: axis
 
-    if (any(.not. card%rows%good)) return
     cells = 1
     do axis = 1, max(2, state%dimension)
       if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) &

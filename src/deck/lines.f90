@@ -71,8 +71,7 @@ contains
 
     allocate (lines%items(64), lines%open(deepest))
     call cut_file(lines, path, '', text, messages)
-    if (lines%continued) call messages%add(severity_error, lines%items(lines%count)%place, '', &
-      'the comma at the end of the line promises a continuation, but the deck ends')
+    if (lines%continued) call end_continuation(lines, 'the deck ends', messages)
     if (.not. allocated(lines%last%file)) then
       lines%last = place_type(file=path, line=1, chain='')
     end if
@@ -136,22 +135,16 @@ contains
 
     if (len(text) == 0 .or. index(text, '**') == 1) return
     keyword = index(text, '*') == 1
-    if (keyword .and. lines%continued) then
-      call messages%add(severity_error, lines%items(lines%count)%place, '', &
-        'the comma at the end of the line promises a continuation, but a keyword follows')
-      lines%continued = .false.
-    end if
+    if (keyword .and. lines%continued) call end_continuation(lines, 'a keyword follows', messages)
     if (keyword) lines%heading = keyword_of(text) == 'HEADING'
     if (keyword .and. keyword_of(text) == 'INCLUDE') then
       call include_file(lines, place, text, messages)
     else if (lines%continued) then
       lines%items(lines%count)%text = lines%items(lines%count)%text//text
       lines%continued = text(len(text):) == ','
-      call drop_comma(lines)
     else
       call append(lines, place, text)
       lines%continued = text(len(text):) == ',' .and. (keyword .or. .not. lines%heading)
-      call drop_comma(lines)
     end if
   end subroutine take_line
 
@@ -164,13 +157,20 @@ contains
     keyword = upper(squeezed(text(2:scan(text//',', ',') - 1)))
   end function keyword_of
 
-  !> The comma that promises a continuation stays as the separator it is.
-  pure subroutine drop_comma(lines)
+  !> A continuation that does not come; its comma goes.
+  subroutine end_continuation(lines, what, messages)
     type(line_list_type), intent(inout) :: lines
+    !> What comes instead.
+    character(len=*), intent(in) :: what
+    type(message_list_type), intent(inout) :: messages
 
-    if (.not. lines%continued) return
-    lines%items(lines%count)%text = lines%items(lines%count)%text//' '
-  end subroutine drop_comma
+    associate (line => lines%items(lines%count))
+      call messages%add(severity_error, line%place, '', 'the comma at the end of the line '// &
+        'promises a continuation, but '//what)
+      line%text(len(line%text):) = ' '
+    end associate
+    lines%continued = .false.
+  end subroutine end_continuation
 
   !> Read an included file in place of its card.
   recursive subroutine include_file(lines, place, text, messages)

@@ -8,7 +8,7 @@
 module qsmpm_house_keeping
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_search, only: locate
+  use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_error, only: error_type, fail, error_left_mesh
   implicit none
@@ -18,8 +18,8 @@ module qsmpm_house_keeping
 
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
   real(wp), parameter :: boundary_fill = 0.6_wp, full_fill = 0.4_wp
-  !> A point beyond the mesh by more than this share of the cell size is lost, by less it is a
-  !> matter of rounding and step size and is put back on the wall.
+  !> A point beyond the mesh by more than this share of the cell size is lost; by less it stays where
+  !> it is and belongs to the cell at the wall, whose functions are extended to it.
   real(wp), parameter :: wall_tolerance = 0.2_wp
 
   !> What house-keeping finds.
@@ -114,6 +114,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: low(:), high(:), clamped(:)
     character(len=200) :: text
+    real(wp) :: beyond
     logical :: found
     integer :: p
 
@@ -122,9 +123,11 @@ contains
     high = maxval(mesh%coordinates, dim=2)
     do p = 1, carried%count
       clamped = min(max(carried%position(:, p), low), high)
-      if (all(abs(clamped - carried%position(:, p)) <= wall_tolerance*cell_size)) &
-        carried%position(:, p) = clamped
-      call locate(mesh, carried%position(:, p), carried%cell(p), carried%local(:, p), found)
+      beyond = maxval(abs(clamped - carried%position(:, p)))
+      found = beyond <= wall_tolerance*cell_size
+      if (found) call locate(mesh, clamped, carried%cell(p), carried%local(:, p), found)
+      if (found .and. beyond > 0.0_wp) &
+        call inverse_map(mesh, carried%cell(p), carried%position(:, p), carried%local(:, p), found)
       if (found) cycle
       write (text, '(a,1x,i0,a,3(1x,es13.6))') name, p, ' left the mesh at', carried%position(:, p)
       call fail(error, error_left_mesh, trim(text))

@@ -59,7 +59,7 @@ contains
 
     select case (body%kind)
     case (body_polygon)
-      shape%outline = body%polygon
+      allocate (shape%outline, source=body%polygon)
     case (body_box)
       allocate (shape%outline(2, 4))
       shape%outline(:, 1) = body%box(:2, 1)

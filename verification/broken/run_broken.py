@@ -1,0 +1,120 @@
+#!/usr/bin/env python3
+"""Run every broken deck of this folder and check how the program refuses it.
+
+    run_broken.py QSMPM [NAME ...]
+
+A deck begins with what is expected, one line each:
+
+    ** expect exit 2 line 7: *CONTROLS: unknown parameter 'TOLERENCE'
+    ** expect exit 2 line 2 in parts/wrong.txt: *CONTROLS: STEPS 'ten' is not a number
+    ** expect exit 5: singular
+
+Each must be found as the start of the message of one line of output, for that file and line, and
+the number of messages must be that of the expectations. A deck that is refused with code 2 is both
+checked and run, and nothing may be written; one that fails later passes the check.
+Prints one line per deck and closes with `N passed, N failed`.
+"""
+from __future__ import annotations
+
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+TIMEOUT = 60
+EXPECTATION = re.compile(r"\*\* expect exit (\d+)(?: line (\d+)(?: in (\S+))?)?: (.*)")
+
+
+class Expectation:
+    """What one header line says."""
+
+    def __init__(self, match: re.Match[str], deck: str) -> None:
+        self.code = int(match[1])
+        self.place = f"{match[3] or deck}:{match[2]}: " if match[2] else ""
+        self.text = match[4].strip()
+
+    def found_in(self, output: str) -> bool:
+        if self.place:
+            return any(line.startswith(self.place + self.text) for line in output.splitlines())
+        return self.text.lower() in output.lower()
+
+
+def read_expectations(deck: pathlib.Path) -> list[Expectation]:
+    """The expectations at the head of a deck."""
+    found = []
+    for line in deck.read_text(encoding="utf-8-sig").splitlines():
+        match = EXPECTATION.match(line)
+        if not match:
+            break
+        found.append(Expectation(match, deck.name))
+    return found
+
+
+def call(program: str, *words: str) -> tuple[int | None, str]:
+    """Exit code (None when it took too long) and all output of the program."""
+    try:
+        done = subprocess.run([program, *words], cwd=HERE, capture_output=True, timeout=TIMEOUT, check=False)
+    except subprocess.TimeoutExpired:
+        return None, ""
+    return done.returncode, (done.stdout + done.stderr).decode("utf-8", "replace")
+
+
+def judge(output: str, code: int | None, wanted: list[Expectation]) -> str:
+    """What is wrong with a refusal, empty when nothing is."""
+    if code is None:
+        return f"took more than {TIMEOUT} s"
+    if code != wanted[0].code:
+        return f"exit code {code}, not {wanted[0].code}: {output.strip()[-200:]}"
+    for expectation in wanted:
+        if not expectation.found_in(output):
+            return f"no line '{expectation.place}{expectation.text}' in: {output.strip()}"
+    messages = [line for line in output.splitlines() if re.match(r"\S+:\d+: (?!warning: )", line)]
+    if wanted[0].code == 2 and len(messages) != len(wanted):
+        return f"{len(messages)} messages, not {len(wanted)}: {output.strip()}"
+    return ""
+
+
+def try_deck(program: str, deck: pathlib.Path) -> str:
+    """Check and run one deck; what is wrong with the way it is refused, empty when nothing is."""
+    wanted = read_expectations(deck)
+    if not wanted:
+        return "the deck does not tell what is expected"
+    code, output = call(program, "check", deck.name)
+    if wanted[0].code != 2 and code != 0:
+        return f"check: exit code {code}, not 0: {output.strip()[-200:]}"
+    problem = judge(output, code, wanted) if wanted[0].code == 2 else ""
+    if problem:
+        return "check: " + problem
+    with tempfile.TemporaryDirectory() as folder:
+        target = pathlib.Path(folder) / "out"
+        before = set(HERE.rglob("*"))
+        code, output = call(program, "run", deck.name, "--out", str(target))
+        problem = judge(output, code, wanted)
+        if problem:
+            return "run: " + problem
+        if wanted[0].code == 2 and (target.exists() or set(HERE.rglob("*")) != before):
+            return "run: something was written"
+    return ""
+
+
+def main() -> int:
+    if len(sys.argv) < 2:
+        print(__doc__)
+        return 2
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    decks = sorted(HERE.glob("*.inp"))
+    if len(sys.argv) > 2:
+        decks = [deck for deck in decks if deck.stem in sys.argv[2:]]
+    failed = 0
+    for deck in decks:
+        problem = try_deck(program, deck)
+        failed += bool(problem)
+        print(f"FAILED {deck.stem}: {problem}" if problem else f"ok     {deck.stem}")
+    print(f"{len(decks) - failed} passed, {failed} failed")
+    return 1 if failed or not decks else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
