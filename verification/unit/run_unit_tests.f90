@@ -20,6 +20,8 @@ program run_unit_tests
   use test_jaumann_law, only: collect_jaumann_law
   use test_linear_solver, only: collect_linear_solver
   use test_node_ordering, only: collect_node_ordering
+  use test_text, only: collect_text
+  use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
   use test_polygon, only: collect_polygon
@@ -63,6 +65,8 @@ program run_unit_tests
   call register('jaumann_law', collect_jaumann_law)
   call register('linear_solver', collect_linear_solver)
   call register('node_ordering', collect_node_ordering)
+  call register('text', collect_text)
+  call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
   call register('polygon', collect_polygon)
