@@ -156,7 +156,7 @@ contains
     !> The labels.
     integer, allocatable, intent(out) :: labels(:)
     type(deck_state_type), intent(inout) :: state
-    integer :: i, k
+    integer :: i, k, step
 
     allocate (labels(0))
     do i = 1, size(card%rows)
@@ -169,7 +169,10 @@ contains
         else if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
           call state%fault_at(card, row, 'the run of labels is too long')
         else
-          labels = [labels, (k, k=whole_at(row, 1), whole_at(row, 2), max(1, whole_at(row, 3)))]
+          ! Counted from 0: a label beyond the last one may be no integer.
+          step = max(1, whole_at(row, 3))
+          labels = [labels, (whole_at(row, 1) + k*step, &
+            k=0, (whole_at(row, 2) - whole_at(row, 1))/step)]
         end if
       end associate
     end do

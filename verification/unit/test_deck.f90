@@ -260,6 +260,11 @@ contains
     call tests%check('a line of 600000 bytes is read', good)
     if (good) call tests%check('to its end', size(odd%node_sets(2)%labels) == 200001 .and. &
       odd%node_sets(2)%labels(200001) == 2)
+    call read_text(with_line('*NSET, NSET=far, GENERATE| 2147483640, 2147483647, 3', '*PHASE'), odd, &
+      report, good)
+    call tests%check('a run of labels may end at the largest integer', good)
+    if (good) call tests%check('and has the labels it should have', &
+      all(odd%node_sets(2)%labels == [2147483640, 2147483643, 2147483646]))
     call read_text('', odd, report, good)
     call tests%check('an empty deck is an error, not a crash', .not. good .and. &
       index(report, 'd/test.inp:1: *MODEL: the deck lacks') == 1)
