@@ -30,12 +30,17 @@ contains
 
   !> Replace the points of full cells by Gauss points.
   subroutine integrate_in_cells(mesh, activation, points, laws, at_points, integration, inaccurate)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> The same model integrated at its points.
     type(integration_type), intent(in) :: at_points
+    !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     !> Points of full cells that differ much from the fit.
     integer, intent(out) :: inaccurate
@@ -62,7 +67,9 @@ contains
 
   !> True when all points of a group are of one material.
   pure function one_material(integration, group) result(one)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> Number of the group.
     integer, intent(in) :: group
     logical :: one
 
@@ -74,10 +81,13 @@ contains
 
   !> First integration point of every group, and their total.
   subroutine count_points(mesh, at_points, whole, first, count)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
     !> Groups integrated by the Gauss rule.
     logical, intent(in) :: whole(:)
+    !> First places of the rows.
     integer, intent(inout) :: first(:)
     integer, intent(out) :: count
     real(wp), allocatable :: places(:, :), weights(:)
@@ -97,8 +107,11 @@ contains
 
   !> Take over the points of a group as they are.
   pure subroutine copy_group(at_points, group, integration)
+    !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
+    !> Number of the group.
     integer, intent(in) :: group
+    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: from, to, into, last
 
@@ -119,12 +132,19 @@ contains
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
   subroutine average_cell(mesh, points, laws, at_points, group, integration, inaccurate)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
+    !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
+    !> Number of the group.
     integer, intent(in) :: group
+    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
+    !> Count of inaccurate points, added to.
     integer, intent(inout) :: inaccurate
     real(wp), allocatable :: places(:, :), weights(:), coefficients(:, :), sampled(:)
     real(wp) :: determinant
@@ -150,13 +170,19 @@ contains
 
   !> Coefficients of the fit; the last field is ln J.
   subroutine fit_cell(mesh, points, slot, at_points, group, coefficients, inaccurate)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> The law.
     type(law_slot_type), intent(in) :: slot
+    !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
+    !> Number of the group.
     integer, intent(in) :: group
     !> (1 + dimension, fields + 1).
     real(wp), intent(out) :: coefficients(:, :)
+    !> Count of inaccurate points, added to.
     integer, intent(inout) :: inaccurate
     real(wp) :: normal(size(coefficients, 1), size(coefficients, 1)), z(size(coefficients, 1))
     real(wp), allocatable :: y(:, :), monomial(:, :)
@@ -213,7 +239,9 @@ contains
 
   !> 1 and the local coordinates about the cell's centre; halved where they run from -1 to 1.
   pure function monomials(kind, local) result(z)
+    !> Element kind.
     integer, intent(in) :: kind
+    !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
     real(wp) :: z(1 + size(local))
 

@@ -43,10 +43,14 @@ contains
 
   !> Integrate at the material points: STANDARD, and FEM with its Gauss points.
   subroutine integrate_at_points(mesh, is_axisymmetric, activation, points, integration)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     logical, intent(in) :: is_axisymmetric
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     integer :: g, p, q
 
@@ -71,9 +75,11 @@ contains
 
   !> One group for each of the cells given, with the nodes of the cell.
   pure subroutine set_group_nodes(mesh, cells, integration)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells in rising order.
     integer, intent(in) :: cells(:)
+    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: g, k
 
@@ -96,6 +102,7 @@ contains
   !> Allocate the arrays of the points; the group nodes must be set.
   pure subroutine allocate_integration(dimension, count, stress_components, state_count, integration)
     integer, intent(in) :: dimension, count, stress_components, state_count
+    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: most
 
@@ -112,11 +119,13 @@ contains
 
   !> Basis functions of the element at one point of a group (eqs. 13, 14).
   pure subroutine set_basis(mesh, group, point, local, integration, determinant)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Group and integration point.
     integer, intent(in) :: group, point
     !> Local coordinates in the group's cell (dimension).
     real(wp), intent(in) :: local(:)
+    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     !> Determinant of the element Jacobian, times the radius in axisymmetry.
     real(wp), intent(out), optional :: determinant

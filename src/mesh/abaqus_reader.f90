@@ -28,7 +28,9 @@ contains
   !> Read a file.
   subroutine read_abaqus(path, raw, error)
     character(len=*), intent(in) :: path
+    !> The mesh by labels.
     type(raw_mesh_type), intent(out) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(text_file_type) :: file
     type(card_type) :: card
@@ -60,9 +62,13 @@ contains
 
   !> A keyword line.
   subroutine start_card(file, words, card, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(out) :: card
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: name, value
     integer :: i, place
@@ -95,6 +101,7 @@ contains
 
   !> Element kind of an Abaqus name, 0 when it has none here.
   pure function kind_of(name) result(kind)
+    !> Name.
     character(len=*), intent(in) :: name
     integer :: kind
     character(len=:), allocatable :: core
@@ -132,10 +139,15 @@ contains
 
   !> A data line of the present card.
   subroutine take_data(file, words, card, raw, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(inout) :: card
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     select case (card%keyword)
@@ -154,10 +166,15 @@ contains
 
   !> label, x, y [, z]
   subroutine take_node(file, words, card, raw, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(in) :: card
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     real(wp), allocatable :: nodes(:, :)
     integer :: i, n
@@ -184,10 +201,15 @@ contains
 
   !> label, nodes; a trailing comma continues on the next line.
   subroutine take_element(file, words, card, raw, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(inout) :: card
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: connectivity(:, :)
     integer :: i, n, label
@@ -223,10 +245,15 @@ contains
 
   !> Labels or names of other sets; first, last, step with GENERATE.
   subroutine take_set(file, words, card, sets, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(in) :: card
+    !> The list of sets.
     type(label_set_type), allocatable, intent(inout) :: sets(:)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: i, k, label, limits(3)
 
@@ -260,7 +287,9 @@ contains
 
   !> Place of a named set, 0 when it is not there.
   pure function set_place(sets, name) result(place)
+    !> The list of sets.
     type(label_set_type), intent(in) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
     integer :: place
     integer :: s
@@ -273,10 +302,15 @@ contains
 
   !> element or element set, S1..S6
   subroutine take_surface(file, words, card, raw, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> Words of the line.
     type(string_type), intent(in) :: words(:)
+    !> The card being read.
     type(card_type), intent(in) :: card
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: face, label, s
 

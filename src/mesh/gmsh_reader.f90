@@ -42,7 +42,9 @@ contains
   !> Read a file.
   subroutine read_gmsh(path, raw, error)
     character(len=*), intent(in) :: path
+    !> The mesh by labels.
     type(raw_mesh_type), intent(out) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(text_file_type) :: file
     type(content_type) :: content
@@ -78,9 +80,11 @@ contains
 
   !> Words of the next line as whole numbers, at least so many.
   subroutine numbers_of_line(file, least, numbers, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
     integer, intent(in) :: least
     integer, allocatable, intent(out) :: numbers(:)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(inout) :: error
     character(len=:), allocatable :: line
     type(string_type), allocatable :: words(:)
@@ -101,8 +105,11 @@ contains
 
   !> Version and kind of file.
   subroutine read_format(file, content, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> What has been read so far.
     type(content_type), intent(inout) :: content
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: line
     type(string_type), allocatable :: words(:)
@@ -124,8 +131,11 @@ contains
 
   !> Names of the physical groups.
   subroutine read_names(file, content, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> What has been read so far.
     type(content_type), intent(inout) :: content
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     character(len=:), allocatable :: line
@@ -153,8 +163,11 @@ contains
 
   !> MSH 4.1: which entity belongs to which physical group (the first one named).
   subroutine read_entities(file, content, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> What has been read so far.
     type(content_type), intent(inout) :: content
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     character(len=:), allocatable :: line
@@ -189,9 +202,13 @@ contains
 
   !> Nodes of either format.
   subroutine read_nodes(file, content, raw, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> What has been read so far.
     type(content_type), intent(in) :: content
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: head(:), block(:), label(:)
     integer :: b, i, total
@@ -224,9 +241,12 @@ contains
 
   !> One node, with its label before it or not.
   subroutine read_place(file, with_label, raw, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
     logical, intent(in) :: with_label
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     character(len=:), allocatable :: line
@@ -250,8 +270,11 @@ contains
 
   !> Elements of either format.
   subroutine read_elements(file, content, error)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> What has been read so far.
     type(content_type), intent(inout) :: content
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: head(:), block(:), numbers(:)
     integer :: b, i, total, group
@@ -290,11 +313,14 @@ contains
 
   !> Keep one element.
   subroutine add_element(file, content, label, gmsh_type, group, nodes, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
+    !> What has been read so far.
     type(content_type), intent(inout) :: content
     integer, intent(in) :: label, gmsh_type, group
     !> As in the file.
     integer, intent(in) :: nodes(:)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(element_type) :: element
 
@@ -349,6 +375,7 @@ contains
 
   !> Where in the file's order each node of ours stands.
   pure function places_of(kind) result(places)
+    !> Element kind.
     integer, intent(in) :: kind
     integer :: places(node_count(kind))
     integer :: i
@@ -366,7 +393,9 @@ contains
 
   !> Cells are the elements of the highest dimension; named groups become sets.
   subroutine sort_out(content, raw)
+    !> What has been read so far.
     type(content_type), intent(in) :: content
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
     integer :: highest, i, g, n
 
@@ -398,7 +427,9 @@ contains
 
   !> The faces of cells whose corners are those of an element of one dimension less.
   subroutine add_matching_faces(raw, name, element)
+    !> The mesh by labels.
     type(raw_mesh_type), intent(inout) :: raw
+    !> Name.
     character(len=*), intent(in) :: name
     type(element_type), intent(in) :: element
     integer :: c, f, n
@@ -417,6 +448,7 @@ contains
 
   !> True when all corners are among the nodes.
   pure function same_corners(nodes, corners) result(same)
+    !> Node numbers.
     integer, intent(in) :: nodes(:), corners(:)
     logical :: same
     integer :: k

@@ -47,7 +47,9 @@ contains
 
   !> Generate nodes and cells (no topology).
   subroutine make_grid(grid, mesh)
+    !> What to generate.
     type(grid_type), intent(in) :: grid
+    !> The mesh.
     type(mesh_type), intent(out) :: mesh
     integer(long) :: random
     integer :: base, layers
@@ -65,6 +67,7 @@ contains
 
   !> Number nodes and cells from 1.
   pure subroutine label(mesh)
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer :: i
 
@@ -75,9 +78,12 @@ contains
 
   !> Corner nodes, x fastest; inner ones shifted, alike in all layers.
   subroutine place_nodes(grid, layers, random, mesh)
+    !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: layers
+    !> State of the generator.
     integer(long), intent(inout) :: random
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     real(wp) :: shift(2), x(2)
     integer :: i, j, k, n, nx, ny
@@ -114,7 +120,9 @@ contains
 
   !> True when a place lies on a kept segment.
   pure function on_kept(grid, x) result(yes)
+    !> What to generate.
     type(grid_type), intent(in) :: grid
+    !> Place (dimension).
     real(wp), intent(in) :: x(2)
     logical :: yes
     real(wp) :: along(2), off(2), length
@@ -135,6 +143,7 @@ contains
 
   !> Next number between 0 and 1 of a linear congruential generator (Park and Miller 1988).
   function uniform(random) result(u)
+    !> State of the generator.
     integer(long), intent(inout) :: random
     real(wp) :: u
     integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
@@ -145,9 +154,12 @@ contains
 
   !> Cells of the corners.
   subroutine connect(grid, base, layers, random, mesh)
+    !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: base, layers
+    !> State of the generator.
     integer(long), intent(inout) :: random
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     logical, allocatable :: falls(:, :)
     integer :: i, j, k, t, n, nx, ny, per, layer, corner(8), pieces(3, 2)
@@ -199,6 +211,7 @@ contains
 
     !> Append one cell.
     subroutine put(nodes)
+      !> Node numbers.
       integer, intent(in) :: nodes(:)
 
       n = n + 1
@@ -208,8 +221,10 @@ contains
 
   !> True when the diagonal of a quadrilateral falls from upper left to lower right.
   function diagonal_falls(grid, i, j, random) result(falls)
+    !> What to generate.
     type(grid_type), intent(in) :: grid
     integer, intent(in) :: i, j
+    !> State of the generator.
     integer(long), intent(inout) :: random
     logical :: falls
     real(wp) :: low(2), high(2)

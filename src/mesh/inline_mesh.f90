@@ -13,6 +13,7 @@ contains
 
   !> A mesh of one element kind from labels and coordinates.
   subroutine inline_mesh(kind, node_labels, nodes, element_labels, connectivity, mesh, error)
+    !> Element kind.
     integer, intent(in) :: kind
     integer, intent(in) :: node_labels(:)
     !> (3, nodes)
@@ -20,7 +21,9 @@ contains
     integer, intent(in) :: element_labels(:)
     !> Node labels (nodes per element, elements).
     integer, intent(in) :: connectivity(:, :)
+    !> The mesh.
     type(mesh_type), intent(out) :: mesh
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(raw_mesh_type) :: raw
 

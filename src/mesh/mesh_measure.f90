@@ -12,7 +12,9 @@ contains
 
   !> Nodes of a cell in the order of its element.
   pure function cell_nodes_of(mesh, cell) result(nodes)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     integer, allocatable :: nodes(:)
 
@@ -21,7 +23,9 @@ contains
 
   !> Coordinates of the nodes of a cell (dimension, nodes).
   pure function cell_coordinates(mesh, cell) result(coordinates)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp), allocatable :: coordinates(:, :)
 
@@ -30,7 +34,9 @@ contains
 
   !> Volume (area in the plane) of a cell; negative when it is inside out.
   function cell_volume(mesh, cell) result(volume)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp) :: volume
     real(wp), allocatable :: places(:, :), weights(:), x(:, :)
@@ -49,7 +55,9 @@ contains
 
   !> Size of a cell: the mean extent of its corners along the axes.
   pure function cell_size(mesh, cell) result(extent)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp) :: extent
     integer :: i, first
@@ -66,6 +74,7 @@ contains
 
   !> Volume of the whole mesh.
   function mesh_volume(mesh) result(volume)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp) :: volume
     integer :: c
@@ -78,7 +87,9 @@ contains
 
   !> A nodal field at a place of a cell.
   pure function interpolate(mesh, cell, functions, field) result(value)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     !> Shape functions of the cell's nodes at the place, in the order of the cell.
     real(wp), intent(in) :: functions(:)

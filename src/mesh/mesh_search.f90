@@ -27,7 +27,9 @@ contains
 
   !> Local coordinates of a place in the straight-edged map of a cell, also outside of it.
   pure subroutine inverse_map(mesh, cell, x, local, ok)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -64,7 +66,9 @@ contains
   !> Solve a system of two or three equations by Cramer's rule.
   pure subroutine solve_small(a, b, x, ok)
     real(wp), intent(in) :: a(:, :), b(:)
+    !> Place (dimension).
     real(wp), intent(out) :: x(:)
+    !> Whether it worked.
     logical, intent(out) :: ok
     real(wp) :: determinant, scale
 
@@ -91,6 +95,7 @@ contains
 
   !> Owner cell of a place.
   subroutine locate(mesh, x, cell, local, found)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -98,6 +103,7 @@ contains
     integer, intent(inout) :: cell
     !> Local coordinates in the owner (dimension).
     real(wp), intent(out) :: local(:)
+    !> Whether it was found.
     logical, intent(out) :: found
     real(wp) :: nudged(size(x))
     integer :: owner
@@ -116,10 +122,15 @@ contains
 
   !> Walk over the most violated faces.
   pure subroutine walk(mesh, x, cell, tolerance, found)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Place (dimension).
     real(wp), intent(in) :: x(:)
+    !> Number of the cell.
     integer, intent(inout) :: cell
+    !> Tolerance.
     real(wp), intent(in) :: tolerance
+    !> Whether it was found.
     logical, intent(out) :: found
     real(wp) :: local(size(x)), distance(6)
     logical :: ok
@@ -141,9 +152,12 @@ contains
 
   !> Try every cell whose box holds the place; of several the first.
   pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: x(:), tolerance
+    !> Number of the cell.
     integer, intent(inout) :: cell
+    !> Whether it was found.
     logical, intent(out) :: found
     real(wp) :: local(size(x)), distance(6), margin
     logical :: ok

@@ -15,6 +15,7 @@ contains
 
   !> Distance below which places count as the same.
   pure function set_tolerance(mesh) result(tolerance)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp) :: tolerance
 
@@ -23,9 +24,11 @@ contains
 
   !> Nodes in a box; limits along z are not looked at in the plane.
   pure subroutine nodes_in_box(mesh, box, items)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
+    !> Indices found.
     integer, allocatable, intent(out) :: items(:)
     logical :: inside(mesh%node_count)
     integer :: i
@@ -40,9 +43,11 @@ contains
 
   !> Nodes on a plane normal to an axis.
   pure subroutine nodes_on_plane(mesh, axis, value, items)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: axis
     real(wp), intent(in) :: value
+    !> Indices found.
     integer, allocatable, intent(out) :: items(:)
     integer :: i
 
@@ -52,6 +57,7 @@ contains
 
   !> Faces whose corners all lie in a box; an interior face comes from both its cells.
   pure subroutine faces_in_box(mesh, box, faces)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: box(3, 2)
     !> Cell and local face, (2,n).
@@ -76,6 +82,7 @@ contains
 
   !> True when all corners of a face are marked.
   pure function all_inside(mesh, cell, face, inside) result(yes)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
     logical, intent(in) :: inside(:)
@@ -88,7 +95,9 @@ contains
 
   !> Place of a name in a list of sets, 0 when it is not there.
   pure function find_set(sets, name) result(place)
+    !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
     integer :: place
     integer :: i
@@ -101,8 +110,11 @@ contains
 
   !> Append a set.
   pure subroutine add_set(sets, name, items)
+    !> The list of sets.
     type(index_set_type), allocatable, intent(inout) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
+    !> Indices found.
     integer, intent(in) :: items(:)
     type(index_set_type), allocatable :: longer(:)
     integer :: n

@@ -15,6 +15,7 @@ contains
   subroutine add_mid_nodes(kind, mesh)
     !> Quadratic kind of all cells.
     integer, intent(in) :: kind
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer :: edges(2, node_count(kind) - corner_count(kind))
     integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:)

@@ -12,6 +12,7 @@ contains
 
   !> Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
   pure subroutine scale_rows(mesh, axis, base, plate_old, plate_new)
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     !> Axis along which the plate moves.
     integer, intent(in) :: axis
@@ -33,9 +34,11 @@ contains
 
   !> True when the map of a cell turns inside out at a node or at a point of its full rule.
   subroutine is_tangled(mesh, coordinates, cell, tangled)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Node coordinates to test (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)
+    !> Number of the cell.
     integer, intent(in) :: cell
     logical, intent(out) :: tangled
     real(wp) :: nodes(mesh%dimension, node_count(mesh%cell_kind(cell)))
@@ -57,7 +60,9 @@ contains
 
   !> Determinant of the isoparametric map.
   pure function jacobian(kind, local, corner) result(determinant)
+    !> Element kind.
     integer, intent(in) :: kind
+    !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:), corner(:, :)
     real(wp) :: determinant
     real(wp) :: gradients(size(local), size(corner, 2)), j(size(local), size(local))

@@ -35,7 +35,9 @@ contains
 
   !> From labels to indices. Nodes of no cell are dropped.
   subroutine finish_mesh(raw, mesh, error)
+    !> The mesh by labels.
     type(raw_mesh_type), intent(in) :: raw
+    !> The mesh.
     type(mesh_type), intent(out) :: mesh
     !> Repeated or unknown labels, no cell, cells of several dimensions.
     type(error_type), allocatable, intent(out) :: error
@@ -62,10 +64,14 @@ contains
 
   !> Rising labels and the order that sorts them; repeats are an error.
   subroutine sort_labels(labels, what, order, sorted, error)
+    !> Labels.
     integer, intent(in) :: labels(:)
     character(len=*), intent(in) :: what
+    !> Order that sorts.
     integer, intent(out) :: order(:)
+    !> Rising labels.
     integer, allocatable, intent(out) :: sorted(:)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
@@ -102,9 +108,13 @@ contains
 
   !> Cells with node indices, and the nodes they use in the order of their labels.
   subroutine take_cells(raw, sorted, order, mesh, error)
+    !> The mesh by labels.
     type(raw_mesh_type), intent(in) :: raw
+    !> Rising labels.
     integer, intent(in) :: sorted(:), order(:)
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: index_of(size(sorted)), c, k, n, place, total
 
@@ -147,8 +157,10 @@ contains
 
   !> Sets by index.
   subroutine take_sets(raw, sorted_nodes, node_order, sorted_cells, cell_order, mesh)
+    !> The mesh by labels.
     type(raw_mesh_type), intent(in) :: raw
     integer, intent(in) :: sorted_nodes(:), node_order(:), sorted_cells(:), cell_order(:)
+    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer, allocatable :: items(:)
     integer :: s, k, place
@@ -177,7 +189,9 @@ contains
 
   !> Indices of labels, sorted, each once; labels that are not there are left out.
   pure subroutine indices(labels, sorted, order, items)
+    !> Labels.
     integer, intent(in) :: labels(:), sorted(:), order(:)
+    !> Indices found.
     integer, allocatable, intent(out) :: items(:)
     integer :: found(size(labels)), k, n, place
 
@@ -194,8 +208,11 @@ contains
 
   !> Add labels to a named set, which is made when it is new.
   pure subroutine add_label_set(sets, name, labels)
+    !> The list of sets.
     type(label_set_type), allocatable, intent(inout) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
+    !> Labels.
     integer, intent(in) :: labels(:)
     integer :: s
 
@@ -205,8 +222,11 @@ contains
 
   !> Add faces to a named set, which is made when it is new.
   pure subroutine add_faces(sets, name, labels, faces)
+    !> The list of sets.
     type(label_set_type), allocatable, intent(inout) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
+    !> Labels.
     integer, intent(in) :: labels(:), faces(:)
     integer :: s
 
@@ -217,7 +237,9 @@ contains
 
   !> Place of a named set, appended when it is new.
   pure subroutine open_set(sets, name, place)
+    !> The list of sets.
     type(label_set_type), allocatable, intent(inout) :: sets(:)
+    !> Name.
     character(len=*), intent(in) :: name
     integer, intent(out) :: place
     type(label_set_type), allocatable :: longer(:)

@@ -19,7 +19,9 @@ contains
   !> Read a file into memory.
   subroutine open_text(path, file, error)
     character(len=*), intent(in) :: path
+    !> The file being read.
     type(text_file_type), intent(out) :: file
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: unit, status, length
 
@@ -36,7 +38,9 @@ contains
 
   !> The next line without its end; `more` is false behind the last.
   subroutine next_line(file, line, more)
+    !> The file being read.
     type(text_file_type), intent(inout) :: file
+    !> The line.
     character(len=:), allocatable, intent(out) :: line
     logical, intent(out) :: more
     integer :: last
@@ -60,7 +64,9 @@ contains
 
   !> Words between blanks; a name in double quotes is one word.
   pure subroutine words_of(line, words)
+    !> The line.
     character(len=*), intent(in) :: line
+    !> Words of the line.
     type(string_type), allocatable, intent(out) :: words(:)
     type(string_type) :: found(len(line)/2 + 1)
     integer :: i, first, n
@@ -87,8 +93,10 @@ contains
 
   !> Error at the present line.
   subroutine file_fault(file, message, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
     character(len=*), intent(in) :: message
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_deck, file%path//':'//integer_text(file%line)//': '//message)
@@ -96,9 +104,11 @@ contains
 
   !> A whole number out of a word.
   subroutine word_integer(file, word, value, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
     character(len=*), intent(in) :: word
     integer, intent(out) :: value
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 
@@ -109,9 +119,11 @@ contains
 
   !> A number out of a word.
   subroutine word_real(file, word, value, error)
+    !> The file being read.
     type(text_file_type), intent(in) :: file
     character(len=*), intent(in) :: word
     real(wp), intent(out) :: value
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 

@@ -13,8 +13,11 @@ contains
 
   !> Determinant of the element's Jacobian, times the radius in axisymmetry.
   pure function measure_at(mesh, axisymmetric, cell, local) result(measure)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
+    !> Number of the cell.
     integer, intent(in) :: cell
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
@@ -32,7 +35,9 @@ contains
 
   !> Volumes of all cells by their full rule.
   subroutine cell_volumes(mesh, axisymmetric, volumes)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     !> (cell_count)
     real(wp), intent(out) :: volumes(:)

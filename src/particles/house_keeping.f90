@@ -38,10 +38,13 @@ contains
 
   !> Sort points into cells and classify the cells.
   pure subroutine activate(mesh, cell_volume, points, activation)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: cell_volume(:)
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> What house-keeping found.
     type(activation_type), intent(out) :: activation
     integer :: k, c, p
 
@@ -68,8 +71,11 @@ contains
 
   !> Counting sort of the points by cell, then material.
   pure subroutine sort_by_cell(cell_count, points, activation)
+    !> Number of cells.
     integer, intent(in) :: cell_count
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> What house-keeping found.
     type(activation_type), intent(inout) :: activation
     integer :: owned(cell_count), place(cell_count)
     integer :: c, k, m, p
@@ -104,9 +110,11 @@ contains
 
   !> Find the owner cells again after a move or a change of the mesh.
   subroutine relocate(mesh, cell_size, carried, name, error)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
     real(wp), intent(in) :: cell_size
+    !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
     !> What is carried, for the message.
     character(len=*), intent(in) :: name

@@ -49,6 +49,7 @@ contains
 
   !> Allocate the arrays of a carried set.
   pure subroutine allocate_carried(carried, dimension, count)
+    !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -63,6 +64,7 @@ contains
 
   !> Allocate material points, unstressed.
   pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
+    !> The material points.
     type(points_type), intent(out) :: points
     !> 2 or 3.
     integer, intent(in) :: dimension

@@ -43,8 +43,11 @@ contains
 
   !> Add the points of one body.
   subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, gauss, list, error)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     !> Number of the body.
     integer, intent(in) :: body
@@ -52,6 +55,7 @@ contains
     integer, intent(in) :: points_per_element
     !> Seed the Gauss rule of a full cell instead (FEM).
     logical, intent(in) :: gauss
+    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> A number of points the element does not know.
     type(error_type), allocatable, intent(out) :: error
@@ -89,11 +93,14 @@ contains
 
   !> The whole pattern.
   subroutine seed_cell(mesh, axisymmetric, cell, body, places, weights, list)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     integer, intent(in) :: cell, body
     !> Local coordinates and weights of the pattern.
     real(wp), intent(in) :: places(:, :), weights(:)
+    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     integer :: k
 
@@ -105,13 +112,18 @@ contains
 
   !> The points of the pattern inside the body, with the body's share of the cell's volume.
   subroutine seed_cut_cell(mesh, axisymmetric, shape, cell, body, share, centre, places, weights, list)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     integer, intent(in) :: cell, body
     !> Share of the cell, and centroid of the occupied part.
     real(wp), intent(in) :: share, centre(3)
+    !> Local coordinates of the pattern (dimension, n).
     real(wp), intent(in) :: places(:, :), weights(:)
+    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: volume(size(weights)), local(size(places, 1))
     logical :: inside(size(weights)), ok
@@ -134,9 +146,13 @@ contains
 
   !> True when a place of a cell lies inside the body.
   pure function contains_place(mesh, shape, cell, local) result(inside)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
+    !> Number of the cell.
     integer, intent(in) :: cell
+    !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
     logical :: inside
     real(wp) :: x(3), functions(20)
@@ -153,8 +169,11 @@ contains
 
   !> Share of a cell that a body occupies, and the centroid of that part.
   subroutine occupied_share(mesh, shape, cell, share, centre)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp), intent(out) :: share, centre(3)
     real(wp), allocatable :: base(:, :)
@@ -175,7 +194,9 @@ contains
 
   !> Corners of a plane cell, or the base and height of a prism or brick standing along z.
   subroutine upright_prism(mesh, cell, base, low, high, upright)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     !> Base corners (2,n).
     real(wp), allocatable, intent(out) :: base(:, :)
@@ -209,6 +230,7 @@ contains
 
   !> Exact share of a plane cell or an upright prism.
   subroutine share_of_prism(shape, base, low, high, share, centre)
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
     real(wp), intent(in) :: base(:, :), low, high
     real(wp), intent(out) :: share, centre(3)
@@ -230,8 +252,11 @@ contains
 
   !> Share of any other cell, counted at the points of a rule repeated in the cell.
   subroutine share_by_counting(mesh, shape, cell, share, centre)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp), intent(out) :: share, centre(3)
     integer, parameter :: slices = 12
@@ -266,6 +291,7 @@ contains
 
   !> Append one seed.
   pure subroutine add_seed(list, cell, body, local, volume)
+    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     integer, intent(in) :: cell, body
     real(wp), intent(in) :: local(:), volume

@@ -24,7 +24,9 @@ contains
 
   !> Surface points on mesh faces that bound the occupied cells.
   subroutine seed_faces(mesh, axisymmetric, occupied, faces, surface, list)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
@@ -53,9 +55,12 @@ contains
 
   !> Area per reference area of a face at a place.
   function area_at(mesh, axisymmetric, cell, face, local) result(area)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     integer, intent(in) :: cell, face
+    !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
     real(wp) :: area
     real(wp) :: corner(mesh%dimension, 20), vector(mesh%dimension), functions(20)
@@ -73,12 +78,17 @@ contains
 
   !> Surface points on a straight segment through the occupied cells of a plane mesh.
   subroutine seed_segment(mesh, axisymmetric, occupied, segment, surface, list)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
+    !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
+    !> Number of the surface.
     integer, intent(in) :: surface
+    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: from, to, length, x(2), local(2), area
     logical :: ok
@@ -103,8 +113,11 @@ contains
 
   !> Part of a segment, as parameters from 0 to 1, in a convex plane cell.
   pure subroutine piece_in_cell(mesh, cell, segment, from, to)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
+    !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
     real(wp), intent(out) :: from, to
     real(wp) :: a(2), b(2), start_side, end_side

@@ -38,10 +38,12 @@ contains
 
   !> Size the arrays for a set of integration points.
   subroutine prepare_evaluation(integration, dimension, node_count, with_blocks, evaluation)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     integer, intent(in) :: dimension, node_count
     !> Room for stiffness blocks is needed.
     logical, intent(in) :: with_blocks
+    !> Results of the evaluation.
     type(evaluation_type), intent(out) :: evaluation
     integer :: most
 
@@ -58,12 +60,15 @@ contains
 
   !> Stresses, internal forces and, when asked for, stiffness blocks.
   subroutine evaluate(integration, laws, displacement, tangent, evaluation)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
+    !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
     type(batch_type) :: batch
     integer :: g, a, n, first
@@ -95,8 +100,11 @@ contains
 
   !> Room for the points of the largest group.
   subroutine allocate_batch(integration, tangent, batch)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> Which tangent is wanted.
     integer, intent(in) :: tangent
+    !> The points handed to the law.
     type(batch_type), intent(out) :: batch
     integer :: most, components
 
@@ -115,11 +123,16 @@ contains
 
   !> One group: runs of points of equal material go to their law together.
   subroutine evaluate_group(integration, laws, displacement, tangent, group, batch, evaluation)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     integer, intent(in) :: tangent, group
+    !> The points handed to the law.
     type(batch_type), intent(inout) :: batch
+    !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
     real(wp) :: u(size(displacement, 1), size(integration%shape, 1))
     integer :: n, from, to, q
@@ -159,10 +172,12 @@ contains
 
   !> Incremental deformation gradients and start states of a run of points.
   pure subroutine load_batch(integration, from, to, u, batch)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     integer, intent(in) :: from, to
     !> Displacement of the group's nodes (dimension, n).
     real(wp), intent(in) :: u(:, :)
+    !> The points handed to the law.
     type(batch_type), intent(inout) :: batch
     integer :: q, k, a, j, d, n
 
@@ -195,7 +210,9 @@ contains
   !> Keep the results of a run of points.
   pure subroutine store_batch(from, to, batch, evaluation)
     integer, intent(in) :: from, to
+    !> The points handed to the law.
     type(batch_type), intent(in) :: batch
+    !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
     integer :: q, k
 
@@ -224,9 +241,11 @@ contains
 
   !> Internal forces of a run of points (eq. 25 on the start configuration).
   pure subroutine add_forces(integration, from, to, n, batch, force)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Range of points and number of nodes.
     integer, intent(in) :: from, to, n
+    !> The points handed to the law.
     type(batch_type), intent(in) :: batch
     !> (dimension*nodes)
     real(wp), intent(inout) :: force(:)
@@ -250,8 +269,10 @@ contains
 
   !> Stiffness of a run of plane or axisymmetric points.
   pure subroutine add_stiffness_2d(integration, from, to, n, batch, block)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     integer, intent(in) :: from, to, n
+    !> The points handed to the law.
     type(batch_type), intent(in) :: batch
     !> (2, n, 2, n)
     real(wp), intent(inout) :: block(2, n, 2, n)
@@ -283,8 +304,10 @@ contains
 
   !> Stiffness of a run of points in 3D.
   pure subroutine add_stiffness_3d(integration, from, to, n, batch, block)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     integer, intent(in) :: from, to, n
+    !> The points handed to the law.
     type(batch_type), intent(in) :: batch
     !> (3, n, 3, n)
     real(wp), intent(inout) :: block(3, n, 3, n)

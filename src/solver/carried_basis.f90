@@ -19,12 +19,17 @@ contains
 
   !> Cell whose nodes carry a place, and its shape functions there.
   subroutine basis_at(mesh, activation, points, carried, i, cell, functions)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> What rides on the mesh.
     class(carried_type), intent(in) :: carried
     !> Which of the carried places.
     integer, intent(in) :: i
+    !> Number of the cell.
     integer, intent(out) :: cell
     !> Shape functions of the cell's nodes, in the order of the cell.
     real(wp), intent(out) :: functions(:)
@@ -44,7 +49,9 @@ contains
 
   !> Material point nearest to a place; the first of equally near ones.
   pure function nearest_point(points, x) result(nearest)
+    !> The material points.
     type(points_type), intent(in) :: points
+    !> Place (dimension).
     real(wp), intent(in) :: x(:)
     integer :: nearest
     real(wp) :: distance, least

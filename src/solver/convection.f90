@@ -26,7 +26,9 @@ contains
 
   !> Update what rides on the mesh, then reset the mesh.
   subroutine convect(model, step, displacement, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
@@ -55,9 +57,13 @@ contains
 
   !> Stress, state and volume of every material point by its own strain.
   subroutine update_stresses(model, step, displacement, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(evaluation_type) :: evaluation
     character(len=100) :: text
@@ -82,8 +88,11 @@ contains
 
   !> Move material points.
   subroutine move_points(model, step, displacement)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     integer :: g, q, p
 
@@ -98,9 +107,13 @@ contains
 
   !> Move surface points or tracers.
   subroutine move_carried(model, step, displacement, carried)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
     real(wp) :: functions(20)
     integer :: i, cell
@@ -114,9 +127,13 @@ contains
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(model, step, displacement, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=100) :: text
     logical :: tangled
@@ -136,7 +153,9 @@ contains
 
   !> Mean displacement of the plate along the axis of the moving mesh.
   function plate_displacement(model, displacement) result(move)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     real(wp) :: move
     integer :: s
@@ -152,7 +171,9 @@ contains
 
   !> House-keeping: owner cells of everything that rides.
   subroutine find_again(model, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)

@@ -49,7 +49,9 @@ contains
   !> Number the equations and lay out the matrix; nothing happens when patches and constraints are
   !> those of the last call.
   subroutine number_equations(equations, patches, constrained, matrix, changed, error)
+    !> The equations.
     type(equations_type), intent(inout) :: equations
+    !> Node lists that couple.
     type(patches_type), intent(in) :: patches
     !> Constrained components (dimension, node_count).
     logical, intent(in) :: constrained(:, :)
@@ -57,6 +59,7 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     !> True when the pattern is new.
     logical, intent(out) :: changed
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
@@ -72,7 +75,9 @@ contains
 
   !> True when nothing that shapes the pattern has changed.
   pure function same_patches(equations, patches, constrained) result(same)
+    !> The equations.
     type(equations_type), intent(in) :: equations
+    !> Node lists that couple.
     type(patches_type), intent(in) :: patches
     logical, intent(in) :: constrained(:, :)
     logical :: same
@@ -88,11 +93,14 @@ contains
 
   !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
   pure subroutine node_graph(patches, node_count, active, graph_node, first, neighbour)
+    !> Node lists that couple.
     type(patches_type), intent(in) :: patches
+    !> Number of nodes.
     integer, intent(in) :: node_count
     logical, allocatable, intent(out) :: active(:)
     !> Mesh node of each graph node.
     integer, allocatable, intent(out) :: graph_node(:)
+    !> First places of the rows.
     integer, allocatable, intent(out) :: first(:), neighbour(:)
     integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), work(:)
     logical, allocatable :: seen(:)
@@ -135,8 +143,10 @@ contains
 
   !> Append the nodes not met yet.
   pure subroutine add_unseen(nodes, seen, list, count)
+    !> Node numbers.
     integer, intent(in) :: nodes(:)
     logical, intent(inout) :: seen(:)
+    !> The seeds.
     integer, intent(inout) :: list(:)
     integer, intent(inout) :: count
     integer :: k
@@ -151,8 +161,10 @@ contains
 
   !> The patches each graph node belongs to, in compressed rows.
   pure subroutine patches_of_nodes(patches, graph_number, n, first, patch)
+    !> Node lists that couple.
     type(patches_type), intent(in) :: patches
     integer, intent(in) :: graph_number(:), n
+    !> First places of the rows.
     integer, allocatable, intent(out) :: first(:), patch(:)
     integer :: place(n), i, k, q
 
@@ -178,8 +190,11 @@ contains
 
   !> Give the free components numbers along the order of the nodes.
   subroutine number_along_order(equations, graph_node, first, neighbour, error)
+    !> The equations.
     type(equations_type), intent(inout) :: equations
+    !> Mesh node of each graph node.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
     integer :: i, c, node, width
@@ -208,6 +223,7 @@ contains
 
   !> Largest distance of two neighbours in an order of the nodes.
   pure function node_distance(first, neighbour, position) result(distance)
+    !> First places of the rows.
     integer, intent(in) :: first(:), neighbour(:), position(:)
     integer :: distance
     integer :: i, k
@@ -222,8 +238,11 @@ contains
 
   !> Rows and columns of the matrix and the places of all blocks.
   subroutine lay_out(equations, graph_node, first, neighbour, matrix)
+    !> The equations.
     type(equations_type), intent(inout) :: equations
+    !> Mesh node of each graph node.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer, allocatable :: column(:), node_of(:)
     integer :: i, c, k, row, length, capacity, j
@@ -302,7 +321,9 @@ contains
   !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
   !> first.
   pure subroutine place_blocks(equations, matrix)
+    !> The equations.
     type(equations_type), intent(inout) :: equations
+    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
     integer :: q, a, b, n, k, row, target_equation
 
@@ -365,10 +386,12 @@ contains
 
   !> Add a dense block of a patch, rows and columns ordered component first, to the matrix.
   pure subroutine add_block(equations, patch, block, matrix)
+    !> The equations.
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: patch
     !> (dimension, nodes, dimension, nodes)
     real(wp), intent(in) :: block(:, :, :, :)
+    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: a, b, i, j, k, row, place, first
 

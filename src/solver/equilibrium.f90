@@ -68,10 +68,15 @@ contains
 
   !> Iterate to equilibrium.
   subroutine solve_equilibrium(model, step, goal, controls, solution)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
+    !> What was reached.
     type(solution_type), intent(out) :: solution
     real(wp) :: residual(step%equations%count), correction(size(goal%force, 1), size(goal%force, 2))
     integer :: tangent
@@ -106,8 +111,11 @@ contains
 
   !> Note why the solution is not to be used.
   subroutine give_up(step, reason, solution)
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Sentence.
     character(len=*), intent(in) :: reason
+    !> What was reached.
     type(solution_type), intent(inout) :: solution
 
     solution%reason = reason
@@ -116,9 +124,13 @@ contains
 
   !> Residual at the free components and its size relative to the load (eq. 27).
   subroutine out_of_balance(step, goal, residual, solution)
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
+    !> Residual at the free components (equations).
     real(wp), intent(out) :: residual(:)
+    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: imbalance(size(goal%force, 1), size(goal%force, 2)), extra(size(goal%force, 1), size(goal%force, 2))
     real(wp) :: load(size(residual))
@@ -151,12 +163,18 @@ contains
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
   subroutine correct(model, step, goal, keep_factors, residual, correction, solution)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
     logical, intent(in) :: keep_factors
+    !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
+    !> Correction of the displacement (dimension, node_count).
     real(wp), intent(out) :: correction(:, :)
+    !> What was reached.
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
@@ -187,13 +205,21 @@ contains
 
   !> Take the correction, or as much of it as lowers the residual.
   subroutine search_line(model, step, goal, controls, tangent, correction, residual, solution)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
+    !> Which tangent is wanted.
     integer, intent(in) :: tangent
+    !> Correction of the displacement (dimension, node_count).
     real(wp), intent(in) :: correction(:, :)
+    !> Residual at the free components (equations).
     real(wp), intent(inout) :: residual(:)
+    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole
@@ -234,8 +260,11 @@ contains
 
   !> Shares of stabilisation and drag, internal force, largest move.
   subroutine take_shares(step, goal, solution)
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
+    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(goal%force, 1), size(goal%force, 2))
 

@@ -16,6 +16,7 @@ contains
 
   !> Add `file:line: *KEYWORD: message`.
   pure subroutine add_fault(faults, where, keyword, message)
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     !> Where the faulty item was written.
     type(source_line_type), intent(in) :: where

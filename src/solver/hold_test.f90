@@ -19,10 +19,15 @@ contains
 
   !> Do the hold tests that are due at the present load factor.
   subroutine test_hold(model, step, phase, observer, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> The phase.
     type(phase_type), intent(in) :: phase
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: due
 
@@ -35,10 +40,15 @@ contains
 
   !> Re-solve at held load and report.
   subroutine hold(model, step, phase, observer, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> The phase.
     type(phase_type), intent(in) :: phase
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(solution_type) :: solution

@@ -43,7 +43,9 @@ contains
 
   !> Prepare a step from the state of the model.
   subroutine initialise_step(model, step, error)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Failure of the ordering or of the solver's analysis.
     type(error_type), allocatable, intent(out) :: error
@@ -76,7 +78,9 @@ contains
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
 
     if (.not. allocated(step%volumes)) allocate (step%volumes(model%mesh%cell_count))
@@ -86,7 +90,9 @@ contains
 
   !> Lumped volume of every node.
   subroutine lump_volumes(step, node_count)
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Number of nodes.
     integer, intent(in) :: node_count
     integer :: g, q, a, n
 
@@ -107,7 +113,9 @@ contains
 
   !> Stabilisation of the boundary cells; FEM has none.
   subroutine stabilise(model, step)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     real(wp) :: stiffness(step%activation%active_count), factor
     integer :: g, kind, p
@@ -127,8 +135,10 @@ contains
 
   !> The patches of the groups, then those of the stabilisation.
   pure subroutine join_patches(integration, extra, patches)
+    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     type(patches_type), intent(in) :: extra
+    !> Node lists that couple.
     type(patches_type), intent(out) :: patches
 
     patches%count = integration%group_count + extra%count
@@ -138,8 +148,11 @@ contains
 
   !> A solver for a new pattern.
   subroutine new_solver(model, step, error)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     step%symmetric = is_symmetric(model)
@@ -155,6 +168,7 @@ contains
 
   !> True when the tangents of this phase are symmetric: the frozen elastic one always is.
   pure function is_symmetric(model) result(symmetric)
+    !> The model.
     type(model_type), intent(in) :: model
     logical :: symmetric
     integer :: m

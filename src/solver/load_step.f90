@@ -23,8 +23,11 @@ contains
 
   !> Go from the state of the model to equilibrium at a share of the phase.
   subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Share of the phase to be reached; the present one holds the load.
     real(wp), intent(in) :: fraction
@@ -79,7 +82,9 @@ contains
 
   !> Put a state back.
   subroutine restore(state, model)
+    !> The state.
     type(state_type), intent(in) :: state
+    !> The model.
     type(model_type), intent(inout) :: model
 
     model%state = state
@@ -88,10 +93,14 @@ contains
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(model, step, goal, force_before, solution)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> What is to be reached.
     type(target_type), intent(in) :: goal
     real(wp), intent(in) :: force_before(:, :)
+    !> What was reached.
     type(solution_type), intent(in) :: solution
     real(wp) :: reactions(size(force_before, 1), size(force_before, 2))
 

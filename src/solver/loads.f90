@@ -16,7 +16,9 @@ contains
 
   !> Force of all loads at a share of the phase.
   subroutine external_force(model, activation, at_points, fraction, force)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Basis functions at the material points.
     type(integration_type), intent(in) :: at_points
@@ -44,9 +46,13 @@ contains
 
   !> Weight of the material points: eq. 29 with the mass kept.
   subroutine add_weight(model, at_points, gravity, force)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
+    !> Gravity vector (dimension).
     real(wp), intent(in) :: gravity(:)
+    !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     integer :: g, q, a, first
 
@@ -63,9 +69,13 @@ contains
 
   !> Tractions on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
+    !> Share of the phase, 0 to 1.
     real(wp), intent(in) :: fraction
+    !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: functions(20), traction(3)
     integer :: i, s, cell
@@ -84,9 +94,13 @@ contains
 
   !> Tractions on the outermost material points, as the paper has it (section 3.1).
   subroutine add_carried_tractions(model, activation, fraction, force)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
+    !> Share of the phase, 0 to 1.
     real(wp), intent(in) :: fraction
+    !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: functions(20), traction(3)
     integer :: i, s, cell
@@ -104,9 +118,13 @@ contains
 
   !> Share a force among the nodes of a cell.
   subroutine spread_force(model, cell, functions, vector, force)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Number of the cell.
     integer, intent(in) :: cell
+    !> Shape functions of the cell at the place.
     real(wp), intent(in) :: functions(:), vector(:)
+    !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     integer :: a, node
 

@@ -26,7 +26,9 @@ contains
 
   !> Seed all bodies.
   subroutine make_points(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
@@ -51,8 +53,11 @@ contains
 
   !> Bounds of a body as the seeding wants them.
   function shape_of(model, body, faults) result(shape)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Number of the body.
     type(body_type), intent(in) :: body
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     type(body_shape_type) :: shape
     integer :: s
@@ -83,7 +88,9 @@ contains
 
   !> Material points from the seeds: unstressed, at their places.
   subroutine points_from_seeds(model, list)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The seeds.
     type(seed_list_type), intent(in) :: list
     integer :: p, states, m
     real(wp), allocatable :: zero(:)
@@ -113,7 +120,9 @@ contains
 
   !> Number of a body's material; the deck has checked that it exists.
   pure function material_number(model, body) result(number)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Number of the body.
     integer, intent(in) :: body
     integer :: number
     integer :: m
@@ -126,8 +135,11 @@ contains
 
   !> Cells, local coordinates and positions of seeds.
   pure subroutine place_seeds(model, list, carried)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> The seeds.
     type(seed_list_type), intent(in) :: list
+    !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
     real(wp) :: functions(20)
     integer :: i, n
@@ -144,7 +156,9 @@ contains
 
   !> No cell may hold more than its volume at the start.
   subroutine check_overlap(model, faults)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
     integer :: p, last
@@ -161,7 +175,9 @@ contains
 
   !> Surface points of all surfaces, and the points that carry tractions in the paper's way.
   subroutine make_surfaces(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     type(seed_list_type) :: list
     logical :: occupied(model%mesh%cell_count)
@@ -207,8 +223,11 @@ contains
 
   !> Faces of a surface named by the mesh.
   subroutine mesh_faces(model, name, faces)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Name.
     character(len=*), intent(in) :: name
+    !> Cell and local face, (2,n).
     integer, allocatable, intent(out) :: faces(:, :)
     integer :: s
 
@@ -220,6 +239,7 @@ contains
 
   !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.
   subroutine choose_carrying_points(model)
+    !> The model.
     type(model_type), intent(inout) :: model
     integer :: i
 

@@ -11,6 +11,7 @@ module qsmpm_model_builder
   use qsmpm_model_mesh, only: make_mesh, make_sets
   use qsmpm_model_bodies, only: make_points, make_surfaces
   use qsmpm_model_histories, only: make_histories
+  use qsmpm_phase_start, only: resume_phase
   use qsmpm_law_factory, only: new_law
   use qsmpm_law, only: law_type
   use qsmpm_material_parameters, only: material_parameters_type
@@ -29,6 +30,7 @@ contains
   !> Build the model of an analysis.
   subroutine build_model(analysis, model, error)
     type(analysis_type), intent(in) :: analysis
+    !> The model.
     type(model_type), intent(out) :: model
     !> error_deck with one fault a line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
@@ -52,6 +54,7 @@ contains
 
   !> Defaults that depend on other choices.
   subroutine fill_defaults(model)
+    !> The model.
     type(model_type), intent(inout) :: model
 
     associate (method => model%analysis%method)
@@ -68,7 +71,9 @@ contains
 
   !> One law a material.
   subroutine make_laws(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     type(material_parameters_type) :: parameters
     class(law_type), allocatable :: law
@@ -96,6 +101,7 @@ contains
 
   !> Fields of the state that start from what was built.
   subroutine finish(model)
+    !> The model.
     type(model_type), intent(inout) :: model
     integer :: p
 
@@ -110,6 +116,7 @@ contains
 
   !> Coordinate of the plate's row.
   subroutine place_plate(model)
+    !> The model.
     type(model_type), intent(inout) :: model
     integer :: s
 
@@ -121,36 +128,84 @@ contains
     end do
   end subroutine place_plate
 
-  !> Totals for `qsmpm check`.
+  !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.
   subroutine model_summary(model, text)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> The text.
     character(len=:), allocatable, intent(out) :: text
-    character(len=*), parameter :: new = new_line('a')
     character(len=200) :: line
     integer :: s
 
+    text = ''
     write (line, '(a,i0,a,i0,a)') 'mesh: ', model%mesh%node_count, ' nodes, ', model%mesh%cell_count, ' elements'
-    text = trim(line)//new
+    call add_line(text, line)
     write (line, '(a,3(1x,es12.5))') '  lower corner', minval(model%mesh%coordinates, dim=2)
-    text = text//trim(line)//new
+    call add_line(text, line)
     write (line, '(a,3(1x,es12.5))') '  upper corner', maxval(model%mesh%coordinates, dim=2)
-    text = text//trim(line)//new
+    call add_line(text, line)
     write (line, '(a,es14.7)') '  volume        ', mesh_volume(model%mesh)
-    text = text//trim(line)//new
+    call add_line(text, line)
     write (line, '(a,i0,a,es14.7,a,es14.7)') 'material points: ', model%state%points%count, ', volume ', &
-      sum(model%state%points%volume), ', weight ', sum(model%state%points%weight)
-    text = text//trim(line)//new
+      sum(model%state%points%volume), ', weight at gravity 1 ', sum(model%state%points%weight)
+    call add_line(text, line)
     do s = 1, size(model%mesh%node_sets)
       write (line, '(3a,i0,a)') 'node set ', model%mesh%node_sets(s)%name, ': ', &
         size(model%mesh%node_sets(s)%items), ' nodes'
-      text = text//trim(line)//new
+      call add_line(text, line)
     end do
     do s = 1, size(model%analysis%surfaces)
       write (line, '(3a,i0,a,es14.7)') 'surface ', model%analysis%surfaces(s)%name, ': ', &
-        count(model%state%surface%surface == s), ' surface points, area ', &
-        sum(model%state%surface%area, mask=model%state%surface%surface == s)
-      text = text//trim(line)//new
+        count(model%state%surface%surface == s), ' surface points, area ', surface_area(model, s)
+      call add_line(text, line)
     end do
+    call summarise_phases(model, text)
     text = text//model%notes
   end subroutine model_summary
+
+  !> Append a line.
+  pure subroutine add_line(text, line)
+    !> The text.
+    character(len=:), allocatable, intent(inout) :: text
+    !> The line.
+    character(len=*), intent(in) :: line
+
+    text = text//trim(line)//new_line('a')
+  end subroutine add_line
+
+  !> Area of a surface by its surface points.
+  pure function surface_area(model, surface) result(area)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Number of the surface.
+    integer, intent(in) :: surface
+    real(wp) :: area
+
+    area = sum(model%state%surface%area, mask=model%state%surface%surface == surface)
+  end function surface_area
+
+  !> Fixed components and resultant loads at the end of each phase.
+  subroutine summarise_phases(model, text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The text.
+    character(len=:), allocatable, intent(inout) :: text
+    type(model_type) :: phased
+    real(wp) :: resultant(3)
+    character(len=200) :: line
+    integer :: p, s
+
+    phased = model
+    do p = 1, size(model%analysis%phases)
+      phased%state%progress%phase = p
+      call resume_phase(phased)
+      resultant = phased%loading%gravity_final*sum(model%state%points%weight)
+      do s = 1, size(model%analysis%surfaces)
+        resultant = resultant + phased%loading%traction_final(:, s)*surface_area(model, s)
+      end do
+      write (line, '(3a,i0,a,3(1x,es13.6))') "phase '", model%analysis%phases(p)%name, "': ", &
+        count(phased%loading%constrained), ' fixed components, resultant load', resultant(:model%mesh%dimension)
+      call add_line(text, line)
+    end do
+  end subroutine summarise_phases
 end module qsmpm_model_builder

@@ -20,7 +20,9 @@ contains
 
   !> Tracers and points of all histories.
   subroutine make_histories(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     logical :: traced(size(model%analysis%histories))
     integer :: i, n
@@ -49,9 +51,12 @@ contains
 
   !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
   subroutine place_tracer(model, history, tracer, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The history.
     type(history_type), intent(in) :: history
     integer, intent(in) :: tracer
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     real(wp) :: x(model%mesh%dimension), local(model%mesh%dimension), distance(6), best
     logical :: occupied(model%mesh%cell_count), ok
@@ -87,8 +92,11 @@ contains
 
   !> Tell which material point was picked.
   subroutine note_point(model, history, point)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The history.
     type(history_type), intent(in) :: history
+    !> Number of the point.
     integer, intent(in) :: point
     character(len=160) :: line
 

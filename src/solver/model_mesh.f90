@@ -21,7 +21,9 @@ contains
 
   !> Generate or read the mesh, and build its tables.
   subroutine make_mesh(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     type(error_type), allocatable :: error
 
@@ -49,6 +51,7 @@ contains
 
   !> Keyword a mesh comes from.
   pure function keyword_of(kind) result(keyword)
+    !> Element kind.
     integer, intent(in) :: kind
     character(len=:), allocatable :: keyword
 
@@ -64,6 +67,7 @@ contains
 
   !> A structured grid that respects the edges of polygonal bodies.
   subroutine generate(model)
+    !> The model.
     type(model_type), intent(inout) :: model
     type(grid_type) :: grid
     integer :: i
@@ -86,6 +90,7 @@ contains
 
   !> Append the edges of a polygon.
   subroutine add_edges(body, segments)
+    !> Number of the body.
     type(body_type), intent(in) :: body
     real(wp), allocatable, intent(inout) :: segments(:, :)
     real(wp), allocatable :: longer(:, :)
@@ -102,7 +107,9 @@ contains
 
   !> Sets of the deck, and the check that every set a phase names exists.
   subroutine make_sets(model, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     integer :: i, p
 
@@ -128,10 +135,13 @@ contains
 
   !> A named node set must exist.
   subroutine require(model, name, where, keyword, faults)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Name.
     character(len=*), intent(in) :: name
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
 
     if (find_set(model%mesh%node_sets, name) == 0) &
@@ -140,8 +150,11 @@ contains
 
   !> One node set; labels must exist and a selector must find something.
   subroutine make_node_set(model, set, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The set.
     type(set_type), intent(in) :: set
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     integer, allocatable :: items(:)
     integer :: i
@@ -163,8 +176,11 @@ contains
 
   !> One element set: labels, or the elements whose nodes all lie in a box.
   subroutine make_cell_set(model, set, faults)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The set.
     type(set_type), intent(in) :: set
+    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     integer, allocatable :: nodes(:), items(:)
     logical :: inside(model%mesh%node_count), chosen(model%mesh%cell_count)

@@ -16,6 +16,7 @@ contains
 
   !> Begin the model's current phase.
   subroutine start_phase(model)
+    !> The model.
     type(model_type), intent(inout) :: model
 
     associate (progress => model%state%progress)
@@ -36,6 +37,7 @@ contains
 
   !> Loads and constraints of the model's current phase, by going through all phases up to it.
   subroutine resume_phase(model)
+    !> The model.
     type(model_type), intent(inout) :: model
     type(loading_type) :: loading
     integer :: i
@@ -53,8 +55,11 @@ contains
 
   !> What one phase changes.
   subroutine apply_phase(model, phase, loading)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> The phase.
     type(phase_type), intent(in) :: phase
+    !> Loads and constraints in force.
     type(loading_type), intent(inout) :: loading
     integer :: i, s, c
 
@@ -87,7 +92,9 @@ contains
 
   !> Stresses of horizontal ground: sigma_yy from the weight above, the others K0 times as large.
   subroutine start_k0(model, phase)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The phase.
     type(phase_type), intent(in) :: phase
     real(wp) :: vertical
     integer :: p

@@ -25,7 +25,9 @@ contains
 
   !> Run from where the model stands to the end of the last phase.
   subroutine run_phases(model, observer, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
     !> Not converged, a lost point, singular equations, or error_stopped.
     type(error_type), allocatable, intent(out) :: error
@@ -49,10 +51,15 @@ contains
 
   !> Step through one phase.
   subroutine run_phase(model, step, phase, observer, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> The phase.
     type(phase_type), intent(in) :: phase
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
@@ -94,9 +101,12 @@ contains
 
   !> After an accepted step: a cut step grows again.
   subroutine choose_next_step(model, phase, first, length, outcome)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The phase.
     type(phase_type), intent(in) :: phase
     real(wp), intent(in) :: first, length
+    !> How the attempt ended.
     type(outcome_type), intent(in) :: outcome
 
     model%state%progress%next_step = length
@@ -106,11 +116,17 @@ contains
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, step, phase, observer, record, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> The phase.
     type(phase_type), intent(in) :: phase
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> How the step went.
     type(step_record_type), intent(inout) :: record
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     model%state%progress%step = model%state%progress%step + 1
@@ -126,11 +142,16 @@ contains
 
   !> After a rejected step: halve it, or end the run.
   subroutine cut_step(model, phase, first, length, outcome, observer, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> The phase.
     type(phase_type), intent(in) :: phase
     real(wp), intent(in) :: first, length
+    !> How the attempt ended.
     type(outcome_type), intent(in) :: outcome
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=400) :: text
     integer :: node

@@ -32,7 +32,9 @@ contains
 
   !> Build the chosen terms for the boundary cells of this step.
   subroutine build_stabilisation(mesh, activation, kind, factor, stiffness, volumes, stabilisation)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> stabilise_none, stabilise_background or stabilise_ghost.
     integer, intent(in) :: kind
@@ -42,6 +44,7 @@ contains
     real(wp), intent(in) :: stiffness(:)
     !> Volume of each cell (cell_count).
     real(wp), intent(in) :: volumes(:)
+    !> The stabilisation terms.
     type(stabilisation_type), intent(out) :: stabilisation
 
     select case (kind)
@@ -58,9 +61,12 @@ contains
 
   !> Soft background in boundary cells.
   subroutine build_background(mesh, activation, factor, stiffness, stabilisation)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:)
+    !> The stabilisation terms.
     type(stabilisation_type), intent(inout) :: stabilisation
     real(wp), allocatable :: places(:, :), weights(:)
     real(wp) :: functions(20), gradients(mesh%dimension, 20), determinant
@@ -87,8 +93,11 @@ contains
 
   !> The nodes of cells as patches.
   pure subroutine patches_of_cells(mesh, cells, patches)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Cells in rising order.
     integer, intent(in) :: cells(:)
+    !> Node lists that couple.
     type(patches_type), intent(out) :: patches
     integer :: k
 
@@ -107,6 +116,7 @@ contains
 
   !> Most nodes of a patch.
   pure function most_nodes(patches) result(most)
+    !> Node lists that couple.
     type(patches_type), intent(in) :: patches
     integer :: most
 
@@ -116,9 +126,12 @@ contains
 
   !> Ghost penalty on the faces of boundary cells.
   subroutine build_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
+    !> The stabilisation terms.
     type(stabilisation_type), intent(inout) :: stabilisation
     integer :: i, k, one, two, n
     logical :: penalised(size(mesh%interior_face, 2))
@@ -148,8 +161,11 @@ contains
 
   !> The nodes of the two cells at a face, each once, as patches.
   pure subroutine patches_of_faces(mesh, faces, patches)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Cell and local face, (2,n).
     integer, intent(in) :: faces(:)
+    !> Node lists that couple.
     type(patches_type), intent(out) :: patches
     integer :: k, c, d, j, place, nodes(40*size(faces))
 
@@ -176,9 +192,11 @@ contains
 
   !> Penalty matrix of one face.
   subroutine face_penalty(mesh, face, volumes, factor, nodes, matrix)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell, local face, cell beyond, its local face.
     integer, intent(in) :: face(4)
+    !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
     !> g E.
     real(wp), intent(in) :: factor
@@ -219,6 +237,7 @@ contains
 
     !> Unit normal and area per reference area.
     subroutine normal_at(local, normal, size_of_face)
+      !> Local coordinates (dimension).
       real(wp), intent(in) :: local(:)
       real(wp), intent(out) :: normal(:), size_of_face
 
@@ -232,9 +251,12 @@ contains
 
   !> Add one side's normal derivatives of first and (quadratic elements) second order to the jumps.
   subroutine add_jumps(mesh, cell, local, normal, sign_of_side, nodes, first_jump, second_jump, x)
+    !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
     integer, intent(in) :: cell
     real(wp), intent(in) :: local(:), normal(:), sign_of_side
+    !> Node numbers.
     integer, intent(in) :: nodes(:)
     real(wp), intent(inout) :: first_jump(:), second_jump(:)
     !> Place in space.
@@ -274,6 +296,7 @@ contains
 
   !> Force of the stabilisation for a displacement of the step.
   subroutine add_stabilising_force(stabilisation, displacement, force)
+    !> The stabilisation terms.
     type(stabilisation_type), intent(in) :: stabilisation
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
@@ -294,6 +317,7 @@ contains
   !> Derivative of the local coordinates along a direction in space (straight-edged cells): the
   !> local coordinates are fields of the element whose nodal values are the places of its nodes.
   pure function local_direction(kind, gradients, normal) result(direction)
+    !> Element kind.
     integer, intent(in) :: kind
     !> Derivatives of the shape functions in space (dimension, n).
     real(wp), intent(in) :: gradients(:, :)

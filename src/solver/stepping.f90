@@ -46,14 +46,21 @@ contains
 
   !> Try to reach a share of the phase: static step, else proximal sub-steps; then hold.
   subroutine take_step(model, step, controls, fraction, observer, record, outcome, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Share of the phase to reach.
     real(wp), intent(in) :: fraction
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> How the step went.
     type(step_record_type), intent(inout) :: record
+    !> How the attempt ended.
     type(outcome_type), intent(out) :: outcome
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(solution_type) :: solution
@@ -83,7 +90,9 @@ contains
 
   !> Largest move of a static step; a carried mesh has no cells to cross.
   pure function static_limit(model, controls) result(limit)
+    !> The model.
     type(model_type), intent(in) :: model
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     real(wp) :: limit
 
@@ -93,7 +102,9 @@ contains
 
   !> Add a solve to the record of the step.
   subroutine note_solve(solution, record)
+    !> What was reached.
     type(solution_type), intent(in) :: solution
+    !> How the step went.
     type(step_record_type), intent(inout) :: record
 
     record%iterations = record%iterations + solution%iterations
@@ -106,7 +117,9 @@ contains
 
   !> Remember why.
   subroutine note_failure(solution, outcome)
+    !> What was reached.
     type(solution_type), intent(in) :: solution
+    !> How the attempt ended.
     type(outcome_type), intent(inout) :: outcome
 
     outcome%accepted = .false.
@@ -118,12 +131,19 @@ contains
 
   !> Mass-proximal sub-steps at a load until the drag has died away.
   subroutine creep(model, step, controls, fraction, record, outcome, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
+    !> Share of the phase, 0 to 1.
     real(wp), intent(in) :: fraction
+    !> How the step went.
     type(step_record_type), intent(inout) :: record
+    !> How the attempt ended.
     type(outcome_type), intent(inout) :: outcome
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
     real(wp) :: limit, drag
@@ -159,7 +179,9 @@ contains
 
   !> Drag that balances the whole load at the largest move.
   pure function first_drag(step, limit) result(drag)
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Largest move allowed.
     real(wp), intent(in) :: limit
     real(wp) :: drag
 
@@ -168,12 +190,19 @@ contains
 
   !> Keep the load, reset the mesh and solve again until the stabilisation carries little.
   subroutine hold_until_quiet(model, step, controls, observer, record, outcome, error)
+    !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
+    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> How the step went.
     type(step_record_type), intent(inout) :: record
+    !> How the attempt ended.
     type(outcome_type), intent(inout) :: outcome
+    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
     type(outcome_type) :: creeping

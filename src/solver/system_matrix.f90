@@ -16,9 +16,11 @@ contains
 
   !> K^E + K^G of the last evaluation, the stabilisation and the proximal drag.
   subroutine build_matrix(step, drag, dimension)
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Coefficient of the proximal drag per volume and displacement.
     real(wp), intent(in) :: drag
+    !> 2 or 3.
     integer, intent(in) :: dimension
     real(wp), allocatable :: block(:, :, :, :)
     integer :: g, k, n, a, c, row, place
@@ -54,7 +56,9 @@ contains
   !> Factorise the matrix. A symmetric matrix that is not positive definite (past a limit point) goes to
   !> MUMPS, which then stays in charge of the pattern.
   subroutine factorise(step, dimension, error)
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> 2 or 3.
     integer, intent(in) :: dimension
     !> error_singular.
     type(error_type), allocatable, intent(out) :: error
@@ -72,6 +76,7 @@ contains
 
   !> Add a group's block, unpacked by shape.
   subroutine add_packed(step, group, dimension, n, block)
+    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     integer, intent(in) :: group, dimension, n
     !> (dimension, nodes, dimension, nodes)
@@ -82,6 +87,7 @@ contains
 
   !> Force that the last tangent and the stabilisation give a displacement, at the free components.
   subroutine linear_force(step, displacement, force)
+    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
@@ -106,6 +112,7 @@ contains
 
   !> The free components of a nodal field.
   pure subroutine gather(equations, field, vector)
+    !> The equations.
     type(equations_type), intent(in) :: equations
     !> (dimension, node_count)
     real(wp), intent(in) :: field(:, :)
@@ -122,6 +129,7 @@ contains
 
   !> Put the unknowns into a nodal field; the other components stay.
   pure subroutine scatter(equations, vector, field)
+    !> The equations.
     type(equations_type), intent(in) :: equations
     real(wp), intent(in) :: vector(:)
     real(wp), intent(inout) :: field(:, :)
