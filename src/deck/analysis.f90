@@ -47,7 +47,7 @@ module qsmpm_analysis
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
   !> What a history records.
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, &
-    quantity_stress = 3, quantity_reaction = 4, quantity_strain = 5
+    quantity_stress = 3, quantity_reaction = 4
 
   !> Where in the input an item was written, for errors found after parsing.
   type :: source_line_type

@@ -5,7 +5,7 @@ module qsmpm_deck_echo
   use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
     select_plane, select_segment, body_box, body_polygon, body_region, basis_fem, &
-    kinematics_jaumann, stabilise_none, three_dimensional, quantity_stress, quantity_strain, &
+    kinematics_jaumann, stabilise_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
@@ -257,7 +257,7 @@ contains
 
     text = '*HISTORY, NAME='//quoted(history%name)//', QUANTITY='// &
       trim(quantity_words(history%quantity))//', COMPONENT='
-    if (any(history%quantity == [quantity_stress, quantity_strain])) then
+    if (history%quantity == quantity_stress) then
       text = text//trim(tensor_words(history%component))
     else
       text = text//trim(axis_words(history%component))

@@ -1,8 +1,8 @@
 !> *HISTORY: a column of the curves.
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, history_type, three_dimensional, axisymmetric, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, history_type, plane_strain, axisymmetric, &
+    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
   use qsmpm_text, only: squeezed, real_text
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -23,18 +23,18 @@ contains
     type(history_type) :: history
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
-      'POSITION follow a massless tracer that starts at the place given; STRESS and STRAIN are '// &
-      'those of the nearest material point; REACTION is the sum over a node set.', handle_history)
+      'POSITION follow a massless tracer that starts at the place given; STRESS is '// &
+      'that of the nearest material point; REACTION is the sum over a node set.', handle_history)
     call table%parameter('NAME', kind_name, 'name of the column', required=.true.)
     call table%parameter('QUANTITY', kind_word, 'what is recorded', required=.true., &
       allowed=bar_list(quantity_words))
-    call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for STRESS and '// &
-      'STRAIN', required=.true., allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
+    call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for '// &
+      'STRESS', required=.true., allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
     call table%parameter('UNIT', kind_name, 'unit in the header; made of *UNITS when not given')
     call table%parameter('SCALE', kind_real, 'factor of the values', &
       default=real_text(history%scale))
     call table%parameter('NSET', kind_name, 'node set', needs='QUANTITY=REACTION')
-    call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STRAIN')
+    call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS')
     call table%column('x', kind_real, 'coordinate')
     call table%column('y', kind_real, 'coordinate')
     call table%column('z', kind_real, 'coordinate', third=.true.)
@@ -75,7 +75,7 @@ contains
     type(deck_state_type), intent(inout) :: state
     logical :: tensor
 
-    tensor = any(history%quantity == [quantity_stress, quantity_strain])
+    tensor = history%quantity == quantity_stress
     if (tensor) then
       history%component = position_of(card%word('COMPONENT'), tensor_words)
     else
@@ -114,7 +114,7 @@ contains
     character(len=:), allocatable :: unit
 
     unit = '-'
-    if (quantity == quantity_strain .or. analysis%force_unit == '-') return
+    if (analysis%force_unit == '-') return
     select case (quantity)
     case (quantity_displacement, quantity_position)
       unit = analysis%length_unit
@@ -122,8 +122,8 @@ contains
       unit = analysis%force_unit//'/'//analysis%length_unit//'2'
     case (quantity_reaction)
       unit = analysis%force_unit
-      if (analysis%model /= three_dimensional .and. analysis%model /= axisymmetric) &
-        unit = unit//'/'//analysis%length_unit
+      if (analysis%model == axisymmetric) unit = unit//'/rad'
+      if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
     end select
   end function unit_of
 end module qsmpm_deck_histories

@@ -38,8 +38,8 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
     'POINTS']
-  character(len=n), parameter, public :: quantity_words(5) = [character(len=n) :: &
-    'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION', 'STRAIN']
+  character(len=n), parameter, public :: quantity_words(4) = [character(len=n) :: &
+    'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION']
   !> From 0: a logical.
   character(len=n), parameter, public :: answer_words(0:1) = [character(len=n) :: 'NO', 'YES']
 

@@ -59,7 +59,7 @@ contains
     end if
     call take_cells(raw, sorted_nodes, node_order, mesh, error)
     if (allocated(error)) return
-    call take_sets(raw, sorted_nodes, node_order, sorted_cells, cell_order, mesh)
+    call take_sets(raw, sorted_cells, cell_order, mesh)
   end subroutine finish_mesh
 
   !> Rising labels and the order that sorts them; repeats are an error.
@@ -156,17 +156,16 @@ contains
   end subroutine take_cells
 
   !> Sets by index.
-  subroutine take_sets(raw, sorted_nodes, node_order, sorted_cells, cell_order, mesh)
+  subroutine take_sets(raw, sorted_cells, cell_order, mesh)
     !> The mesh by labels.
     type(raw_mesh_type), intent(in) :: raw
-    integer, intent(in) :: sorted_nodes(:), node_order(:), sorted_cells(:), cell_order(:)
+    !> Rising cell labels and the order that sorts them.
+    integer, intent(in) :: sorted_cells(:), cell_order(:)
     !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer, allocatable :: items(:)
     integer :: s, k, place
 
-    associate (unused => sorted_nodes, unused_order => node_order)
-    end associate
     allocate (mesh%node_sets(0), mesh%cell_sets(0))
     do s = 1, size(raw%node_sets)
       call indices(raw%node_sets(s)%labels, mesh%node_label, [(k, k=1, mesh%node_count)], items)

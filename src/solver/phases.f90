@@ -99,7 +99,7 @@ contains
     if (last > 1.0_wp - 1.0e-9_wp*first) last = 1.0_wp
   end function end_of_step
 
-  !> After an accepted step: a cut step grows again.
+  !> After an accepted step: a hard one makes the next one smaller, an easy one lets it grow again.
   subroutine choose_next_step(model, phase, first, length, outcome)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -112,6 +112,8 @@ contains
     model%state%progress%next_step = length
     if (outcome%static_iterations <= phase%controls%few_iterations) &
       model%state%progress%next_step = min(first, 2.0_wp*length)
+    if (outcome%static_iterations > phase%controls%many_iterations) &
+      model%state%progress%next_step = max(0.5_wp*length, phase%controls%smallest_step*first)
   end subroutine choose_next_step
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
