@@ -8,7 +8,7 @@
 !> is the same on every machine. Mid nodes are shared by an edge table (`qsmpm_mid_nodes`).
 module qsmpm_grid
   use qsmpm_kinds, only: wp, long
-  use qsmpm_element, only: tri3, quad4, hex8, wedge6, tet4, linear_kind, element_order, corner_count, &
+  use qsmpm_element, only: tri3, quad4, hex8, wedge6, linear_kind, element_order, &
     local_dimension
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mid_nodes, only: add_mid_nodes
@@ -152,72 +152,82 @@ contains
     u = real(random, wp)/real(modulus, wp)
   end function uniform
 
-  !> Cells of the corners.
+  !> Cells of the corners, brick by brick.
   subroutine connect(grid, base, layers, random, mesh)
     !> What to generate.
     type(grid_type), intent(in) :: grid
+    !> Linear kind of the cells, and number of node layers.
     integer, intent(in) :: base, layers
     !> State of the generator.
     integer(long), intent(inout) :: random
-    !> The mesh.
+    !> Nodes in, cells out.
     type(mesh_type), intent(inout) :: mesh
-    logical, allocatable :: falls(:, :)
-    integer :: i, j, k, t, n, nx, ny, per, layer, corner(8), pieces(3, 2)
+    logical :: falls(size(grid%axes(1)%lines) - 1, size(grid%axes(2)%lines) - 1)
+    integer, allocatable :: cells(:, :)
+    integer :: i, j, k, n, nx, ny, corner(8)
 
     nx = size(grid%axes(1)%lines)
     ny = size(grid%axes(2)%lines)
-    layer = nx*ny
-    per = 1
-    if (base == tri3 .or. base == wedge6) per = 2
-    if (base == tet4) per = 6
-    allocate (falls(nx - 1, ny - 1))
     do j = 1, ny - 1
       do i = 1, nx - 1
         falls(i, j) = diagonal_falls(grid, i, j, random)
       end do
     end do
-    mesh%cell_count = per*(nx - 1)*(ny - 1)*max(1, layers - 1)
+    call cut_brick(base, [1, 2, 3, 4, 5, 6, 7, 8], .false., cells)
+    mesh%cell_count = size(cells, 2)*(nx - 1)*(ny - 1)*max(1, layers - 1)
     allocate (mesh%cell_kind(mesh%cell_count), source=base)
-    mesh%cell_first = [(1 + t*corner_count(base), t=0, mesh%cell_count)]
-    allocate (mesh%cell_nodes(mesh%cell_count*corner_count(base)))
+    mesh%cell_first = [(1 + k*size(cells, 1), k=0, mesh%cell_count)]
+    allocate (mesh%cell_nodes(mesh%cell_count*size(cells, 1)))
     n = 0
     do k = 1, max(1, layers - 1)
       do j = 1, ny - 1
         do i = 1, nx - 1
-          corner(1:4) = (k - 1)*layer + (j - 1)*nx + i + [0, 1, nx + 1, nx]
-          corner(5:8) = corner(1:4) + layer
-          pieces = merge(reshape([1, 2, 4, 2, 3, 4], [3, 2]), reshape([1, 2, 3, 1, 3, 4], [3, 2]), falls(i, j))
-          select case (base)
-          case (quad4)
-            call put(corner(1:4))
-          case (hex8)
-            call put(corner)
-          case (tri3)
-            call put(corner(pieces(:, 1)))
-            call put(corner(pieces(:, 2)))
-          case (wedge6)
-            call put([corner(pieces(:, 1)), corner(pieces(:, 1)) + layer])
-            call put([corner(pieces(:, 2)), corner(pieces(:, 2)) + layer])
-          case (tet4)
-            do t = 1, 6
-              call put(corner(tetrahedra(:, t)))
-            end do
-          end select
+          corner(1:4) = (k - 1)*nx*ny + (j - 1)*nx + i + [0, 1, nx + 1, nx]
+          corner(5:8) = corner(1:4) + nx*ny
+          call cut_brick(base, corner, falls(i, j), cells)
+          mesh%cell_nodes(n + 1:n + size(cells)) = reshape(cells, [size(cells)])
+          n = n + size(cells)
         end do
       end do
     end do
-
-  contains
-
-    !> Append one cell.
-    subroutine put(nodes)
-      !> Node numbers.
-      integer, intent(in) :: nodes(:)
-
-      n = n + 1
-      mesh%cell_nodes(mesh%cell_first(n):mesh%cell_first(n + 1) - 1) = nodes
-    end subroutine put
   end subroutine connect
+
+  !> The cells of one quadrilateral or brick.
+  pure subroutine cut_brick(base, corner, falls, cells)
+    !> Linear kind of the cells.
+    integer, intent(in) :: base
+    !> Corners, bottom then top (8); a plane cell uses the first four.
+    integer, intent(in) :: corner(8)
+    !> The diagonal falls from upper left to lower right.
+    logical, intent(in) :: falls
+    !> (corners of a cell, cells)
+    integer, allocatable, intent(out) :: cells(:, :)
+    integer :: pieces(3, 2), t
+
+    pieces = merge(reshape([1, 2, 4, 2, 3, 4], [3, 2]), reshape([1, 2, 3, 1, 3, 4], [3, 2]), falls)
+    select case (base)
+    case (quad4)
+      allocate (cells(4, 1))
+      cells(:, 1) = corner(1:4)
+    case (hex8)
+      allocate (cells(8, 1))
+      cells(:, 1) = corner
+    case (tri3)
+      allocate (cells(3, 2))
+      cells(:, 1) = corner(pieces(:, 1))
+      cells(:, 2) = corner(pieces(:, 2))
+    case (wedge6)
+      allocate (cells(6, 2))
+      do t = 1, 2
+        cells(:, t) = [corner(pieces(:, t)), corner(4 + pieces(:, t))]
+      end do
+    case default
+      allocate (cells(4, 6))
+      do t = 1, 6
+        cells(:, t) = corner(tetrahedra(:, t))
+      end do
+    end select
+  end subroutine cut_brick
 
   !> True when the diagonal of a quadrilateral falls from upper left to lower right.
   function diagonal_falls(grid, i, j, random) result(falls)

@@ -238,85 +238,79 @@ contains
 
   !> Rows and columns of the matrix and the places of all blocks.
   subroutine lay_out(equations, graph_node, first, neighbour, matrix)
-    !> The equations.
+    !> The equations, numbered.
     type(equations_type), intent(inout) :: equations
-    !> Mesh node of each graph node.
+    !> Mesh node of each graph node, and the graph in compressed rows.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-    !> The matrix.
+    !> The matrix, values zero.
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer, allocatable :: column(:), node_of(:)
-    integer :: i, c, k, row, length, capacity, j
+    integer, allocatable :: columns(:)
+    integer :: i, c, row, place
 
-    matrix%n = equations%count
-    if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
-    allocate (matrix%row_first(equations%count + 1), node_of(equations%count))
-    matrix%row_first = 0
+    call start_rows(equations, graph_node, first, neighbour, matrix)
+    equations%bandwidth = 0
     do i = 1, size(graph_node)
-      length = free_count(i)
-      do k = first(i), first(i + 1) - 1
-        length = length + free_count(neighbour(k))
-      end do
+      call row_columns(equations, [graph_node(i), graph_node(neighbour(first(i):first(i + 1) - 1))], columns)
       do c = 1, size(equations%number, 1)
         row = equations%number(c, graph_node(i))
         if (row == 0) cycle
-        matrix%row_first(row + 1) = length
-        node_of(row) = i
+        place = matrix%row_first(row)
+        matrix%column(place:place + size(columns) - 1) = columns
+        equations%bandwidth = max(equations%bandwidth, columns(size(columns)) - row, row - columns(1))
+      end do
+    end do
+    call place_blocks(equations, matrix)
+  end subroutine lay_out
+
+  !> Length of every row, and room for the entries.
+  subroutine start_rows(equations, graph_node, first, neighbour, matrix)
+    !> The equations, numbered.
+    type(equations_type), intent(in) :: equations
+    !> Mesh node of each graph node, and the graph in compressed rows.
+    integer, intent(in) :: graph_node(:), first(:), neighbour(:)
+    !> The matrix.
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: free(size(graph_node)), i, c, row
+
+    free = [(count(equations%number(:, graph_node(i)) > 0), i=1, size(graph_node))]
+    matrix%n = equations%count
+    if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
+    allocate (matrix%row_first(equations%count + 1), source=0)
+    do i = 1, size(graph_node)
+      do c = 1, size(equations%number, 1)
+        row = equations%number(c, graph_node(i))
+        if (row > 0) matrix%row_first(row + 1) = free(i) + sum(free(neighbour(first(i):first(i + 1) - 1)))
       end do
     end do
     matrix%row_first(1) = 1
     do row = 1, equations%count
       matrix%row_first(row + 1) = matrix%row_first(row + 1) + matrix%row_first(row)
     end do
-    capacity = matrix%row_first(equations%count + 1) - 1
-    allocate (matrix%column(capacity), matrix%values(capacity))
-    matrix%values = 0.0_wp
-    allocate (column(0))
-    do row = 1, equations%count
-      i = node_of(row)
-      if (row > 1) then
-        if (node_of(row - 1) == i) then
-          j = matrix%row_first(row)
-          matrix%column(j:matrix%row_first(row + 1) - 1) = column
-          cycle
-        end if
-      end if
-      column = row_columns(i)
-      matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1) = column
-    end do
-    equations%bandwidth = 0
-    do row = 1, equations%count
-      equations%bandwidth = max(equations%bandwidth, &
-        matrix%column(matrix%row_first(row + 1) - 1) - row, row - matrix%column(matrix%row_first(row)))
-    end do
-    call place_blocks(equations, matrix)
+    allocate (matrix%column(matrix%row_first(equations%count + 1) - 1))
+    allocate (matrix%values(size(matrix%column)), source=0.0_wp)
+  end subroutine start_rows
 
-  contains
+  !> Sorted equations of some nodes.
+  pure subroutine row_columns(equations, nodes, columns)
+    !> The equations, numbered.
+    type(equations_type), intent(in) :: equations
+    !> Mesh nodes.
+    integer, intent(in) :: nodes(:)
+    !> Their equations in rising order.
+    integer, allocatable, intent(out) :: columns(:)
+    integer :: found(size(equations%number, 1)*size(nodes)), k, c, n
 
-    !> Free components of a graph node.
-    integer function free_count(i)
-      integer, intent(in) :: i
-
-      free_count = count(equations%number(:, graph_node(i)) > 0)
-    end function free_count
-
-    !> Sorted equations that couple with a graph node.
-    function row_columns(i) result(columns)
-      integer, intent(in) :: i
-      integer, allocatable :: columns(:)
-      integer :: around(first(i + 1) - first(i) + 1), place, k, n
-
-      around = [i, neighbour(first(i):first(i + 1) - 1)]
-      allocate (columns(sum([(free_count(around(k)), k=1, size(around))])))
-      place = 0
-      do k = 1, size(around)
-        n = free_count(around(k))
-        columns(place + 1:place + n) = pack(equations%number(:, graph_node(around(k))), &
-          equations%number(:, graph_node(around(k))) > 0)
-        place = place + n
+    n = 0
+    do k = 1, size(nodes)
+      do c = 1, size(equations%number, 1)
+        if (equations%number(c, nodes(k)) == 0) cycle
+        n = n + 1
+        found(n) = equations%number(c, nodes(k))
       end do
-      call sort(columns)
-    end function row_columns
-  end subroutine lay_out
+    end do
+    call sort(found(:n))
+    allocate (columns, source=found(:n))
+  end subroutine row_columns
 
   !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
   !> first.

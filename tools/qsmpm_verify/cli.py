@@ -9,7 +9,7 @@ from pathlib import Path
 from qsmpm_verify import plots
 from qsmpm_verify.cases import EFFORTS, CaseError, load_all, select
 from qsmpm_verify.judge import judge
-from qsmpm_verify.report import closing_line, counts, verdict_table, write_json
+from qsmpm_verify.report import closing_line, counts, verdict_table, write_json, write_markdown
 from qsmpm_verify.results import ResultError
 from qsmpm_verify.runner import Run, run_all
 
@@ -28,6 +28,7 @@ def parser() -> argparse.ArgumentParser:
     run.add_argument("--effort", choices=(*EFFORTS, "all"), default="quick",
                      help="small: only the small cases; quick: small and quick (default); long or all: everything")
     run.add_argument("--jobs", type=int, default=1, help="runs side by side")
+    run.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/verification.md is")
     run.add_argument("--json", type=Path, help="write the figures to a file as well")
     plot = verbs.add_parser("plot", help="draw the curves and the last state of runs")
     plot.add_argument("results", nargs="+", type=Path, help="result folders of runs")
@@ -65,6 +66,8 @@ def run_cases(words: argparse.Namespace) -> int:
     print(verdict_table(verdicts))
     if words.json:
         write_json(verdicts, words.json)
+    if words.markdown:
+        write_markdown(verdicts, f"tools/qsmpm-verify run --effort {words.effort} --markdown FILE", words.markdown)
     print(closing_line(verdicts))
     return 1 if counts(verdicts)[1] else 0
 

@@ -1,0 +1,99 @@
+"""Reading curves, judging figures, counting."""
+
+import math
+import tempfile
+import unittest
+from pathlib import Path
+
+from qsmpm_verify.cases import Case, CaseError, Quantity, load_file
+from qsmpm_verify.judge import judge, judge_quantity
+from qsmpm_verify.report import closing_line, counts, verdict_table
+from qsmpm_verify.results import ResultError, read_curves
+from qsmpm_verify.runner import Run, write_deck
+
+CURVES = "phase,step,load_factor,push [m],cpu_seconds [s]\n1,1,1,0.5,0.1\n1,2,2,1.5,0.2\n1,3,3,2.0,0.3\n"
+
+
+def run_of(folder: Path, **case: object) -> Run:
+    """A finished run whose curves are in the folder."""
+    (folder / "curves.csv").write_text(CURVES)
+    return Run(Case("a/b", "title", folder / "deck.inp", (), **case), folder, 0, 1.0)  # type: ignore[arg-type]
+
+
+class Judging(unittest.TestCase):
+    """What a quantity says of a run."""
+
+    def setUp(self) -> None:
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+
+    def verdict(self, **quantity: object):
+        run = run_of(self.folder)
+        return judge_quantity(run, Quantity("q", column="push", **quantity), {"a/b": run})  # type: ignore[arg-type]
+
+    def test_units_are_split_from_names(self) -> None:
+        run_of(self.folder)
+        self.assertEqual(read_curves(self.folder).units["push"], "m")
+
+    def test_a_value_between_two_rows_is_linear(self) -> None:
+        self.assertAlmostEqual(self.verdict(at={"load_factor": 1.5}, reference=1.0, tolerance=1e-12).value, 1.0)
+
+    def test_a_value_beyond_the_curve_is_a_miss(self) -> None:
+        self.assertFalse(self.verdict(at={"load_factor": 9.0}, reference=1.0, tolerance=1.0).held)
+
+    def test_a_miss_is_a_miss(self) -> None:
+        self.assertFalse(self.verdict(reference=2.1, tolerance=0.01).held)
+        self.assertTrue(self.verdict(reference=2.01, tolerance=0.01).held)
+
+    def test_bounds_look_at_the_worst_row(self) -> None:
+        self.assertFalse(self.verdict(at="max", at_most=1.9).held)
+        self.assertTrue(self.verdict(at="max", at_most=2.0).held)
+
+    def test_printed_figures_count_in_neither(self) -> None:
+        self.assertEqual(counts([self.verdict(print=True)]), (0, 0))
+
+    def test_a_wrong_exit_code_is_a_miss(self) -> None:
+        run = run_of(self.folder, exit_code=3)
+        self.assertEqual(closing_line(judge(run.case, {"a/b": run})), "0 passed, 1 failed")
+
+    def test_a_truncated_file_is_told_with_its_line(self) -> None:
+        (self.folder / "curves.csv").write_text(CURVES + "1,4\n")
+        with self.assertRaisesRegex(ResultError, ":5:"):
+            read_curves(self.folder)
+
+    def test_the_table_names_the_case(self) -> None:
+        verdict = self.verdict(reference=2.0, tolerance=0.1)
+        self.assertIn("a/b", verdict_table([verdict]))
+        self.assertFalse(math.isnan(verdict.value))
+
+
+class Cases(unittest.TestCase):
+    """Case files are read strictly."""
+
+    def load(self, text: str):
+        with tempfile.TemporaryDirectory() as name:
+            path = Path(name) / "x.toml"
+            path.write_text(text)
+            return load_file(path, Path(name))
+
+    def test_an_unknown_key_is_an_error(self) -> None:
+        with self.assertRaisesRegex(CaseError, "tolerence"):
+            self.load('title="t"\ndeck="d"\n[[case]]\nname="n"\n[[case.quantity]]\nname="q"\ncolumn="c"\ntolerence=1\n')
+
+    def test_an_assertion_needs_a_reason(self) -> None:
+        with self.assertRaisesRegex(CaseError, "reason"):
+            self.load('title="t"\ndeck="d"\nsource="s"\n[[case]]\nname="n"\n[[case.quantity]]\nname="q"\ncolumn="c"\nreference=1.0\ntolerance=0.1\n')
+
+    def test_a_replacement_that_hits_nothing_is_an_error(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "deck.inp").write_text("*HEADING\n")
+            case = Case("a/b", "t", folder / "deck.inp", (), replace=(("STEPS", "X"),))
+            (folder / "copy").mkdir()
+            with self.assertRaisesRegex(ValueError, "STEPS"):
+                write_deck(case, folder / "copy")
+
+
+if __name__ == "__main__":
+    unittest.main()
