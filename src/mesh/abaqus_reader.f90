@@ -255,6 +255,7 @@ contains
     type(label_set_type), allocatable, intent(inout) :: sets(:)
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: others(:)
     integer :: i, k, label, limits(3)
 
     limits = [0, 0, 1]
@@ -271,7 +272,8 @@ contains
           call file_fault(file, "there is no set '"//words(i)%text//"' above this line", error)
           return
         end if
-        call add_label_set(sets, card%set, sets(k)%labels)
+        others = sets(k)%labels
+        call add_label_set(sets, card%set, others)
       end if
     end do
     if (card%generate) call add_label_set(sets, card%set, [(k, k=limits(1), limits(2), max(1, limits(3)))])

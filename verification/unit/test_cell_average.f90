@@ -139,12 +139,14 @@ contains
     real(wp) :: u(mesh%dimension, mesh%node_count), direction(mesh%dimension, mesh%node_count)
     real(wp) :: linear(mesh%dimension, mesh%node_count), forward(mesh%dimension, mesh%node_count)
     real(wp), parameter :: step = 1.0e-6_wp
-    integer :: a, g, n, d
+    integer :: a, g, i, n, d
 
     d = mesh%dimension
     do a = 1, mesh%node_count
-      u(:, a) = 0.02_wp*sin([1.1_wp, 2.3_wp, 3.7_wp]*a)
-      direction(:, a) = cos([0.7_wp, 1.9_wp, 2.9_wp]*a)
+      do i = 1, d
+        u(i, a) = 0.02_wp*sin((1.2_wp*i - 0.1_wp)*a)
+        direction(i, a) = cos((1.1_wp*i - 0.4_wp)*a)
+      end do
     end do
     call prepare_evaluation(integration, d, mesh%node_count, .true., evaluation)
     call evaluate(integration, laws, u, tangent_consistent, evaluation)
