@@ -88,6 +88,19 @@ def not_converging(checks: Checks, folder: pathlib.Path) -> None:
     last_restart_continues(checks, folder, deck, 3, "not converging")
 
 
+def collapse(checks: Checks, folder: pathlib.Path) -> None:
+    """A bank that cannot stand and flows out of the mesh: whatever was accepted was in equilibrium."""
+    deck = block(strength="*MOHR COULOMB\n2, 30, 0\n", factor=18, steps=10, method="INTEGRATION=CELL",
+                 controls="TOLERANCE=1E-4").replace("ELEMENT=QUAD4", "ELEMENT=TRI6")
+    run = checks.run(folder, deck)
+    checks.check("a bank that cannot stand does not end with exit 0", run.returncode in (3, 4), f"exit {run.returncode}")
+    rows = [line.split(",") for line in (folder / "out" / "curves.csv").read_text().splitlines()]
+    names = [cell.split("[")[0].strip() for cell in rows[0]]
+    for name, bound in (("out_of_balance", 1e-3), ("drag_share", 1e-3), ("stabilisation_share", 5e-3)):
+        worst = max(float(row[names.index(name)]) for row in rows[1:])
+        checks.check(f"no accepted step has a {name} above {bound:g}", worst <= bound, f"{worst:g}")
+
+
 def point_lost(checks: Checks, folder: pathlib.Path) -> None:
     deck = block(width=1, columns=4, factor=1, steps=4, loads="*PRESCRIBE\ntop, Y, 0.8\n",
                  controls="TOLERANCE=1E-6, LARGEST MOVE=10, PROXIMAL=NO, SMALLEST STEP=0.5").replace(
@@ -186,7 +199,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, point_lost, singular, interrupted, echo_runs, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, echo_runs, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

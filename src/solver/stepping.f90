@@ -220,7 +220,11 @@ contains
       if (.not. controls%proximal) exit
       call creep(model, step, controls, model%state%progress%fraction, record, creeping, error)
       if (allocated(error)) return
-      if (.not. creeping%accepted) exit
+      if (.not. creeping%accepted) then
+        outcome = creeping
+        call observer%note('the hold is lost ('//outcome%reason//')')
+        return
+      end if
     end do
     if (record%stabilisation_share <= controls%stabilisation_share) return
     write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation_share, &
