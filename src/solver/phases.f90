@@ -159,7 +159,8 @@ contains
     integer :: node
 
     model%state%progress%next_step = 0.5_wp*length
-    if (model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
+    if (.not. outcome%hopeless .and. &
+      model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
       call observer%note('step cut: '//outcome%reason)
       return
     end if

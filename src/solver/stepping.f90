@@ -9,7 +9,7 @@
 !> A step that ends in none of these is never accepted: the state before it is put back.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, error_not_converged
+  use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: controls_type, basis_fem
   use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
@@ -33,6 +33,9 @@ module qsmpm_stepping
   !> How an attempt ended.
   type :: outcome_type
     logical :: accepted = .false.
+    !> The equations are singular before anything has moved: a model without support. A smaller step
+    !> will not help.
+    logical :: hopeless = .false.
     integer :: cause = error_not_converged
     character(len=:), allocatable :: reason
     !> Figures of the last solve that failed, for the message.
@@ -77,7 +80,8 @@ contains
     if (.not. solution%converged) then
       call note_failure(solution, outcome)
       record%rejected = record%rejected + 1
-      if (.not. (controls%proximal .and. load_controlled) .or. &
+      outcome%hopeless = outcome%cause == error_singular .and. model%state%progress%step == 0
+      if (.not. (controls%proximal .and. load_controlled) .or. outcome%hopeless .or. &
         model%analysis%method%basis == basis_fem) return
       call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
       call creep(model, step, controls, fraction, record, outcome, error)
