@@ -1,9 +1,15 @@
 !> Meshes written in the deck itself.
+!>
+!> One element kind, nodes and elements by label. Repeated labels and unknown nodes are errors,
+!> nodes of no element are dropped (`qsmpm_mesh_from_labels`).
 module qsmpm_inline_mesh
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_element, only: node_count, element_name
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_raw_mesh, only: raw_mesh_type, finish_mesh
+  use qsmpm_raw_mesh, only: raw_mesh_type, start_raw, add_node, add_cell
+  use qsmpm_mesh_from_labels, only: mesh_from_labels
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -15,27 +21,33 @@ contains
   subroutine inline_mesh(kind, node_labels, nodes, element_labels, connectivity, mesh, error)
     !> Element kind.
     integer, intent(in) :: kind
+    !> Labels of the nodes.
     integer, intent(in) :: node_labels(:)
-    !> (3, nodes)
+    !> Their coordinates (3, nodes); in the plane z is not looked at.
     real(wp), intent(in) :: nodes(:, :)
+    !> Labels of the elements.
     integer, intent(in) :: element_labels(:)
     !> Node labels (nodes per element, elements).
     integer, intent(in) :: connectivity(:, :)
-    !> The mesh.
+    !> The mesh without its neighbour tables.
     type(mesh_type), intent(out) :: mesh
-    !> What went wrong, unallocated when nothing did.
+    !> Repeated or unknown labels, no elements, a wrong number of nodes.
     type(error_type), allocatable, intent(out) :: error
     type(raw_mesh_type) :: raw
+    integer :: i
 
-    raw%node_count = size(node_labels)
-    raw%cell_count = size(element_labels)
-    raw%node_label = node_labels
-    raw%nodes = nodes
-    raw%cell_label = element_labels
-    allocate (raw%cell_kind(raw%cell_count), source=kind)
-    allocate (raw%connectivity(20, raw%cell_count), source=0)
-    raw%connectivity(:size(connectivity, 1), :) = connectivity
-    allocate (raw%node_sets(0), raw%cell_sets(0), raw%face_sets(0))
-    call finish_mesh(raw, mesh, error)
+    if (size(connectivity, 1) /= node_count(kind) .and. size(element_labels) > 0) then
+      call fail(error, error_deck, 'an element '//element_name(kind)//' has '// &
+        integer_text(node_count(kind))//' nodes, not '//integer_text(size(connectivity, 1)))
+      return
+    end if
+    call start_raw(raw, size(node_labels), size(element_labels))
+    do i = 1, size(node_labels)
+      call add_node(raw, node_labels(i), nodes(:, i), 0)
+    end do
+    do i = 1, size(element_labels)
+      call add_cell(raw, element_labels(i), kind, connectivity(:, i), 0)
+    end do
+    call mesh_from_labels(raw, mesh, error)
   end subroutine inline_mesh
 end module qsmpm_inline_mesh

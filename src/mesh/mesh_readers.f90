@@ -2,7 +2,8 @@
 module qsmpm_mesh_readers
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_raw_mesh, only: raw_mesh_type, finish_mesh
+  use qsmpm_raw_mesh, only: raw_mesh_type
+  use qsmpm_mesh_from_labels, only: mesh_from_labels
   use qsmpm_gmsh_reader, only: read_gmsh
   use qsmpm_abaqus_reader, only: read_abaqus
   implicit none
@@ -31,6 +32,6 @@ contains
     case default
       call fail(error, error_deck, 'mesh format '//format//' is not known (GMSH, ABAQUS)')
     end select
-    if (.not. allocated(error)) call finish_mesh(raw, mesh, error)
+    if (.not. allocated(error)) call mesh_from_labels(raw, mesh, error)
   end subroutine read_mesh
 end module qsmpm_mesh_readers

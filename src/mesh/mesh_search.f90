@@ -1,14 +1,15 @@
 !> Point search: the cell that owns a place, and the local coordinates there.
 !>
 !> Ownership is half open: a place on a face, edge or node belongs to the cell that contains it
-!> after a nudge of 1e-9 cell sizes along a fixed direction that is parallel to nothing in
-!> particular. So every place has one owner, whatever cell the search starts from; on the outside of
-!> the mesh the touching cell takes it. The search walks over the most violated face and falls back
-!> to looking at all cells where a walk meets the outside of a non-convex mesh.
+!> after a nudge along a fixed direction that is parallel to nothing in particular, as long as 1e-9
+!> of the size of the first cell; should the nudged place lie on a face, the cell it lies deepest in
+!> has it. So every place has one owner, whatever cell the search starts from; on the outside of the
+!> mesh the touching cell takes it. The search walks over the most violated face and falls back to
+!> looking at all cells where a walk meets the outside of a non-convex mesh.
 module qsmpm_mesh_search
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_functions, shape_gradients, inside_distance, local_centre, &
-    face_count, corner_count, linear_kind
+    face_count, corner_count, linear_kind, max_faces
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_size
   implicit none
@@ -103,14 +104,16 @@ contains
     integer, intent(inout) :: cell
     !> Local coordinates in the owner (dimension).
     real(wp), intent(out) :: local(:)
-    !> Whether it was found.
+    !> False when the place is outside of the mesh.
     logical, intent(out) :: found
     real(wp) :: nudged(size(x))
     integer :: owner
     logical :: ok
 
     owner = max(1, cell)
-    nudged = x + nudge*cell_size(mesh, owner)*direction(:size(x))
+    ! The size of one cell for all places: the size of the starting cell would make the owner of a
+    ! place very near a face depend on the start.
+    nudged = x + nudge*cell_size(mesh, 1)*direction(:size(x))
     call walk(mesh, nudged, owner, inside_tolerance, found)
     if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
     if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)
@@ -126,48 +129,103 @@ contains
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
-    !> Number of the cell.
+    !> In: where to start. Out: where the walk ends.
     integer, intent(inout) :: cell
-    !> Tolerance.
+    !> Inside means distances above minus this.
     real(wp), intent(in) :: tolerance
-    !> Whether it was found.
+    !> False when the walk meets the outside.
     logical, intent(out) :: found
-    real(wp) :: local(size(x)), distance(6)
+    real(wp) :: distance
     logical :: ok
-    integer :: moves, worst, n
+    integer :: moves, worst
 
     found = .false.
     do moves = 1, 4*mesh%cell_count
-      call inverse_map(mesh, cell, x, local, ok)
+      call find_worst_face(mesh, cell, x, worst, distance, ok)
       if (.not. ok) return
-      n = face_count(mesh%cell_kind(cell))
-      call inside_distance(mesh%cell_kind(cell), local, distance(:n))
-      worst = minloc(distance(:n), dim=1)
-      found = distance(worst) >= -tolerance
+      found = distance >= -tolerance
+      if (found .and. distance <= tolerance) call settle_tie(mesh, x, distance, cell)
       if (found) return
       if (mesh%face_neighbour(worst, cell) == 0) return
       cell = mesh%face_neighbour(worst, cell)
     end do
   end subroutine walk
 
-  !> Try every cell whose box holds the place; of several the first.
+  !> Face of a cell that a place lies farthest outside of, or is nearest to from inside.
+  pure subroutine find_worst_face(mesh, cell, x, worst, distance, ok)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The cell.
+    integer, intent(in) :: cell
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Local face.
+    integer, intent(out) :: worst
+    !> Its distance in local coordinates, negative outside.
+    real(wp), intent(out) :: distance
+    !> False when the place has no local coordinates in the cell.
+    logical, intent(out) :: ok
+    real(wp) :: local(size(x)), distances(max_faces)
+    integer :: n
+
+    worst = 1
+    distance = -huge(distance)
+    call inverse_map(mesh, cell, x, local, ok)
+    if (.not. ok) return
+    n = face_count(mesh%cell_kind(cell))
+    call inside_distance(mesh%cell_kind(cell), local, distances(:n))
+    worst = minloc(distances(:n), dim=1)
+    distance = distances(worst)
+  end subroutine find_worst_face
+
+  !> Of the cells that share a place the one it lies deepest in has it, of several the lowest. The
+  !> depth decides because the tolerance is wider in a large cell than in a small one beside it.
+  pure subroutine settle_tie(mesh, x, deepest, cell)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Place on a face of the cell (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Its distance to the worst face of the cell.
+    real(wp), intent(in) :: deepest
+    !> In: one of the cells. Out: the owner.
+    integer, intent(inout) :: cell
+    real(wp) :: distance, best
+    integer :: k, other, worst, start
+    logical :: ok
+
+    best = deepest
+    start = cell
+    do k = mesh%vertex_first(start), mesh%vertex_first(start + 1) - 1
+      other = mesh%vertex_neighbour(k)
+      call find_worst_face(mesh, other, x, worst, distance, ok)
+      if (.not. ok .or. distance < best) cycle
+      if (distance > best .or. other < cell) cell = other
+      best = distance
+    end do
+  end subroutine settle_tie
+
+  !> Try every cell whose box holds the place.
   pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    real(wp), intent(in) :: x(:), tolerance
-    !> Number of the cell.
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Inside means distances above minus this.
+    real(wp), intent(in) :: tolerance
+    !> The cell, when found.
     integer, intent(inout) :: cell
-    !> Whether it was found.
+    !> False when no cell holds the place.
     logical, intent(out) :: found
-    real(wp) :: local(size(x)), distance(6), margin
+    real(wp) :: distance, margin
     logical :: ok
-    integer :: c, i, n, first, last
+    integer :: c, i, worst, first, last
 
     found = .false.
     do c = 1, mesh%cell_count
       first = mesh%cell_first(c)
       last = first + corner_count(mesh%cell_kind(c)) - 1
-      margin = tolerance*cell_size(mesh, c)
+      ! Local distances are up to a few times shorter than global ones over the cell size.
+      margin = 10.0_wp*tolerance*cell_size(mesh, c)
       ok = .true.
       do i = 1, size(x)
         associate (corner => mesh%coordinates(i, mesh%cell_nodes(first:last)))
@@ -175,13 +233,11 @@ contains
         end associate
       end do
       if (.not. ok) cycle
-      call inverse_map(mesh, c, x, local, ok)
-      if (.not. ok) cycle
-      n = face_count(mesh%cell_kind(c))
-      call inside_distance(mesh%cell_kind(c), local, distance(:n))
-      found = minval(distance(:n)) >= -tolerance
+      call find_worst_face(mesh, c, x, worst, distance, ok)
+      found = ok .and. distance >= -tolerance
       if (.not. found) cycle
       cell = c
+      if (distance <= tolerance) call settle_tie(mesh, x, distance, cell)
       return
     end do
   end subroutine look_everywhere

@@ -1,12 +1,14 @@
-!> Neighbour tables of a mesh, and the checks of its cells: positive volume, mid nodes in their places.
+!> Neighbour tables of a mesh, and the checks of its cells: positive volume, no corner turned inside
+!> out, mid nodes in the middle of straight edges.
 module qsmpm_mesh_topology
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_element, only: corner_count, node_count, face_count, face_corners, face_corner_count, &
-    mid_edges, max_faces, element_name
+    mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_volume, cell_size
   use qsmpm_sorting, only: sort, order_columns
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -29,6 +31,8 @@ contains
       call check_mid_nodes(mesh, c, error)
       if (allocated(error)) return
       call check_volume(mesh, c, error)
+      if (allocated(error)) return
+      call check_corners(mesh, c, error)
       if (allocated(error)) return
     end do
     call find_face_neighbours(mesh, error)
@@ -54,6 +58,36 @@ contains
       ': its nodes run the wrong way round or it is degenerate'
     call fail(error, error_deck, trim(text))
   end subroutine check_volume
+
+  !> The map of a cell must not turn inside out at a corner; flat corners of cells with a side
+  !> shrunk to a point pass.
+  subroutine check_corners(mesh, cell, error)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The cell.
+    integer, intent(in) :: cell
+    !> Set when it does.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: places(mesh%dimension, 8), corner(mesh%dimension, 8)
+    real(wp) :: functions(8), gradients(mesh%dimension, 8), determinant
+    integer :: kind, k, n, first
+
+    kind = linear_kind(mesh%cell_kind(cell))
+    n = corner_count(kind)
+    if (n == mesh%dimension + 1) return
+    first = mesh%cell_first(cell)
+    corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
+    places(:, :n) = local_nodes(kind)
+    do k = 1, n
+      call element_geometry(kind, places(:, k), corner(:, :n), functions(:n), gradients(:, :n), &
+        determinant)
+      if (determinant >= -1.0e-12_wp*cell_size(mesh, cell)**mesh%dimension) cycle
+      call fail(error, error_deck, 'element '//integer_text(mesh%cell_label(cell))//' ('// &
+        element_name(mesh%cell_kind(cell))//') is turned inside out at node '// &
+        integer_text(mesh%node_label(mesh%cell_nodes(first + k - 1))))
+      return
+    end do
+  end subroutine check_corners
 
   !> Mid nodes must lie in the middle of straight edges.
   subroutine check_mid_nodes(mesh, cell, error)

@@ -1,114 +1,168 @@
 !> A text file as lines of words, with the place for messages.
+!>
+!> The file is held in memory, so lines have any length and a reader can tell whether a number of
+!> entries a file announces can be in it at all. What the words mean is left to the readers.
 module qsmpm_text_file
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_text, only: string_type, read_integer, read_real, number_good, integer_text
+  use qsmpm_text, only: string_type, read_integer, read_real, number_good, integer_text, stripped
   implicit none
   private
 
-  public :: text_file_type, open_text, next_line, words_of, file_fault, word_integer, word_real
+  public :: text_file_type, open_text, next_line, next_words, words_of, unquoted, bytes_left, &
+    file_fault, word_integer, word_label, word_real
 
   !> A file read as a whole, and where the reader stands.
   type :: text_file_type
     character(len=:), allocatable :: path, bytes
-    integer :: place = 1, line = 0
+    !> First byte that is not read yet.
+    integer(long) :: place = 1
+    !> Line read last, from 1.
+    integer :: line = 0
   end type text_file_type
 
 contains
 
   !> Read a file into memory.
   subroutine open_text(path, file, error)
+    !> Path of any length.
     character(len=*), intent(in) :: path
-    !> The file being read.
+    !> The file, before its first line.
     type(text_file_type), intent(out) :: file
-    !> What went wrong, unallocated when nothing did.
+    !> Set when the file cannot be read.
     type(error_type), allocatable, intent(out) :: error
-    integer :: unit, status, length
+    !> Bytes some editors mark UTF-8 with.
+    character(len=3), parameter :: mark = char(239)//char(187)//char(191)
+    integer(long) :: length
+    integer :: unit, status
 
     file%path = path
-    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', action='read', iostat=status)
+    open (newunit=unit, file=path, access='stream', form='unformatted', status='old', &
+      action='read', iostat=status)
     if (status == 0) then
       inquire (unit=unit, size=length)
-      allocate (character(len=max(0, length)) :: file%bytes)
+      allocate (character(len=max(0_long, length)) :: file%bytes)
       if (length > 0) read (unit, iostat=status) file%bytes
       close (unit)
     end if
-    if (status /= 0) call fail(error, error_deck, "cannot read the mesh file '"//path//"'")
+    if (status /= 0) then
+      call fail(error, error_deck, "cannot read the mesh file '"//path//"'")
+    else if (index(file%bytes, mark) == 1) then
+      file%place = 4
+    end if
   end subroutine open_text
 
-  !> The next line without its end; `more` is false behind the last.
+  !> The next line without its end.
   subroutine next_line(file, line, more)
-    !> The file being read.
+    !> The file; it moves on by one line.
     type(text_file_type), intent(inout) :: file
-    !> The line.
+    !> The line, empty behind the last.
     character(len=:), allocatable, intent(out) :: line
+    !> False behind the last line.
     logical, intent(out) :: more
-    integer :: last
+    integer(long) :: length
 
-    more = file%place <= len(file%bytes)
+    more = file%place <= len(file%bytes, kind=long)
     line = ''
     if (.not. more) return
     file%line = file%line + 1
-    last = index(file%bytes(file%place:), new_line('a'))
-    if (last == 0) then
-      line = file%bytes(file%place:)
-      file%place = len(file%bytes) + 1
-    else
-      line = file%bytes(file%place:file%place + last - 2)
-      file%place = file%place + last
-    end if
-    if (len(line) > 0) then
-      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
-    end if
+    length = index(file%bytes(file%place:), new_line('a'), kind=long) - 1
+    if (length < 0) length = len(file%bytes, kind=long) - file%place + 1
+    line = file%bytes(file%place:file%place + length - 1)
+    file%place = file%place + length + 1
+    if (len(line) == 0) return
+    if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
   end subroutine next_line
+
+  !> Words of the next line that is not blank.
+  subroutine next_words(file, words, more)
+    !> The file; it moves on.
+    type(text_file_type), intent(inout) :: file
+    !> The words, none behind the last line; older ones are dropped.
+    type(string_type), allocatable, intent(inout) :: words(:)
+    !> False behind the last line.
+    logical, intent(out) :: more
+    character(len=:), allocatable :: line
+
+    do
+      call next_line(file, line, more)
+      call words_of(line, words)
+      if (size(words) > 0 .or. .not. more) return
+    end do
+  end subroutine next_words
 
   !> Words between blanks; a name in double quotes is one word.
   pure subroutine words_of(line, words)
-    !> The line.
+    !> Any text.
     character(len=*), intent(in) :: line
-    !> Words of the line.
-    type(string_type), allocatable, intent(out) :: words(:)
-    type(string_type) :: found(len(line)/2 + 1)
-    integer :: i, first, n
-    logical :: quoted
+    !> The words in order, quotes kept; older ones are dropped.
+    type(string_type), allocatable, intent(inout) :: words(:)
+    integer, allocatable :: first(:), last(:)
+    logical :: quoted, inside, blank
+    integer :: i, n
 
+    allocate (first(len(line)/2 + 1), last(len(line)/2 + 1))
     n = 0
-    first = 0
     quoted = .false.
-    do i = 1, len(line) + 1
-      if (i <= len(line)) then
-        if (line(i:i) == '"') quoted = .not. quoted
-        if (quoted .or. .not. (line(i:i) == ' ' .or. line(i:i) == achar(9))) then
-          if (first == 0) first = i
-          cycle
-        end if
+    inside = .false.
+    do i = 1, len(line)
+      if (line(i:i) == '"') quoted = .not. quoted
+      blank = .not. quoted .and. (line(i:i) == ' ' .or. line(i:i) == achar(9))
+      if (.not. blank .and. .not. inside) then
+        n = n + 1
+        first(n) = i
       end if
-      if (first == 0) cycle
-      n = n + 1
-      found(n)%text = line(first:i - 1)
-      first = 0
+      inside = .not. blank
+      if (inside) last(n) = i
     end do
-    words = found(:n)
+    if (allocated(words)) deallocate (words)
+    allocate (words(n))
+    do i = 1, n
+      words(i)%text = line(first(i):last(i))
+    end do
   end subroutine words_of
 
-  !> Error at the present line.
-  subroutine file_fault(file, message, error)
-    !> The file being read.
+  !> A name without the double quotes around it.
+  pure function unquoted(word) result(name)
+    !> The name, with or without quotes.
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: name
+
+    name = word
+    if (len(word) < 2) return
+    if (word(1:1) == '"' .and. word(len(word):) == '"') name = stripped(word(2:len(word) - 1))
+  end function unquoted
+
+  !> Bytes behind the reader.
+  pure function bytes_left(file) result(bytes)
+    !> The file.
     type(text_file_type), intent(in) :: file
+    integer(long) :: bytes
+
+    bytes = max(0_long, len(file%bytes, kind=long) - file%place + 1)
+  end function bytes_left
+
+  !> Error at the line read last.
+  pure subroutine file_fault(file, message, error)
+    !> The file.
+    type(text_file_type), intent(in) :: file
+    !> What is wrong.
     character(len=*), intent(in) :: message
-    !> What went wrong, unallocated when nothing did.
+    !> `path:line: message`.
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_deck, file%path//':'//integer_text(file%line)//': '//message)
   end subroutine file_fault
 
   !> A whole number out of a word.
-  subroutine word_integer(file, word, value, error)
-    !> The file being read.
+  pure subroutine word_integer(file, word, value, error)
+    !> The file, for the message.
     type(text_file_type), intent(in) :: file
+    !> The word.
     character(len=*), intent(in) :: word
+    !> The number.
     integer, intent(out) :: value
-    !> What went wrong, unallocated when nothing did.
+    !> An earlier error stays.
     type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 
@@ -117,13 +171,31 @@ contains
       call file_fault(file, "'"//word//"' is not a whole number", error)
   end subroutine word_integer
 
-  !> A number out of a word.
-  subroutine word_real(file, word, value, error)
-    !> The file being read.
+  !> A label, that is a positive whole number, out of a word.
+  pure subroutine word_label(file, word, value, error)
+    !> The file, for the message.
     type(text_file_type), intent(in) :: file
+    !> The word.
     character(len=*), intent(in) :: word
+    !> The label.
+    integer, intent(out) :: value
+    !> An earlier error stays.
+    type(error_type), allocatable, intent(inout) :: error
+
+    call word_integer(file, word, value, error)
+    if (value < 1 .and. .not. allocated(error)) &
+      call file_fault(file, "'"//word//"' is not a positive label", error)
+  end subroutine word_label
+
+  !> A number out of a word.
+  pure subroutine word_real(file, word, value, error)
+    !> The file, for the message.
+    type(text_file_type), intent(in) :: file
+    !> The word.
+    character(len=*), intent(in) :: word
+    !> The number.
     real(wp), intent(out) :: value
-    !> What went wrong, unallocated when nothing did.
+    !> An earlier error stays.
     type(error_type), allocatable, intent(inout) :: error
     integer :: outcome
 

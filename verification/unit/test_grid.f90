@@ -2,7 +2,8 @@
 module test_grid
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_element, only: element_kind_count, element_name, element_from_name, local_dimension, tri3
+  use qsmpm_element, only: element_kind_count, element_name, element_from_name, local_dimension, &
+    corner_count, tri3
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_grid, only: grid_type, make_grid
@@ -36,7 +37,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: name
     type(mesh_type) :: mesh, again
-    integer :: i, outside
+    integer :: i
 
     call sample_grid(name, 3, 0.2_wp, mesh)
     call sample_grid(name, 3, 0.2_wp, again)
@@ -44,15 +45,51 @@ contains
     call tests%check('a grid of '//name//' is the same again', &
       all(abs(mesh%coordinates - again%coordinates) <= 0.0_wp) .and. all(mesh%cell_nodes == again%cell_nodes))
     call tests%check('neighbours of '//name//' know each other', &
-      all([(mesh%face_neighbour(mesh%interior_face(2, i), mesh%interior_face(1, i)) == mesh%interior_face(3, i) .and. &
+      all([(mesh%face_neighbour(mesh%interior_face(2, i), mesh%interior_face(1, &
+      i)) == mesh%interior_face(3, i) .and. &
       mesh%face_neighbour(mesh%interior_face(4, i), mesh%interior_face(3, i)) == mesh%interior_face(1, i), &
       i=1, size(mesh%interior_face, 2))]))
     call tests%check('every node of '//name//' belongs to a cell', &
       all([(any(mesh%cell_nodes == i), i=1, mesh%node_count)]))
-    outside = mesh%cell_count
-    call tests%check('cells of '//name//' that share a corner come in pairs', &
-      mod(size(mesh%vertex_neighbour), 2) == 0 .and. outside > 0)
+    call check_pairs(tests, name, mesh)
   end subroutine check_kind
+
+  !> Neighbours over faces and corners, counted against a search of all pairs of cells.
+  subroutine check_pairs(tests, name, mesh)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(mesh_type), intent(in) :: mesh
+    logical :: corners_good, faces_good
+    integer :: c, d, shared, f
+
+    corners_good = .true.
+    faces_good = .true.
+    do c = 1, mesh%cell_count
+      do d = 1, mesh%cell_count
+        if (c == d) cycle
+        shared = count([(any(corners(d) == f), f=1, mesh%node_count)] .and. &
+          [(any(corners(c) == f), f=1, mesh%node_count)])
+        corners_good = corners_good .and. (shared > 0 .eqv. &
+          any(mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1) == d))
+        ! Cells that share as many corners as the dimension share a face, in these meshes.
+        faces_good = faces_good .and. (shared >= mesh%dimension .eqv. any(mesh%face_neighbour(:, c) == d))
+      end do
+    end do
+    call tests%check('cells of '//name//' that share a corner know each other', corners_good)
+    call tests%check('cells of '//name//' that share a face know each other', faces_good)
+    call tests%check('every inner face of '//name//' is listed once', &
+      2*size(mesh%interior_face, 2) == count(mesh%face_neighbour > 0))
+
+  contains
+
+    !> Corner nodes of a cell.
+    pure function corners(cell) result(nodes)
+      integer, intent(in) :: cell
+      integer :: nodes(corner_count(mesh%cell_kind(cell)))
+
+      nodes = mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell) + size(nodes) - 1)
+    end function corners
+  end subroutine check_pairs
 
   !> A body's edge runs along the diagonals, whatever the rule says.
   subroutine check_kept_diagonal(tests)
