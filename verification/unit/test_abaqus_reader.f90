@@ -34,7 +34,7 @@ module test_abaqus_reader
     '*Nset, nset=point'//nl//'1'//nl//'*Nset, nset=more, instance=Soil-1'//nl//'base, 12'//nl// &
     '*Nset, nset=dotted'//nl// &
     'Soil-1.7, Soil-1.BASE'//nl//'*Surface, type=element, name=ends'//nl//'low, S1'//nl// &
-    '2, s2'//nl//'Low, S1'//nl// &
+    '2, s2'//nl//'Low, S1'//nl//'Low, S3'//nl// &
     '*Surface, type=node, name=tips'//nl//'base, 1.'//nl//'*End assembly'//nl//'*Step'//nl// &
     '*Boundary'//nl//'base, 1, 3'//nl
 
@@ -77,9 +77,9 @@ contains
     call nodes('point', [integer ::])
     call tests%check('the surface of nodes is none of faces', size(mesh%face_sets) == 1)
     call tests%check('a surface holds each face once', mesh%face_sets(1)%name == 'ends' .and. &
-      size(mesh%face_sets(1)%faces, 2) == 2)
-    call tests%check('bottom of the lower, top of the upper', &
-      all(mesh%face_sets(1)%faces == reshape([1, 1, 2, 2], [2, 2])))
+      size(mesh%face_sets(1)%faces, 2) == 3)
+    call tests%check('bottom and front of the lower, top of the upper', &
+      all(mesh%face_sets(1)%faces == reshape([1, 1, 1, 3, 2, 2], [2, 3])))
 
   contains
 
