@@ -31,6 +31,9 @@ program run_unit_tests
   use test_grid, only: collect_grid
   use test_mesh_search, only: collect_mesh_search
   use test_mesh_readers, only: collect_mesh_readers
+  use test_gmsh_reader, only: collect_gmsh_reader
+  use test_abaqus_reader, only: collect_abaqus_reader
+  use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   implicit none
 
@@ -76,6 +79,9 @@ program run_unit_tests
   call register('grid', collect_grid)
   call register('mesh_search', collect_mesh_search)
   call register('mesh_readers', collect_mesh_readers)
+  call register('gmsh_reader', collect_gmsh_reader)
+  call register('abaqus_reader', collect_abaqus_reader)
+  call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
 
   call read_arguments(wanted)
