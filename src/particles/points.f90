@@ -10,7 +10,13 @@ module qsmpm_points
   implicit none
   private
 
-  public :: carried_type, points_type, surface_points_type, allocate_carried, allocate_points
+  public :: carried_type, points_type, surface_points_type
+  public :: allocate_carried, allocate_points, allocate_surface_points
+
+  !> Packed identities: 11,21,12,22,33 in the plane, column by column in 3D.
+  real(wp), parameter :: plane_identity(5) = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
+  real(wp), parameter :: solid_identity(9) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
+    0.0_wp, 0.0_wp, 1.0_wp]
 
   !> Places that move with the material.
   type :: carried_type
@@ -30,6 +36,11 @@ module qsmpm_points
     !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
     !> weight is kept: eq. 29 with a constant density would lose it.
     real(wp), allocatable :: volume(:), initial_volume(:), weight(:)
+    !> Half lengths along the axes of the box a point stood for at the start (dimension, count): half
+    !> the piece of a regular pattern, else half the edges of a cube of its volume. Never changed.
+    real(wp), allocatable :: half_size(:, :)
+    !> Deformation gradient since the start, packed (5 or 9, count).
+    real(wp), allocatable :: deformation_gradient(:, :)
     !> Cauchy stress, 11,22,33,12[,13,23] (4 or 6, count).
     real(wp), allocatable :: stress(:, :)
     !> State of the law (largest state_count of all laws, count).
@@ -43,6 +54,8 @@ module qsmpm_points
     !> Surface number and undeformed area (per radian in axisymmetry) of each.
     integer, allocatable :: surface(:)
     real(wp), allocatable :: area(:)
+    !> Outward unit normal times area (dimension, count).
+    real(wp), allocatable :: area_vector(:, :)
   end type surface_points_type
 
 contains
@@ -62,7 +75,7 @@ contains
     allocate (carried%cell(count), source=0)
   end subroutine allocate_carried
 
-  !> Allocate material points, unstressed.
+  !> Allocate material points, unstressed and undeformed.
   pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
     !> The material points.
     type(points_type), intent(out) :: points
@@ -81,5 +94,26 @@ contains
       source=0.0_wp)
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
       source=0.0_wp)
+    allocate (points%half_size(dimension, count), source=0.0_wp)
+    if (dimension == 2) then
+      allocate (points%deformation_gradient(5, count), source=spread(plane_identity, 2, count))
+    else
+      allocate (points%deformation_gradient(9, count), source=spread(solid_identity, 2, count))
+    end if
   end subroutine allocate_points
+
+  !> Allocate surface points of no area.
+  pure subroutine allocate_surface_points(surface, dimension, count)
+    !> The surface points.
+    type(surface_points_type), intent(out) :: surface
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of surface points.
+    integer, intent(in) :: count
+
+    call allocate_carried(surface, dimension, count)
+    allocate (surface%surface(count), source=0)
+    allocate (surface%area(count), source=0.0_wp)
+    allocate (surface%area_vector(dimension, count), source=0.0_wp)
+  end subroutine allocate_surface_points
 end module qsmpm_points
