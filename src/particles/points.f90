@@ -13,11 +13,6 @@ module qsmpm_points
   public :: carried_type, points_type, surface_points_type
   public :: allocate_carried, allocate_points, allocate_surface_points
 
-  !> Packed identities: 11,21,12,22,33 in the plane, column by column in 3D.
-  real(wp), parameter :: plane_identity(5) = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
-  real(wp), parameter :: solid_identity(9) = [1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, &
-    0.0_wp, 0.0_wp, 1.0_wp]
-
   !> Places that move with the material.
   type :: carried_type
     integer :: count = 0
@@ -36,17 +31,17 @@ module qsmpm_points
     !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
     !> weight is kept: eq. 29 with a constant density would lose it.
     real(wp), allocatable :: volume(:), initial_volume(:), weight(:)
-    !> Half lengths along the axes of the box a point stood for at the start (dimension, count): half
-    !> the piece of a regular pattern, else half the edges of a cube of its volume. Never changed.
-    real(wp), allocatable :: half_size(:, :)
-    !> Deformation gradient since the start, packed (5 or 9, count).
-    real(wp), allocatable :: deformation_gradient(:, :)
     !> Cauchy stress, 11,22,33,12[,13,23] (4 or 6, count).
     real(wp), allocatable :: stress(:, :)
     !> State of the law (largest state_count of all laws, count).
     real(wp), allocatable :: state(:, :)
     !> 1 where the point yielded in the last step.
     integer, allocatable :: plastic(:)
+    !> Half lengths along the axes of the box a point stood for at the start (dimension, count): half
+    !> the piece of a regular pattern, else shaped like its cell with its volume. Never changed.
+    real(wp), allocatable :: half_size(:, :)
+    !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
+    real(wp), allocatable :: deformation_gradient(:, :)
   end type points_type
 
   !> Surface points: quadrature points of the loaded surfaces.
@@ -94,12 +89,8 @@ contains
       source=0.0_wp)
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
       source=0.0_wp)
-    allocate (points%half_size(dimension, count), source=0.0_wp)
-    if (dimension == 2) then
-      allocate (points%deformation_gradient(5, count), source=spread(plane_identity, 2, count))
-    else
-      allocate (points%deformation_gradient(9, count), source=spread(solid_identity, 2, count))
-    end if
+    allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
+      source=0.0_wp)
   end subroutine allocate_points
 
   !> Allocate surface points of no area.
