@@ -7,6 +7,7 @@
 !> sub-cell count as one there.
 module qsmpm_cell_pieces
   use qsmpm_kinds, only: wp
+  use qsmpm_piece_list, only: piece_list_type, add_piece
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polygon_pieces, only: polygon_list_type, pieces_in_convex, begin_list
   use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, facets_over, moments_in_tets
@@ -15,54 +16,12 @@ module qsmpm_cell_pieces
   implicit none
   private
 
-  public :: piece_list_type, prism_pieces, solid_pieces, merge_small_pieces
+  public :: prism_pieces, solid_pieces
 
-  !> Pieces; the first `count` are used.
-  type :: piece_list_type
-    integer :: count = 0
-    !> Area in the plane, volume in 3D (count).
-    real(wp), allocatable :: measure(:)
-    !> Centroid and extents along the axes (3, count); the third is 0 in the plane.
-    real(wp), allocatable :: centroid(:, :), extent(:, :)
-    !> Sub-cell, each number from 1 to n (3, count).
-    integer, allocatable :: place(:, :)
-  end type piece_list_type
+  !> Distance from a face, as a share of the size of a cell, below which a facet lies on it.
+  real(wp), parameter :: on_face = 1.0e-9_wp
 
 contains
-
-  !> Append a piece.
-  pure subroutine add_piece(list, measure, centroid, extent, place)
-    !> The pieces.
-    type(piece_list_type), intent(inout) :: list
-    !> Area or volume.
-    real(wp), intent(in) :: measure
-    !> Centroid and extents (3).
-    real(wp), intent(in) :: centroid(3), extent(3)
-    !> Sub-cell (3).
-    integer, intent(in) :: place(3)
-    type(piece_list_type) :: longer
-    integer :: n
-
-    n = list%count
-    if (.not. allocated(list%measure)) then
-      allocate (list%measure(64), list%centroid(3, 64), list%extent(3, 64), list%place(3, 64))
-    else if (n == size(list%measure)) then
-      allocate (longer%measure(2*n), longer%centroid(3, 2*n), longer%extent(3, 2*n), longer%place(3, 2*n))
-      longer%measure(:n) = list%measure
-      longer%centroid(:, :n) = list%centroid
-      longer%extent(:, :n) = list%extent
-      longer%place(:, :n) = list%place
-      call move_alloc(longer%measure, list%measure)
-      call move_alloc(longer%centroid, list%centroid)
-      call move_alloc(longer%extent, list%extent)
-      call move_alloc(longer%place, list%place)
-    end if
-    list%count = n + 1
-    list%measure(n + 1) = measure
-    list%centroid(:, n + 1) = centroid
-    list%extent(:, n + 1) = extent
-    list%place(:, n + 1) = place
-  end subroutine add_piece
 
   !> Pieces in a quadrilateral, or in a brick standing along z.
   pure subroutine prism_pieces(outline, base, cell_limits, body_limits, n, pieces)
@@ -233,81 +192,33 @@ contains
     real(wp), intent(in) :: corners(3, 8)
     !> In: those of the brick. Out: those of the part, unless there is nothing to measure.
     real(wp), intent(inout) :: extent(3)
-    real(wp) :: low(3), high(3), origins(3, 6), normals(3, 6), polygon(3, most_corners)
+    real(wp) :: low(3), high(3), origins(3, 6), normals(3, 6), sizes(6), snap(6)
+    real(wp) :: polygon(3, most_corners)
     integer :: i, m
 
     low = huge(1.0_wp)
     high = -huge(1.0_wp)
     do i = 1, 8
-      if (polyhedron_contains(solid, corners(:, i))) call widen(corners(:, i:i))
+      if (polyhedron_contains(solid, corners(:, i))) call widen(corners(:, i:i), low, high)
     end do
-    call planes_of_cell(corners, origins, normals)
+    ! Facets on the faces of the brick belong to the part.
+    call planes_of_cell(corners, origins, normals, sizes)
+    snap = on_face*sizes
     do i = 1, size(candidates)
-      call clip_facet(solid%facets(:, :, candidates(i)), origins, normals, polygon, m)
-      if (m > 0) call widen(polygon(:, :m))
+      call clip_facet(solid%facets(:, :, candidates(i)), origins, normals, snap, polygon, m)
+      if (m > 0) call widen(polygon(:, :m), low, high)
     end do
     if (all(high > low)) extent = min(extent, high - low)
-
-  contains
-
-    !> Make the box hold some places.
-    pure subroutine widen(places)
-      !> (3,m)
-      real(wp), intent(in) :: places(:, :)
-
-      low = min(low, minval(places, dim=2))
-      high = max(high, maxval(places, dim=2))
-    end subroutine widen
   end subroutine find_extent
 
-  !> Give every piece below a measure to the largest piece around it: volume and first moment stay.
-  pure subroutine merge_small_pieces(pieces, smallest)
-    !> The pieces; the last one stays however small it is.
-    type(piece_list_type), intent(inout) :: pieces
-    !> Smallest measure a piece of its own may have.
-    real(wp), intent(in) :: smallest
-    integer :: i, k, n, target
-    logical :: near, best_near
+  !> Make a box hold some places.
+  pure subroutine widen(places, low, high)
+    !> (3,m)
+    real(wp), intent(in) :: places(:, :)
+    !> Corners of the box (3).
+    real(wp), intent(inout) :: low(3), high(3)
 
-    do while (pieces%count > 1)
-      n = pieces%count
-      i = minloc(pieces%measure(:n), dim=1)
-      if (pieces%measure(i) >= smallest) return
-      target = 0
-      best_near = .false.
-      do k = 1, n
-        if (k == i) cycle
-        near = all(abs(pieces%place(:, k) - pieces%place(:, i)) <= 1)
-        if (target > 0) then
-          if (best_near .and. .not. near) cycle
-          if ((best_near .eqv. near) .and. pieces%measure(k) <= pieces%measure(target)) cycle
-        end if
-        target = k
-        best_near = near
-      end do
-      call merge_into(pieces, i, target)
-    end do
-  end subroutine merge_small_pieces
-
-  !> Add one piece to another and remove it.
-  pure subroutine merge_into(pieces, i, target)
-    !> The pieces.
-    type(piece_list_type), intent(inout) :: pieces
-    !> The piece that goes, and the one that gains it.
-    integer, intent(in) :: i, target
-    real(wp) :: total
-    integer :: k
-
-    total = pieces%measure(i) + pieces%measure(target)
-    if (total > 0.0_wp) pieces%centroid(:, target) = (pieces%measure(i)*pieces%centroid(:, i) &
-      + pieces%measure(target)*pieces%centroid(:, target))/total
-    pieces%measure(target) = total
-    do k = i, pieces%count - 1
-      pieces%measure(k) = pieces%measure(k + 1)
-      pieces%centroid(:, k) = pieces%centroid(:, k + 1)
-      pieces%extent(:, k) = pieces%extent(:, k + 1)
-      pieces%place(:, k) = pieces%place(:, k + 1)
-    end do
-    pieces%count = pieces%count - 1
-  end subroutine merge_into
+    low = min(low, minval(places, dim=2))
+    high = max(high, maxval(places, dim=2))
+  end subroutine widen
 end module qsmpm_cell_pieces

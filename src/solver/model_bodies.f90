@@ -7,11 +7,11 @@ module qsmpm_model_bodies
   use qsmpm_element, only: shape_functions
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
-  use qsmpm_points, only: allocate_points, allocate_carried, carried_type
+  use qsmpm_points, only: allocate_points, allocate_surface_points, carried_type
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_mesh_sets, only: faces_in_box, find_set
-  use qsmpm_mesh_measure, only: interpolate, cell_coordinates
+  use qsmpm_mesh_measure, only: interpolate
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_carried_basis, only: nearest_point
   implicit none
@@ -110,7 +110,7 @@ contains
       do p = 1, points%count
         m = material_number(model, points%body(p))
         points%material(p) = m
-        points%half_size(:, p) = half_of_cell(model, points%cell(p), points%volume(p))
+        points%half_size(:, p) = list%vector(:, p)
         points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
         associate (law => model%laws(m)%law)
           call law%start(zero, points%state(:law%state_count, p))
@@ -118,21 +118,6 @@ contains
       end do
     end associate
   end subroutine points_from_seeds
-
-  !> Half lengths of a box with the shape of a cell and a point's volume.
-  function half_of_cell(model, cell, volume) result(half)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Cell and volume of the point.
-    integer, intent(in) :: cell
-    real(wp), intent(in) :: volume
-    real(wp) :: half(model%mesh%dimension)
-    real(wp), allocatable :: x(:, :)
-
-    allocate (x, source=cell_coordinates(model%mesh, cell))
-    half = 0.5_wp*(maxval(x, dim=2) - minval(x, dim=2))
-    half = half*(volume/product(2.0_wp*half))**(1.0_wp/size(half))
-  end function half_of_cell
 
   !> Number of a body's material; the deck has checked that it exists.
   pure function material_number(model, body) result(number)
@@ -216,7 +201,7 @@ contains
           end if
           do k = 1, size(surface%segments, 2)
             call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, &
-              surface%segments(:, k), s, list)
+              .false., surface%segments(:, k), s, list)
           end do
         case (select_mesh)
           call mesh_faces(model, surface%name, faces)
@@ -227,12 +212,12 @@ contains
       end associate
     end do
     if (faults%count > 0) return
-    call allocate_carried(model%state%surface, model%mesh%dimension, list%count)
-    allocate (model%state%surface%surface(list%count), model%state%surface%area(list%count))
+    call allocate_surface_points(model%state%surface, model%mesh%dimension, list%count)
     if (list%count > 0) then
       call place_seeds(model, list, model%state%surface)
       model%state%surface%surface = list%body(:list%count)
       model%state%surface%area = list%volume(:list%count)
+      model%state%surface%area_vector = list%vector(:, :list%count)
     end if
     call choose_carrying_points(model)
   end subroutine make_surfaces
