@@ -2,14 +2,12 @@
 !> polyhedron, or a list of cells.
 module qsmpm_body_shape
   use qsmpm_kinds, only: wp
-  use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_search, only: locate
   use qsmpm_polygon, only: polygon_contains
   use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains
   implicit none
   private
 
-  public :: body_shape_type, is_unbounded, shape_box, shape_contains, in_bodies
+  public :: body_shape_type, is_unbounded, shape_box, shape_contains
 
   !> What bounds a body.
   type :: body_shape_type
@@ -67,27 +65,4 @@ contains
     inside = inside .and. x(3) >= shape%low .and. x(3) <= shape%high
     if (allocated(shape%solid)) inside = inside .and. polyhedron_contains(shape%solid, x)
   end function shape_contains
-
-  !> True when a place of the mesh is inside one of several bodies.
-  logical function in_bodies(mesh, shapes, x) result(inside)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Bounds of the bodies.
-    type(body_shape_type), intent(in) :: shapes(:)
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-    real(wp) :: local(size(x))
-    logical :: found
-    integer :: b, cell
-
-    inside = .false.
-    cell = 0
-    call locate(mesh, x, cell, local, found)
-    if (.not. found) return
-    do b = 1, size(shapes)
-      inside = shape_contains(shapes(b), x)
-      if (inside .and. allocated(shapes(b)%region)) inside = shapes(b)%region(cell)
-      if (inside) return
-    end do
-  end function in_bodies
 end module qsmpm_body_shape

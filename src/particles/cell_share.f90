@@ -9,7 +9,8 @@ module qsmpm_cell_share
   use qsmpm_polygon, only: polygon_area, polygon_centroid, clip_by_convex
   use qsmpm_body_shape, only: body_shape_type, is_unbounded, shape_box
   use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, make_polyhedron, facets_over, &
-    moments_in_tets, prism_facets
+    moments_in_tets
+  use qsmpm_prism_facets, only: prism_caps
   use qsmpm_tet_list, only: tet_list_type, cell_tets, add_moments
   implicit none
   private
@@ -57,7 +58,7 @@ contains
       allocate (outline(2, 4))
       outline = reshape([low(:2), high(1), low(2), high(:2), low(1), high(2)], [2, 4])
     end if
-    call prism_facets(outline, max(low(3) - 1.0_wp, shape%low), min(high(3) + 1.0_wp, shape%high), &
+    call prism_caps(outline, max(low(3) - 1.0_wp, shape%low), min(high(3) + 1.0_wp, shape%high), &
       facets)
     call make_polyhedron(facets, solid)
   end subroutine solid_of

@@ -15,7 +15,7 @@ module qsmpm_polyhedron
   private
 
   public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, &
-    facets_over, moments_in_tets, facet_normal, prism_facets
+    facets_over, moments_in_tets, facet_normal
 
   !> A closed surface of triangles, and bins in the x-y plane to find those above a place.
   type :: polyhedron_type
@@ -246,25 +246,4 @@ contains
     a%count = b%count
     b%count = count
   end subroutine swap
-
-  !> Facets that bound an upright prism from above and below; its walls count nothing and are left
-  !> out. The fans may overlap where the outline is not convex: their signs cancel.
-  pure subroutine prism_facets(outline, low, high, facets)
-    !> Vertices, counter-clockwise (2,n).
-    real(wp), intent(in) :: outline(:, :)
-    !> Limits along z.
-    real(wp), intent(in) :: low, high
-    !> Corners (3, 3, 2(n-2)).
-    real(wp), allocatable, intent(out) :: facets(:, :, :)
-    integer :: i, n
-
-    n = size(outline, 2)
-    allocate (facets(3, 3, 2*(n - 2)))
-    do i = 1, n - 2
-      facets(:2, :, i) = outline(:, [1, i + 1, i + 2])
-      facets(3, :, i) = high
-      facets(:2, :, n - 2 + i) = outline(:, [1, i + 2, i + 1])
-      facets(3, :, n - 2 + i) = low
-    end do
-  end subroutine prism_facets
 end module qsmpm_polyhedron

@@ -27,6 +27,7 @@ program run_unit_tests
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
+  use test_polyhedron, only: collect_polyhedron
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
   use test_grid, only: collect_grid
@@ -76,6 +77,7 @@ program run_unit_tests
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
+  call register('polyhedron', collect_polyhedron)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('grid', collect_grid)
