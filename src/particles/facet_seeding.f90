@@ -96,7 +96,7 @@ contains
       deviation(f) = farthest(polygon(:, :n), origins(:, f), normals(:, f))/sizes(f)
       if (deviation(f) <= exactly_on) deviation(f) = 0.0_wp
     end do
-    owner = owner_of_piece(mesh, occupied, .true., cell, facing, deviation)
+    owner = owner_of_piece(mesh, occupied, .true., cell, sum(polygon(:, :n), dim=2)/n, facing, deviation)
     if (owner > 0) call seed_polygon(mesh, owner, polygon(:, :n), normal, surface, list)
   end subroutine seed_facet
 

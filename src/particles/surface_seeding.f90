@@ -160,7 +160,8 @@ contains
       deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
         abs(from(i) + piece(2)*(to(i) - from(i))))
     end do
-    owner = owner_of_piece(mesh, occupied, follow, cell, facing, deviation)
+    owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
+      + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
   end subroutine piece_in_cell
 
   !> Distances of the ends of a segment from a side of a cell, inwards, as shares of its length.
