@@ -8,7 +8,7 @@ module qsmpm_model_bodies
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_points, carried_type
-  use qsmpm_seeding, only: seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_cell_measure, only: cell_volumes
   implicit none
@@ -29,12 +29,16 @@ contains
     type(fault_list_type), intent(inout) :: faults
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    integer :: b, before
+    type(body_shape_type) :: shape
+    integer :: b, before, known
 
     do b = 1, size(model%analysis%bodies)
       associate (body => model%analysis%bodies(b))
         before = list%count
-        call seed_body(model%mesh, model%analysis%model == axisymmetric, shape_of(model, body, faults), b, &
+        known = faults%count
+        shape = shape_of(model, body, faults)
+        if (faults%count > known) cycle
+        call seed_body(model%mesh, model%analysis%model == axisymmetric, shape, b, &
           body%points_per_element, model%analysis%method%basis == basis_fem, list, error)
         if (allocated(error)) then
           call add_fault(faults, body%where, '*BODY', error%message)
