@@ -1,9 +1,10 @@
 !> CELL integration: full cells by a Gauss rule, all other cells at their points.
 !>
 !> The start state at the Gauss points of a full cell is a volume-weighted least-squares fit, linear
-!> in the cell (quadratic for cubic splines), of the fields the law offers for averaging (tensor logarithm of b_e, or Cauchy
-!> stress) and of ln J. It removes the cell-crossing noise of points whose number and place in the
-!> cell change; after the solution every point is still updated by its own strain.
+!> in the cell (quadratic for cubic splines), of the fields the law offers for averaging (tensor
+!> logarithm of b_e, or Cauchy stress) and of ln J. It removes the cell-crossing noise of points
+!> whose number and place in the cell change; after the solution every point is still updated by
+!> its own strain.
 !>
 !>   ( sum V z z' / sum V + diag(0, r, .., r) ) c = sum V z y / sum V,   z = (1, centred local coordinates)
 !>
