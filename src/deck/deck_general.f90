@@ -80,7 +80,7 @@ contains
       default=trim(basis_words(method%basis)), allowed=bar_list(basis_words))
     call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
       'of material points', default=trim(integration_words(method%integration)), &
-      allowed=bar_list(integration_words), needs='BASIS=STANDARD|SPLINE2|SPLINE3')
+      allowed=bar_list(integration_words), needs=not_fem)
     call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
       default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
     call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &

@@ -65,7 +65,7 @@ contains
     if (model%analysis%method%integration == integrate_cells .and. &
       model%analysis%method%basis /= basis_fem) then
       call integrate_in_cells(model%mesh, model%space, step%activation, model%state%points, model%laws, &
-        step%at_points, step%integration, step%inaccurate_points)
+        step%domains, step%at_points, step%integration, step%inaccurate_points)
     else
       step%integration = step%at_points
     end if
