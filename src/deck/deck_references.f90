@@ -172,7 +172,7 @@ contains
     end associate
   end subroutine check_node_sets
 
-  !> Surfaces of tractions; they are named in the deck always.
+  !> Surfaces of tractions and supports; they are named in the deck always.
   subroutine check_surfaces(state)
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: names(:)
@@ -186,7 +186,13 @@ contains
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%tractions)
         associate (traction => state%analysis%phases(p)%tractions(i))
-          call check_name(state, traction%surface, names, traction%where, 'TRACTION', 'surface')
+          call check_name(state, traction%surface, names, traction%where, &
+            trim(merge('PRESSURE', 'TRACTION', traction%follows)), 'surface')
+        end associate
+      end do
+      do i = 1, size(state%analysis%phases(p)%supports)
+        associate (support => state%analysis%phases(p)%supports(i))
+          call check_name(state, support%surface, names, support%where, 'SUPPORT', 'surface')
         end associate
       end do
     end do
@@ -242,13 +248,13 @@ contains
     held = .false.
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        held = held .or. size(phase%fixities) + size(phase%prescriptions) > 0
+        held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
       end associate
     end do
     if (.not. held .and. size(state%analysis%phases) > 0) &
-      call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX or '// &
-      '*PRESCRIBE: nothing holds the model')
+      call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
+      '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
 end module qsmpm_deck_references

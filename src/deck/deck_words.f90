@@ -37,6 +37,9 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
+  !> From 0.
+  character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: &
+    'FREE', 'NORMAL', 'ALL']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
     'POINTS']
   character(len=n), parameter, public :: quantity_words(4) = [character(len=n) :: &

@@ -11,7 +11,7 @@ module qsmpm_points
   private
 
   public :: carried_type, points_type, surface_points_type
-  public :: allocate_carried, allocate_points, allocate_surface_points
+  public :: allocate_carried, allocate_points, allocate_surface_points, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -49,8 +49,11 @@ module qsmpm_points
     !> Surface number and undeformed area (per radian in axisymmetry) of each.
     integer, allocatable :: surface(:)
     real(wp), allocatable :: area(:)
-    !> Outward unit normal times area (dimension, count).
+    !> Outward unit normal times present area (dimension, count).
     real(wp), allocatable :: area_vector(:, :)
+    !> Unit normal when the support of the surface began (dimension, count); the place then is the
+    !> initial position.
+    real(wp), allocatable :: normal(:, :)
   end type surface_points_type
 
 contains
@@ -105,6 +108,22 @@ contains
     call allocate_carried(surface, dimension, count)
     allocate (surface%surface(count), source=0)
     allocate (surface%area(count), source=0.0_wp)
-    allocate (surface%area_vector(dimension, count), source=0.0_wp)
+    allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
+
+  !> Take the present place and normal of surface points for those at which their support begins.
+  pure subroutine set_normals(surface, chosen)
+    !> The surface points.
+    type(surface_points_type), intent(inout) :: surface
+    !> Which of them (count).
+    logical, intent(in) :: chosen(:)
+    integer :: i
+
+    do i = 1, surface%count
+      if (.not. chosen(i)) cycle
+      surface%initial_position(:, i) = surface%position(:, i)
+      surface%normal(:, i) = surface%area_vector(:, i) &
+        /max(norm2(surface%area_vector(:, i)), tiny(1.0_wp))
+    end do
+  end subroutine set_normals
 end module qsmpm_points

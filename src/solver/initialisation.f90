@@ -15,6 +15,7 @@ module qsmpm_initialisation
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
+  use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type
@@ -33,6 +34,7 @@ module qsmpm_initialisation
     !> Basis at the material points, and what the equations are integrated with.
     type(integration_type) :: at_points, integration
     type(stabilisation_type) :: stabilisation
+    type(supports_type) :: supports
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
     class(linear_solver_type), allocatable :: solver
@@ -72,7 +74,8 @@ contains
     end if
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
-    call join_patches(step%integration, step%stabilisation%patches, patches)
+    call build_supports(model, step%activation, step%supports)
+    call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
     call number_equations(step%equations, patches, model%loading%constrained .or. &
@@ -160,17 +163,18 @@ contains
       step%stabilisation)
   end subroutine stabilise
 
-  !> The patches of the groups, then those of the stabilisation.
-  pure subroutine join_patches(integration, extra, patches)
+  !> The patches of the groups, then those of the stabilisation and of the supports.
+  pure subroutine join_patches(integration, extra, last, patches)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    type(patches_type), intent(in) :: extra
+    type(patches_type), intent(in) :: extra, last
     !> Node lists that couple.
     type(patches_type), intent(out) :: patches
 
-    patches%count = integration%group_count + extra%count
-    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes)]
-    patches%nodes = [integration%nodes, extra%nodes]
+    patches%count = integration%group_count + extra%count + last%count
+    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes), &
+      last%first(2:) + size(integration%nodes) + size(extra%nodes)]
+    patches%nodes = [integration%nodes, extra%nodes, last%nodes]
   end subroutine join_patches
 
   !> A solver for a new pattern.

@@ -72,7 +72,7 @@ contains
     end do
   end subroutine add_weight
 
-  !> Tractions on surface points.
+  !> Dead tractions on surface points, and pressures on their present areas (at the start of a step).
   subroutine add_surface_tractions(model, activation, fraction, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -83,16 +83,20 @@ contains
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     type(place_type) :: place
-    real(wp) :: traction(3)
-    integer :: i, s
+    real(wp) :: traction(3), pressure
+    integer :: i, s, d
 
+    d = model%mesh%dimension
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
-        if (model%loading%carrier(s) /= carrier_surface) cycle
+        pressure = between(model%loading%pressure_start(s), model%loading%pressure_final(s), fraction)
+        if (model%loading%carrier(s) /= carrier_surface .and. .not. abs(pressure) > 0.0_wp) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
-        traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
-          fraction)*surface%area(i)
+        traction = 0.0_wp
+        if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
+          model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
+        traction(:d) = traction(:d) - pressure*surface%area_vector(:, i)
         call spread_force(place, traction, force)
       end do
     end associate

@@ -2,12 +2,12 @@
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
-    select_outline
+    select_outline, support_normal
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
   use qsmpm_model_shapes, only: shape_of
-  use qsmpm_points, only: allocate_surface_points
+  use qsmpm_points, only: allocate_surface_points, set_normals
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
@@ -17,6 +17,9 @@ module qsmpm_model_surfaces
   private
 
   public :: make_surfaces
+
+  !> Normals of a plane differ less than this.
+  real(wp), parameter :: plane_tolerance = 1.0e-6_wp
 
 contains
 
@@ -66,9 +69,47 @@ contains
       model%state%surface%surface = list%body(:list%count)
       model%state%surface%area = list%volume(:list%count)
       model%state%surface%area_vector = list%vector(:, :list%count)
+      call set_normals(model%state%surface, [(.true., k=1, list%count)])
     end if
     call choose_carrying_points(model)
+    call check_planes(model, faults)
   end subroutine make_surfaces
+
+  !> A surface that slides on its plane must be plane.
+  subroutine check_planes(model, faults)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    integer :: i, p, s, first
+
+    do p = 1, size(model%analysis%phases)
+      do i = 1, size(model%analysis%phases(p)%supports)
+        associate (support => model%analysis%phases(p)%supports(i), points => model%state%surface)
+          if (support%kind /= support_normal) cycle
+          do s = 1, size(model%analysis%surfaces)
+            if (model%analysis%surfaces(s)%name /= support%surface) cycle
+            first = first_point(points%surface, s)
+            if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
+              points%count), dim=1) > plane_tolerance)) call add_fault(faults, support%where, '*SUPPORT', &
+              "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
+          end do
+        end associate
+      end do
+    end do
+  end subroutine check_planes
+
+  !> First point of a surface.
+  pure integer function first_point(surface, s)
+    !> Surface of each point, and the one looked for, which has points.
+    integer, intent(in) :: surface(:), s
+    integer :: i
+
+    first_point = 1
+    do i = size(surface), 1, -1
+      if (surface(i) == s) first_point = i
+    end do
+  end function first_point
 
   !> Surface points on the bounds of a body; the deck has checked that it exists.
   subroutine outline_points(model, surface, number, list, faults)

@@ -10,7 +10,7 @@
 !> 1e-8 of b and far below that of any run here.
 module exact_field
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_tensor, only: spectral
+  use qsmpm_tensor, only: spectral, cofactor, determinant
   use qsmpm_isotropic_function, only: compose
   implicit none
   private
@@ -124,29 +124,9 @@ contains
     type(field_type), intent(in) :: field
     !> Initial position (3) and share of the amplitude.
     real(wp), intent(in) :: x(3), share
-    real(wp) :: p(3, 3), f(3, 3), cofactor(3, 3)
+    real(wp) :: p(3, 3), f(3, 3)
 
     f = gradient(field, x, share)
-    cofactor(:, 1) = cross(f(:, 2), f(:, 3))
-    cofactor(:, 2) = cross(f(:, 3), f(:, 1))
-    cofactor(:, 3) = cross(f(:, 1), f(:, 2))
-    p = matmul(kirchhoff(field, f), cofactor)/determinant(f)
+    p = matmul(kirchhoff(field, f), cofactor(f))/determinant(f)
   end function piola
-
-  !> Determinant.
-  pure real(wp) function determinant(f)
-    !> Matrix.
-    real(wp), intent(in) :: f(3, 3)
-
-    determinant = dot_product(f(:, 1), cross(f(:, 2), f(:, 3)))
-  end function determinant
-
-  !> Cross product.
-  pure function cross(a, b) result(c)
-    !> Vectors.
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 end module exact_field
