@@ -19,6 +19,8 @@ module qsmpm_body_shape
     logical, allocatable :: region(:)
     !> The body is the inside of this polyhedron; unallocated: it is none.
     type(polyhedron_type), allocatable :: solid
+    !> Length by which the bounds are uncertain: that of a file with few digits.
+    real(wp) :: uncertainty = 0.0_wp
   end type body_shape_type
 
 contains

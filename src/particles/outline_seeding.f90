@@ -44,7 +44,7 @@ contains
     n = size(shape%outline, 2)
     do i = 1, n
       segment = [shape%outline(:, i), shape%outline(:, mod(i, n) + 1)]
-      call cut_segment(box(:2, :), segment, inside)
+      call cut_segment(box, segment, inside)
       if (inside) call seed_segment(mesh, axisymmetric, occupied, .true., segment, surface, list)
     end do
   end subroutine seed_outline
@@ -78,8 +78,8 @@ contains
 
   !> The part of a segment in a box.
   pure subroutine cut_segment(box, segment, inside)
-    !> Lower and upper corner (2,2).
-    real(wp), intent(in) :: box(2, 2)
+    !> Lower and upper corner; the third component is not looked at (3,2).
+    real(wp), intent(in) :: box(3, 2)
     !> x1, y1, x2, y2.
     real(wp), intent(inout) :: segment(4)
     !> False when there is none.

@@ -25,9 +25,9 @@ module qsmpm_seeding
 
   public :: body_shape_type, seed_list_type, seed_body, add_seed
 
-  !> Shares of a cell below and above which it counts as empty and whole: coordinates of a deck that
-  !> miss a grid line by their last digits make no cut.
-  real(wp), parameter :: nothing = 1.0e-9_wp, everything = 1.0_wp - 1.0e-9_wp
+  !> Share of a cell below which it counts as empty; it counts as whole when as little is missing:
+  !> coordinates of a deck that miss a grid line by their last digits make no cut.
+  real(wp), parameter :: nothing = 1.0e-9_wp
   !> A piece below this share of a sub-cell is merged into a neighbour.
   real(wp), parameter :: smallest_piece = 1.0e-3_wp
   !> Deviation from a parallelogram, as a share of the size of a cell, that is rounding.
@@ -67,7 +67,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(pattern_type) :: pattern
     type(polyhedron_type) :: solid
-    real(wp) :: share, centre(3)
+    real(wp) :: share, centre(3), rounding
     integer :: c
 
     call solid_of(mesh, shape, solid)
@@ -76,15 +76,16 @@ contains
         if (.not. shape%region(c)) cycle
       end if
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
-      if (share <= nothing) cycle
+      rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
+      if (share <= rounding) cycle
       call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, pattern, error)
       if (allocated(error)) return
-      if (gauss .and. share < everything) then
+      if (gauss .and. share < 1.0_wp - rounding) then
         call fail(error, error_deck, 'BASIS=FEM needs a body that ends on mesh lines, '// &
           'but its boundary cuts through an element')
         return
       end if
-      if (share >= everything .and. pattern_fits(mesh, c, pattern)) then
+      if (share >= 1.0_wp - rounding .and. pattern_fits(mesh, c, pattern)) then
         call seed_cell(mesh, axisymmetric, c, body, pattern, list)
       else if (pattern%sub_cells > 0) then
         call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
@@ -93,6 +94,18 @@ contains
       end if
     end do
   end subroutine seed_body
+
+  !> Least length of a cell along an axis.
+  pure real(wp) function least_extent(mesh, cell) result(extent)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: corners(mesh%dimension, corner_count(mesh%cell_kind(cell)))
+
+    corners = corners_of(mesh, cell)
+    extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
+  end function least_extent
 
   !> The pattern of an element kind.
   pure subroutine choose_pattern(kind, count, gauss, pattern, error)

@@ -1,5 +1,6 @@
 !> Bounds of the bodies of a deck, as the seeding of points and of surfaces wants them.
 module qsmpm_model_shapes
+  use, intrinsic :: iso_fortran_env, only: real32
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: body_type, body_box, body_polygon, body_region, body_polyhedron, &
@@ -79,6 +80,8 @@ contains
       call add_fault(faults, body%where, '*BODY', body%file//': '//problem)
     else
       call make_polyhedron(facets, shape%solid)
+      ! STL files are written in single precision, also those in ASCII.
+      shape%uncertainty = epsilon(1.0_real32)*maxval(abs(facets))
     end if
   end subroutine read_solid
 end module qsmpm_model_shapes

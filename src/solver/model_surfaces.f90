@@ -12,7 +12,7 @@ module qsmpm_model_surfaces
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
   use qsmpm_mesh_sets, only: faces_in_box, set_tolerance
-  use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
   private
 
@@ -166,12 +166,15 @@ contains
   subroutine choose_carrying_points(model)
     !> The model.
     type(model_type), intent(inout) :: model
+    type(point_bins_type) :: bins
     integer :: i
 
+    call make_bins(model%state%points%position, bins)
     allocate (model%carrying_point(model%state%surface%count), model%carrying_surface(model%state%surface%count))
     allocate (model%carrying_area(model%state%surface%count))
     do i = 1, model%state%surface%count
-      model%carrying_point(i) = nearest_point(model%state%points, model%state%surface%position(:, i))
+      model%carrying_point(i) = nearest_in_bins(bins, model%state%points%position, &
+        model%state%surface%position(:, i))
       model%carrying_surface(i) = model%state%surface%surface(i)
       model%carrying_area(i) = model%state%surface%area(i)
     end do
