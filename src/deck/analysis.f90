@@ -36,6 +36,8 @@ module qsmpm_analysis
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
   !> Stabilisation of boundary cells.
   integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
+  !> Cure of volumetric locking of a material; auto is resolved by the model builder.
+  integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
   !> Linear solvers.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
     solver_umfpack = 3, solver_mumps = 4
@@ -137,6 +139,9 @@ module qsmpm_analysis
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Largest principal stress allowed; huge means no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
+    !> One of cure_*, and its factor; negative asks for the default of the mesh.
+    integer :: cure = cure_auto
+    real(wp) :: cure_factor = -1.0_wp
   end type material_type
 
   !> How the continuum is discretised.

@@ -11,6 +11,7 @@ module qsmpm_initialisation
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_pressure_groups, only: needs_patches, pressure_patches, merge_groups
   use qsmpm_stabilisation, only: stabilisation_type, build_stabilisation
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -27,6 +28,9 @@ module qsmpm_initialisation
     type(activation_type) :: activation
     !> Basis at the material points, and what the equations are integrated with.
     type(integration_type) :: at_points, integration
+    !> Patch of cells that each group of at_points shares its pressure in; unallocated when cells are
+    !> all patches by themselves. The groups of `integration` are these patches.
+    integer, allocatable :: patch(:)
     type(stabilisation_type) :: stabilisation
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
@@ -65,6 +69,7 @@ contains
     end if
     call lump_volumes(step, model%mesh%node_count)
     call stabilise(model, step)
+    call group_by_pressure(model, step)
     call join_patches(step%integration, step%stabilisation%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
@@ -132,6 +137,30 @@ contains
     call build_stabilisation(model%mesh, step%activation, kind, factor, stiffness, step%volumes, &
       step%stabilisation)
   end subroutine stabilise
+
+  !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
+  subroutine group_by_pressure(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    type(integration_type) :: by_cells
+    logical :: wanted(step%at_points%group_count)
+    integer :: g, p
+
+    if (allocated(step%patch)) deallocate (step%patch)
+    wanted = .false.
+    do g = 1, step%at_points%group_count
+      if (.not. needs_patches(model%mesh%cell_kind(step%at_points%cell(g)))) cycle
+      do p = step%at_points%first(g), step%at_points%first(g + 1) - 1
+        wanted(g) = wanted(g) .or. model%laws(step%at_points%material(p))%pressure_factor > 0.0_wp
+      end do
+    end do
+    if (.not. any(wanted)) return
+    call pressure_patches(model%mesh, step%at_points%cell, wanted, step%patch)
+    by_cells = step%integration
+    call merge_groups(by_cells, step%patch, step%integration)
+  end subroutine group_by_pressure
 
   !> The patches of the groups, then those of the stabilisation.
   pure subroutine join_patches(integration, extra, patches)
