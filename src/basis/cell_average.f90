@@ -1,7 +1,7 @@
-!> CELL integration: full cells by the element's Gauss rule, all other cells at their points.
+!> CELL integration: full cells by a Gauss rule, all other cells at their points.
 !>
 !> The start state at the Gauss points of a full cell is a volume-weighted least-squares fit, linear
-!> in the cell, of the fields the law offers for averaging (tensor logarithm of b_e, or Cauchy
+!> in the cell (quadratic for cubic splines), of the fields the law offers for averaging (tensor logarithm of b_e, or Cauchy
 !> stress) and of ln J. It removes the cell-crossing noise of points whose number and place in the
 !> cell change; after the solution every point is still updated by its own strain.
 !>
@@ -10,8 +10,9 @@
 !> The ridge r fades the slope out when the points of a cell lie in line. docs/theory.md, section 6.
 module qsmpm_cell_average
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, full_rule, local_centre
+  use qsmpm_element, only: corner_count, full_rule, gauss_rule, local_centre
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_space, only: space_type
   use qsmpm_points, only: points_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_law, only: law_slot_type
@@ -29,9 +30,11 @@ module qsmpm_cell_average
 contains
 
   !> Replace the points of full cells by Gauss points.
-  subroutine integrate_in_cells(mesh, activation, points, laws, at_points, integration, inaccurate)
+  subroutine integrate_in_cells(mesh, space, activation, points, laws, at_points, integration, inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The space of displacements; not averaged.
+    type(space_type), intent(in) :: space
     !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> The material points.
@@ -51,14 +54,14 @@ contains
       whole(g) = activation%full(g) .and. one_material(at_points, g)
     end do
     integration%axisymmetric = at_points%axisymmetric
-    call set_group_nodes(mesh, activation%active_cell, integration)
-    call count_points(mesh, at_points, whole, integration%first, count)
+    call set_group_nodes(mesh, space, activation%active_cell, integration)
+    call count_points(mesh, space, at_points, whole, integration%first, count)
     call allocate_integration(mesh%dimension, count, size(points%stress, 1), &
       size(points%state, 1), integration)
     inaccurate = 0
     do g = 1, activation%active_count
       if (whole(g)) then
-        call average_cell(mesh, points, laws, at_points, g, integration, inaccurate)
+        call average_cell(mesh, space, points, laws, at_points, g, integration, inaccurate)
       else
         call copy_group(at_points, g, integration)
       end if
@@ -80,9 +83,11 @@ contains
   end function one_material
 
   !> First integration point of every group, and their total.
-  subroutine count_points(mesh, at_points, whole, first, count)
+  subroutine count_points(mesh, space, at_points, whole, first, count)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
     !> Groups integrated by the Gauss rule.
@@ -96,7 +101,7 @@ contains
     first(1) = 1
     do g = 1, size(whole)
       if (whole(g)) then
-        call full_rule(mesh%cell_kind(at_points%cell(g)), places, weights)
+        call cell_rule(space, mesh%cell_kind(at_points%cell(g)), places, weights)
         first(g + 1) = first(g) + size(weights)
       else
         first(g + 1) = first(g) + at_points%first(g + 1) - at_points%first(g)
@@ -131,9 +136,11 @@ contains
   end subroutine copy_group
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
-  subroutine average_cell(mesh, points, laws, at_points, group, integration, inaccurate)
+  subroutine average_cell(mesh, space, points, laws, at_points, group, integration, inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
     !> The material points.
     type(points_type), intent(in) :: points
     !> Laws of the materials.
@@ -148,18 +155,19 @@ contains
     integer, intent(inout) :: inaccurate
     real(wp), allocatable :: places(:, :), weights(:), coefficients(:, :), sampled(:)
     real(wp) :: determinant
-    integer :: kind, material, fields, q, k
+    integer :: kind, material, fields, order, q, k
 
     kind = mesh%cell_kind(at_points%cell(group))
     material = at_points%material(at_points%first(group))
     fields = laws(material)%law%fit_count()
-    allocate (coefficients(mesh%dimension + 1, fields + 1), sampled(fields + 1))
+    order = fit_order(space, mesh%dimension, at_points%first(group + 1) - at_points%first(group))
+    allocate (coefficients(monomial_count(mesh%dimension, order), fields + 1), sampled(fields + 1))
     call fit_cell(mesh, points, laws(material), at_points, group, coefficients, inaccurate)
-    call full_rule(kind, places, weights)
+    call cell_rule(space, kind, places, weights)
     do k = 1, size(weights)
       q = integration%first(group) + k - 1
-      call set_basis(mesh, group, q, places(:, k), integration, determinant)
-      sampled = matmul(monomials(kind, places(:, k)), coefficients)
+      call set_basis(mesh, space, group, q, places(:, k), integration, determinant)
+      sampled = matmul(monomials(kind, places(:, k), size(coefficients, 1)), coefficients)
       integration%weight(q) = weights(k)*determinant
       integration%volume_ratio(q) = exp(sampled(fields + 1))
       integration%material(q) = material
@@ -180,7 +188,7 @@ contains
     type(integration_type), intent(in) :: at_points
     !> Number of the group.
     integer, intent(in) :: group
-    !> (1 + dimension, fields + 1).
+    !> (monomials, fields + 1).
     real(wp), intent(out) :: coefficients(:, :)
     !> Count of inaccurate points, added to.
     integer, intent(inout) :: inaccurate
@@ -198,7 +206,7 @@ contains
     do k = 1, n
       q = at_points%first(group) + k - 1
       p = at_points%source(q)
-      z = monomials(mesh%cell_kind(at_points%cell(group)), points%local(:, p))
+      z = monomials(mesh%cell_kind(at_points%cell(group)), points%local(:, p), size(z))
       call slot%law%to_fields(at_points%stress(:, q), &
         at_points%state(:slot%law%state_count, q), y(:last - 1, k))
       y(last, k) = log(at_points%volume_ratio(q))
@@ -222,7 +230,7 @@ contains
 
   !> Points whose averaged fields differ from the fit by more than a share of the largest value.
   pure function count_inaccurate(y, monomial, coefficients) result(inaccurate)
-    !> Fields (fields + 1, n) and monomials (1 + dimension, n) of the points, and the fit.
+    !> Fields (fields + 1, n) and monomials (m, n) of the points, and the fit.
     real(wp), intent(in) :: y(:, :), monomial(:, :), coefficients(:, :)
     integer :: inaccurate
     real(wp) :: scale
@@ -237,19 +245,69 @@ contains
     end do
   end function count_inaccurate
 
-  !> 1 and the local coordinates about the cell's centre; halved where they run from -1 to 1.
-  pure function monomials(kind, local) result(z)
+  !> 1, the local coordinates about the cell's centre, halved where they run from -1 to 1, and for a
+  !> quadratic fit their products.
+  pure function monomials(kind, local, count) result(z)
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
-    real(wp) :: z(1 + size(local))
+    !> Number of monomials.
+    integer, intent(in) :: count
+    real(wp) :: z(count)
+    integer :: i, j, n
 
+    n = 1 + size(local)
     z(1) = 1.0_wp
-    z(2:) = 0.5_wp*(local - local_centre(kind))
-    if (corner_count(kind) == size(local) + 1) z(2:) = 2.0_wp*z(2:)
+    z(2:n) = 0.5_wp*(local - local_centre(kind))
+    if (corner_count(kind) == size(local) + 1) z(2:n) = 2.0_wp*z(2:n)
     if (corner_count(kind) == 6) z(2:3) = 2.0_wp*z(2:3)
+    if (count == n) return
+    do j = 2, 1 + size(local)
+      do i = 2, j
+        n = n + 1
+        z(n) = z(i)*z(j)
+      end do
+    end do
   end function monomials
+
+  !> Order of the fit in a cell: quadratic for cubic splines where the cell has the points for it.
+  pure integer function fit_order(space, dimension, points)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> 2 or 3, and the points of the cell.
+    integer, intent(in) :: dimension, points
+
+    fit_order = 1
+    if (space%tensor .and. space%degree > 2 .and. points > monomial_count(dimension, 2)) fit_order = 2
+  end function fit_order
+
+  !> Monomials of a complete polynomial.
+  pure integer function monomial_count(dimension, order)
+    !> 2 or 3, and order 1 or 2.
+    integer, intent(in) :: dimension, order
+
+    monomial_count = 1 + dimension
+    if (order == 2) monomial_count = monomial_count + dimension*(dimension + 1)/2
+  end function monomial_count
+
+  !> Gauss points of a full cell: the element's own, for splines as many a direction as the degree.
+  pure subroutine cell_rule(space, kind, places, weights)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Local coordinates (dimension, n).
+    real(wp), allocatable, intent(out) :: places(:, :)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    if (space%tensor .and. space%degree > 1) then
+      call gauss_rule(kind, 2*space%degree - 1, places, weights)
+    else
+      call full_rule(kind, places, weights)
+    end if
+  end subroutine cell_rule
 
   !> Solve a small symmetric positive definite system in place (Cholesky).
   pure subroutine solve_small(matrix, rhs)

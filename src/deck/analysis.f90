@@ -28,7 +28,8 @@ module qsmpm_analysis
   !> How a body is bounded.
   integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4
   !> What the points see.
-  integer, parameter, public :: basis_standard = 1, basis_fem = 2
+  integer, parameter, public :: basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
+    basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
   !> How cells are integrated.
   integer, parameter, public :: integrate_points = 1, integrate_cells = 2
   !> Kinematics of the law, and how the rate is integrated.
@@ -150,8 +151,9 @@ module qsmpm_analysis
     integer :: integration = integrate_points
     integer :: kinematics = kinematics_logarithmic
     integer :: rate = rate_midpoint
+    !> BACKGROUND is the default of the elements, GHOST of GIMP and splines.
     integer :: stabilisation = stabilise_background
-    !> Background eps or ghost gamma; negative asks for the default (1e-2 and 1e-3).
+    !> Background eps or ghost gamma; negative asks for the default (1e-2; ghost of elements 1e-3).
     real(wp) :: stabilisation_factor = -1.0_wp
   end type method_type
 

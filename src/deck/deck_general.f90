@@ -2,7 +2,7 @@
 !> what is written.
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
-    moving_mesh_type, basis_fem, stabilise_none, three_dimensional
+    moving_mesh_type, basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -17,6 +17,7 @@ module qsmpm_deck_general
 
   !> Factors of the stabilisation when the deck gives none.
   character(len=*), parameter :: background_factor = '0.01', ghost_factor = '0.001'
+  character(len=*), parameter :: not_fem = 'BASIS=STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
 
 contains
 
@@ -74,22 +75,24 @@ contains
 
     call table%add('METHOD', in_model, once, 'How the continuum is discretised.', handle_method)
     call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a '// &
-      'fixed mesh. FEM: the mesh is carried along', default=trim(basis_words(method%basis)), &
+      'fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
+      'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
+      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8', default=trim(basis_words(method%basis)), &
       allowed=bar_list(basis_words))
     call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
       'of material points', default=trim(integration_words(method%integration)), &
-      allowed=bar_list(integration_words), needs='BASIS=STANDARD')
+      allowed=bar_list(integration_words), needs='BASIS=STANDARD|SPLINE2|SPLINE3')
     call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
       default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
     call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
       'paper, or on the mid configuration', default=trim(rate_words(method%rate)), &
       allowed=bar_list(rate_words), needs='KINEMATICS=JAUMANN')
-    call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary', &
-      default=trim(stabilisation_words(method%stabilisation)), &
-      allowed=bar_list(stabilisation_words), needs='BASIS=STANDARD')
+    call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary; '// &
+      'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines', &
+      allowed=bar_list(stabilisation_words), needs=not_fem)
     call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
-      background_factor//' for BACKGROUND and '//ghost_factor//' for GHOST when not given', &
-      range='(0, 1]', needs='STABILISATION=BACKGROUND|GHOST')
+      background_factor//' when not given, but '//ghost_factor//' for GHOST on elements', &
+      range='(0, 1]', needs=not_fem)
     call table%example('*METHOD, KINEMATICS=JAUMANN, RATE=PAPER, STABILISATION=NONE')
   end subroutine add_method
 
@@ -174,9 +177,13 @@ contains
       method%integration = position_of(card%word('INTEGRATION'), integration_words)
       method%kinematics = position_of(card%word('KINEMATICS'), kinematics_words)
       method%rate = position_of(card%word('RATE'), rate_words)
-      method%stabilisation = position_of(card%word('STABILISATION'), stabilisation_words) - 1
+      if (method%basis /= basis_standard) method%stabilisation = stabilise_ghost
       if (method%basis == basis_fem) method%stabilisation = stabilise_none
+      if (card%has('STABILISATION')) method%stabilisation = &
+        position_of(card%word('STABILISATION'), stabilisation_words) - 1
       if (card%has('FACTOR')) method%stabilisation_factor = card%number('FACTOR')
+      if (card%has('FACTOR') .and. method%stabilisation == stabilise_none) &
+        call state%fault(card, 'parameter FACTOR has no meaning without a stabilisation')
     end associate
   end subroutine handle_method
 

@@ -21,7 +21,8 @@ module qsmpm_deck_words
     'BOX', 'SEGMENT', 'MESH']
   character(len=n), parameter, public :: shape_words(4) = [character(len=n) :: &
     'ALL', 'BOX', 'POLYGON', 'REGION']
-  character(len=n), parameter, public :: basis_words(2) = [character(len=n) :: 'STANDARD', 'FEM']
+  character(len=n), parameter, public :: basis_words(6) = [character(len=n) :: &
+    'STANDARD', 'FEM', 'GIMP', 'SPLINE2', 'SPLINE3', 'SPLINE2G']
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
     'CELL']
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &

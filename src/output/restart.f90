@@ -17,7 +17,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 1
+  integer, parameter :: layout = 2
 
 contains
 
@@ -124,6 +124,8 @@ contains
     call put_array(image, '/points/stress', points%stress)
     call put_array(image, '/points/state', points%state)
     call put_array(image, '/points/plastic', points%plastic)
+    call put_array(image, '/points/half_size', points%half_size)
+    call put_array(image, '/points/deformation_gradient', points%deformation_gradient)
   end subroutine put_points
 
   !> Read the state back. The model is unchanged after an error.
@@ -231,5 +233,7 @@ contains
     call get_array(reader, '/points/stress', points%stress)
     call get_array(reader, '/points/state', points%state)
     call get_array(reader, '/points/plastic', points%plastic)
+    call get_array(reader, '/points/half_size', points%half_size)
+    call get_array(reader, '/points/deformation_gradient', points%deformation_gradient)
   end subroutine get_points
 end module qsmpm_restart

@@ -17,7 +17,8 @@ module qsmpm_house_keeping
   public :: activation_type, activate, relocate
 
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
-  real(wp), parameter :: boundary_fill = 0.6_wp, full_fill = 0.4_wp
+  real(wp), parameter, public :: boundary_fill = 0.6_wp
+  real(wp), parameter :: full_fill = 0.4_wp
   !> A point beyond the mesh by more than this share of the cell size is lost; by less it stays where
   !> it is and belongs to the cell at the wall, whose functions are extended to it.
   real(wp), parameter :: wall_tolerance = 0.2_wp
@@ -32,6 +33,9 @@ module qsmpm_house_keeping
     !> Share of the cell's volume that its points hold (active_count).
     real(wp), allocatable :: fill(:)
     logical, allocatable :: boundary(:), full(:)
+    !> Cells whose functions take part in the equations: the active ones, and those that the domain of
+    !> a point reaches into (cell_count).
+    logical, allocatable :: touched(:)
   end type activation_type
 
 contains
@@ -49,6 +53,7 @@ contains
     integer :: k, c, p
 
     call sort_by_cell(mesh%cell_count, points, activation)
+    allocate (activation%touched, source=activation%active_number > 0)
     allocate (activation%fill(activation%active_count), activation%boundary(activation%active_count), &
       activation%full(activation%active_count))
     do k = 1, activation%active_count

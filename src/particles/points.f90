@@ -36,6 +36,10 @@ module qsmpm_points
     real(wp), allocatable :: state(:, :)
     !> 1 where the point yielded in the last step.
     integer, allocatable :: plastic(:)
+    !> Half lengths of the point's domain along the axes at the start (dimension, count).
+    real(wp), allocatable :: half_size(:, :)
+    !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
+    real(wp), allocatable :: deformation_gradient(:, :)
   end type points_type
 
   !> Surface points: quadrature points of the loaded surfaces.
@@ -80,6 +84,8 @@ contains
     allocate (points%volume(count), points%initial_volume(count), points%weight(count), &
       source=0.0_wp)
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
+      source=0.0_wp)
+    allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
       source=0.0_wp)
   end subroutine allocate_points
 end module qsmpm_points

@@ -1,13 +1,13 @@
 !> Basis functions at places that ride on the mesh without owning a cell: surface points, tracers.
 !>
-!> Such a place may sit in a cell that owns no material point; there the polynomial of the cell of
+!> Such a place may sit in a cell whose functions take no part; there the polynomial of the cell of
 !> the nearest material point is extended to it, so that it moves with the body and never with the
 !> empty grid.
 module qsmpm_carried_basis
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_space, only: space_type, place_type, functions_at
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_house_keeping, only: activation_type
   implicit none
@@ -17,10 +17,12 @@ module qsmpm_carried_basis
 
 contains
 
-  !> Cell whose nodes carry a place, and its shape functions there.
-  subroutine basis_at(mesh, activation, points, carried, i, cell, functions)
+  !> The functions that carry a place.
+  subroutine basis_at(mesh, space, activation, points, carried, i, place)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
     !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> The material points.
@@ -29,22 +31,19 @@ contains
     class(carried_type), intent(in) :: carried
     !> Which of the carried places.
     integer, intent(in) :: i
-    !> Number of the cell.
-    integer, intent(out) :: cell
-    !> Shape functions of the cell's nodes, in the order of the cell.
-    real(wp), intent(out) :: functions(:)
+    !> The functions there.
+    type(place_type), intent(inout) :: place
     real(wp) :: local(mesh%dimension)
     logical :: ok
-    integer :: n
+    integer :: cell
 
     cell = carried%cell(i)
     local = carried%local(:, i)
-    if (activation%active_number(cell) == 0) then
+    if (.not. activation%touched(cell)) then
       cell = points%cell(nearest_point(points, carried%position(:, i)))
       call inverse_map(mesh, cell, carried%position(:, i), local, ok)
     end if
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
+    call functions_at(space, mesh, cell, local, place)
   end subroutine basis_at
 
   !> Material point nearest to a place; the first of equally near ones.

@@ -2,7 +2,8 @@
 !> the step, the mesh is reset, and house-keeping finds the points again.
 !>
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
-!> Omega det F; under the pressure of a group det F includes the volume change found there), also where the equations were integrated at Gauss points. With BASIS=FEM the mesh
+!> Omega det F; under the pressure of a group det F includes the volume change found there), also
+!> where the equations were integrated at Gauss points. With BASIS=FEM the mesh
 !> is carried along instead of being reset; with a moving mesh its rows follow the plate.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
@@ -14,8 +15,9 @@ module qsmpm_convection
   use qsmpm_integration, only: integration_type
   use qsmpm_pressure_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
+  use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
-  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_deformation, only: grow_deformation
   use qsmpm_points, only: carried_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_moving_rows, only: scale_rows, is_tangled
@@ -42,6 +44,8 @@ contains
     if (allocated(error)) return
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
+    if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
+      model%state%points%deformation_gradient)
     call move_points(model, step, displacement)
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(model, step, displacement, error)
@@ -53,6 +57,7 @@ contains
         model%state%plate, model%state%plate + plate_move)
       model%state%plate = model%state%plate + plate_move
       model%state%coordinates = model%mesh%coordinates
+      call refresh_space(model%space, model%mesh)
     end if
     call find_again(model, error)
   end subroutine convect
@@ -92,7 +97,7 @@ contains
     character(len=100) :: text
     integer :: p, q
 
-    call prepare_evaluation(at_points, model%mesh%dimension, model%mesh%node_count, .false., evaluation)
+    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
     call evaluate(at_points, model%laws, displacement, tangent_none, evaluation)
     if (.not. evaluation%ok) then
       write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
@@ -117,13 +122,16 @@ contains
     type(step_type), intent(in) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    integer :: g, q, p
+    integer :: g, q, p, a, first
 
     do g = 1, step%at_points%group_count
+      first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
         p = step%at_points%source(q)
-        model%state%points%position(:, p) = model%state%points%position(:, p) &
-          + interpolate(model%mesh, step%at_points%cell(g), step%at_points%shape(:, q), displacement)
+        do a = first, step%at_points%node_first(g + 1) - 1
+          model%state%points%position(:, p) = model%state%points%position(:, p) &
+            + step%at_points%shape(a - first + 1, q)*displacement(:, step%at_points%nodes(a))
+        end do
       end do
     end do
   end subroutine move_points
@@ -138,13 +146,12 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
-    real(wp) :: functions(20)
-    integer :: i, cell
+    type(place_type) :: place
+    integer :: i
 
     do i = 1, carried%count
-      call basis_at(model%mesh, step%activation, model%state%points, carried, i, cell, functions)
-      carried%position(:, i) = carried%position(:, i) &
-        + interpolate(model%mesh, cell, functions, displacement)
+      call basis_at(model%mesh, model%space, step%activation, model%state%points, carried, i, place)
+      carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
 
@@ -186,7 +193,7 @@ contains
     move = 0.0_wp
     do s = 1, size(model%mesh%node_sets)
       if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
-      associate (nodes => model%mesh%node_sets(s)%items)
+      associate (nodes => model%space%sets(s)%items)
         move = sum(displacement(model%analysis%moving_mesh%axis, nodes))/size(nodes)
       end associate
     end do

@@ -14,7 +14,7 @@ module qsmpm_equilibrium
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluate
-  use qsmpm_stabilisation, only: add_stabilising_force
+  use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
   implicit none
   private

@@ -45,7 +45,7 @@ contains
         value = model%state%points%stress(history%component, model%history_point(i))
       case (quantity_reaction)
         place = find_set(model%mesh%node_sets, history%set)
-        value = sum(model%state%reactions(history%component, model%mesh%node_sets(place)%items))
+        value = sum(model%state%reactions(history%component, model%space%sets(place)%items))
       end select
     end associate
   end function history_value

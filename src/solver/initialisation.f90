@@ -9,10 +9,12 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches, merge_groups
-  use qsmpm_stabilisation, only: stabilisation_type, build_stabilisation
+  use qsmpm_penalty_terms, only: stabilisation_type
+  use qsmpm_stabilisation, only: build_stabilisation
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type
@@ -26,6 +28,8 @@ module qsmpm_initialisation
   !> Scratch of one step.
   type :: step_type
     type(activation_type) :: activation
+    !> Domains of the points, where the space averages over them.
+    type(domains_type) :: domains
     !> Basis at the material points, and what the equations are integrated with.
     type(integration_type) :: at_points, integration
     !> Patch of cells that each group of at_points shares its pressure in; unallocated when cells are
@@ -57,17 +61,19 @@ contains
     logical :: changed
 
     call keep_house(model, step)
-    call integrate_at_points(model%mesh, model%analysis%model == axisymmetric, step%activation, &
-      model%state%points, step%at_points)
+    if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
+    if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
+    call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, &
+      step%activation, model%state%points, step%domains, step%at_points)
     step%inaccurate_points = 0
     if (model%analysis%method%integration == integrate_cells .and. &
       model%analysis%method%basis /= basis_fem) then
-      call integrate_in_cells(model%mesh, step%activation, model%state%points, model%laws, &
+      call integrate_in_cells(model%mesh, model%space, step%activation, model%state%points, model%laws, &
         step%at_points, step%integration, step%inaccurate_points)
     else
       step%integration = step%at_points
     end if
-    call lump_volumes(step, model%mesh%node_count)
+    call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
     call group_by_pressure(model, step)
     call join_patches(step%integration, step%stabilisation%patches, patches)
@@ -77,7 +83,7 @@ contains
     if (allocated(error)) return
     if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
     if (allocated(error)) return
-    call prepare_evaluation(step%integration, model%mesh%dimension, model%mesh%node_count, .true., &
+    call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
 
@@ -134,7 +140,7 @@ contains
     kind = model%analysis%method%stabilisation
     factor = model%analysis%method%stabilisation_factor
     if (model%analysis%method%basis == basis_fem) kind = stabilise_none
-    call build_stabilisation(model%mesh, step%activation, kind, factor, stiffness, step%volumes, &
+    call build_stabilisation(model%mesh, model%space, step%activation, kind, factor, stiffness, step%volumes, &
       step%stabilisation)
   end subroutine stabilise
 

@@ -10,6 +10,7 @@ module qsmpm_load_step
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: controls_type
   use qsmpm_model, only: model_type, state_type
+  use qsmpm_space, only: refresh_space
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
@@ -46,7 +47,7 @@ contains
     real(wp), allocatable :: force_before(:, :)
 
     before = model%state
-    allocate (goal%force(model%mesh%dimension, model%mesh%node_count))
+    allocate (goal%force(model%mesh%dimension, model%space%node_count))
     goal%tolerance = tolerance
     goal%drag = drag
     goal%prescribed = (fraction - model%state%progress%fraction)*model%loading%prescribed
@@ -89,6 +90,7 @@ contains
 
     model%state = state
     model%mesh%coordinates = state%coordinates
+    call refresh_space(model%space, model%mesh)
   end subroutine restore
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.

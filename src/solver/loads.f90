@@ -6,6 +6,7 @@ module qsmpm_loads
   use qsmpm_model, only: model_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_integration, only: integration_type
+  use qsmpm_space, only: place_type
   use qsmpm_carried_basis, only: basis_at
   implicit none
   private
@@ -77,17 +78,18 @@ contains
     real(wp), intent(in) :: fraction
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: functions(20), traction(3)
-    integer :: i, s, cell
+    type(place_type) :: place
+    real(wp) :: traction(3)
+    integer :: i, s
 
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
         if (model%loading%carrier(s) /= carrier_surface) cycle
-        call basis_at(model%mesh, activation, model%state%points, surface, i, cell, functions)
+        call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
         traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
           fraction)*surface%area(i)
-        call spread_force(model, cell, functions, traction, force)
+        call spread_force(place, traction, force)
       end do
     end associate
   end subroutine add_surface_tractions
@@ -102,36 +104,33 @@ contains
     real(wp), intent(in) :: fraction
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: functions(20), traction(3)
-    integer :: i, s, cell
+    type(place_type) :: place
+    real(wp) :: traction(3)
+    integer :: i, s
 
     do i = 1, size(model%carrying_point)
       s = model%carrying_surface(i)
       if (model%loading%carrier(s) /= carrier_points) cycle
-      call basis_at(model%mesh, activation, model%state%points, model%state%points, &
-        model%carrying_point(i), cell, functions)
+      call basis_at(model%mesh, model%space, activation, model%state%points, model%state%points, &
+        model%carrying_point(i), place)
       traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
         fraction)*model%carrying_area(i)
-      call spread_force(model, cell, functions, traction, force)
+      call spread_force(place, traction, force)
     end do
   end subroutine add_carried_tractions
 
-  !> Share a force among the nodes of a cell.
-  subroutine spread_force(model, cell, functions, vector, force)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> Shape functions of the cell at the place.
-    real(wp), intent(in) :: functions(:), vector(:)
+  !> Share a force among the nodes that carry a place.
+  pure subroutine spread_force(place, vector, force)
+    !> The functions at the place.
+    type(place_type), intent(in) :: place
+    !> The force (3).
+    real(wp), intent(in) :: vector(:)
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    integer :: a, node
+    integer :: a
 
-    do a = model%mesh%cell_first(cell), model%mesh%cell_first(cell + 1) - 1
-      node = model%mesh%cell_nodes(a)
-      force(:, node) = force(:, node) + functions(a - model%mesh%cell_first(cell) + 1) &
-        *vector(:size(force, 1))
+    do a = 1, place%count
+      force(:, place%node(a)) = force(:, place%node(a)) + place%shape(a)*vector(:size(force, 1))
     end do
   end subroutine spread_force
 end module qsmpm_loads

@@ -6,6 +6,7 @@ module qsmpm_model
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_space, only: space_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type
   implicit none
@@ -43,7 +44,7 @@ module qsmpm_model
     real(wp), allocatable :: coordinates(:, :)
     !> Coordinate of the plate row of a moving mesh.
     real(wp) :: plate = 0.0_wp
-    !> Reactions at constrained components after the last step (dimension, node_count).
+    !> Reactions at constrained components after the last step (dimension, nodes of the space).
     real(wp), allocatable :: reactions(:, :)
     type(progress_type) :: progress
   end type state_type
@@ -66,6 +67,8 @@ module qsmpm_model
     type(analysis_type) :: analysis
     !> Topology and sets; the coordinates in use are those of the state.
     type(mesh_type) :: mesh
+    !> What carries the displacement: "nodes" below are nodes of this space.
+    type(space_type) :: space
     type(law_slot_type), allocatable :: laws(:)
     type(state_type) :: state
     type(loading_type) :: loading

@@ -11,7 +11,7 @@ module qsmpm_model_bodies
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_mesh_sets, only: faces_in_box, find_set
-  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_mesh_measure, only: interpolate, cell_coordinates
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_carried_basis, only: nearest_point
   implicit none
@@ -110,6 +110,7 @@ contains
       do p = 1, points%count
         m = material_number(model, points%body(p))
         points%material(p) = m
+        points%half_size(:, p) = half_of_cell(model, points%cell(p), points%volume(p))
         points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
         associate (law => model%laws(m)%law)
           call law%start(zero, points%state(:law%state_count, p))
@@ -117,6 +118,21 @@ contains
       end do
     end associate
   end subroutine points_from_seeds
+
+  !> Half lengths of a box with the shape of a cell and a point's volume.
+  function half_of_cell(model, cell, volume) result(half)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Cell and volume of the point.
+    integer, intent(in) :: cell
+    real(wp), intent(in) :: volume
+    real(wp) :: half(model%mesh%dimension)
+    real(wp), allocatable :: x(:, :)
+
+    allocate (x, source=cell_coordinates(model%mesh, cell))
+    half = 0.5_wp*(maxval(x, dim=2) - minval(x, dim=2))
+    half = half*(volume/product(2.0_wp*half))**(1.0_wp/size(half))
+  end function half_of_cell
 
   !> Number of a body's material; the deck has checked that it exists.
   pure function material_number(model, body) result(number)

@@ -10,6 +10,7 @@ module qsmpm_model_builder
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets
+  use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points, make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
@@ -46,6 +47,7 @@ contains
     model%notes = ''
     call make_mesh(model, faults)
     if (faults%count == 0) call make_sets(model, faults)
+    if (faults%count == 0) call make_space(model, faults)
     call make_laws(model, faults)
     if (faults%count == 0) call choose_cures(model)
     if (faults%count == 0) call make_points(model, faults)
@@ -66,7 +68,8 @@ contains
     associate (method => model%analysis%method)
       if (method%stabilisation_factor < 0.0_wp) then
         if (method%stabilisation == stabilise_background) method%stabilisation_factor = 1.0e-2_wp
-        if (method%stabilisation == stabilise_ghost) method%stabilisation_factor = 1.0e-3_wp
+        if (method%stabilisation == stabilise_ghost) method%stabilisation_factor = &
+          merge(1.0e-3_wp, 1.0e-2_wp, method%basis == basis_standard)
       end if
     end associate
     if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
@@ -143,13 +146,30 @@ contains
     integer :: p
 
     model%state%coordinates = model%mesh%coordinates
-    allocate (model%state%reactions(model%mesh%dimension, model%mesh%node_count), source=0.0_wp)
+    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    call start_domains(model)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
       model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
     end do
     call place_plate(model)
   end subroutine finish
+
+  !> Undeformed domains; their deformation gradients are kept only where the space averages.
+  subroutine start_domains(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    real(wp), allocatable :: gradient(:, :)
+
+    if (.not. model%space%averaged) return
+    allocate (gradient(4*model%mesh%dimension - 3, model%state%points%count), source=0.0_wp)
+    if (model%mesh%dimension == 2) then
+      gradient([1, 4, 5], :) = 1.0_wp
+    else
+      gradient([1, 5, 9], :) = 1.0_wp
+    end if
+    call move_alloc(gradient, model%state%points%deformation_gradient)
+  end subroutine start_domains
 
   !> Coordinate of the plate's row.
   subroutine place_plate(model)

@@ -42,8 +42,8 @@ contains
     type(loading_type) :: loading
     integer :: i
 
-    allocate (loading%constrained(model%mesh%dimension, model%mesh%node_count), source=.false.)
-    allocate (loading%prescribed(model%mesh%dimension, model%mesh%node_count), source=0.0_wp)
+    allocate (loading%constrained(model%mesh%dimension, model%space%node_count), source=.false.)
+    allocate (loading%prescribed(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
       loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
@@ -67,15 +67,15 @@ contains
     do i = 1, size(phase%fixities)
       s = find_set(model%mesh%node_sets, phase%fixities(i)%set)
       do c = 1, model%mesh%dimension
-        loading%constrained(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
-          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%mesh%node_sets(s)%items))
+        loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
+          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
       end do
     end do
     do i = 1, size(phase%prescriptions)
       s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
       c = phase%prescriptions(i)%component
-      loading%constrained(c, model%mesh%node_sets(s)%items) = .true.
-      loading%prescribed(c, model%mesh%node_sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
+      loading%constrained(c, model%space%sets(s)%items) = .true.
+      loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
     end do
     loading%gravity_start = loading%gravity_final
     if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector

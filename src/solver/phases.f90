@@ -11,6 +11,7 @@ module qsmpm_phases
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_histories, only: take_histories
   use qsmpm_hold_test, only: test_hold
+  use qsmpm_space, only: node_position
   implicit none
   private
 
@@ -167,8 +168,19 @@ contains
     node = max(1, outcome%worst_node)
     write (text, '(3a,es13.6,3a,es9.2,a,i0,a,3(1x,es11.4))') "phase '", phase%name, &
       "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': ', outcome%reason, &
-      '; out of balance ', outcome%out_of_balance, ', most at node ', model%mesh%node_label(node), ' at', &
-      model%mesh%coordinates(:, node)
+      '; out of balance ', outcome%out_of_balance, ', most at node ', node_name(model, node), ' at', &
+      node_position(model%space, model%mesh, node)
     call fail(error, outcome%cause, trim(text))
   end subroutine cut_step
+
+  !> Label of a mesh node, number of a control point.
+  pure integer function node_name(model, node)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Number of the node.
+    integer, intent(in) :: node
+
+    node_name = node
+    if (.not. model%space%tensor) node_name = model%mesh%node_label(node)
+  end function node_name
 end module qsmpm_phases

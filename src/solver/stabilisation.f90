@@ -2,38 +2,34 @@
 !>
 !> A body ends somewhere inside a cell; the smaller the piece, the worse the equations. Two cures,
 !> both bounding the condition number for any cut (docs/theory.md, section 7):
-!>   background   eps E int_K grad N_a . grad N_b dV   over each boundary cell K,
-!>   ghost        g E h_F int_F [d_n N_a][d_n N_b] dF  (+ g E h_F^3 [d_nn][d_nn] on quadratic elements)
-!>                over the faces F of boundary cells between active cells, h_F = (|K1| + |K2|)/|F|.
+!>   background   a soft material in each boundary cell (`qsmpm_background`),
+!>   ghost        a penalty on the jumps of derivatives over the faces of boundary cells
+!>                (`qsmpm_element_ghost`, `qsmpm_spline_ghost`).
 !> Either is a drag on the step, not a load: its share is reported and a step is held until the
 !> share is below its bound.
 module qsmpm_stabilisation
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: element_geometry, full_rule, element_order, face_rule, face_area_vector, &
-    shape_second_gradients, local_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_search, only: inverse_map
   use qsmpm_house_keeping, only: activation_type
-  use qsmpm_equations, only: patches_type
+  use qsmpm_space, only: space_type
+  use qsmpm_penalty_terms, only: stabilisation_type
+  use qsmpm_background, only: build_background
+  use qsmpm_element_ghost, only: build_element_ghost
+  use qsmpm_spline_ghost, only: build_spline_ghost
   use qsmpm_analysis, only: stabilise_background, stabilise_ghost
   implicit none
   private
 
-  public :: stabilisation_type, build_stabilisation, add_stabilising_force
-
-  !> Scalar matrices on patches, the same for every displacement component.
-  type :: stabilisation_type
-    type(patches_type) :: patches
-    !> (most nodes, most nodes, patches), symmetric.
-    real(wp), allocatable :: matrix(:, :, :)
-  end type stabilisation_type
+  public :: build_stabilisation
 
 contains
 
   !> Build the chosen terms for the boundary cells of this step.
-  subroutine build_stabilisation(mesh, activation, kind, factor, stiffness, volumes, stabilisation)
+  subroutine build_stabilisation(mesh, space, activation, kind, factor, stiffness, volumes, stabilisation)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
     !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> stabilise_none, stabilise_background or stabilise_ghost.
@@ -49,282 +45,17 @@ contains
 
     select case (kind)
     case (stabilise_background)
-      call build_background(mesh, activation, factor, stiffness, stabilisation)
+      call build_background(mesh, space, activation, factor, stiffness, stabilisation)
     case (stabilise_ghost)
-      call build_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
+      if (space%tensor) then
+        call build_spline_ghost(mesh, space, activation, factor, stiffness, stabilisation)
+      else
+        call build_element_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
+      end if
     case default
       allocate (stabilisation%patches%first(1), source=1)
       allocate (stabilisation%patches%nodes(0))
       allocate (stabilisation%matrix(0, 0, 0))
     end select
   end subroutine build_stabilisation
-
-  !> Soft background in boundary cells.
-  subroutine build_background(mesh, activation, factor, stiffness, stabilisation)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    real(wp), intent(in) :: factor, stiffness(:)
-    !> The stabilisation terms.
-    type(stabilisation_type), intent(inout) :: stabilisation
-    real(wp), allocatable :: places(:, :), weights(:)
-    real(wp) :: functions(20), gradients(mesh%dimension, 20), determinant
-    integer :: k, q, c, n, cells(count(activation%boundary))
-
-    cells = pack(activation%active_cell, activation%boundary)
-    call patches_of_cells(mesh, cells, stabilisation%patches)
-    n = most_nodes(stabilisation%patches)
-    allocate (stabilisation%matrix(n, n, size(cells)), source=0.0_wp)
-    do k = 1, size(cells)
-      c = cells(k)
-      n = mesh%cell_first(c + 1) - mesh%cell_first(c)
-      call full_rule(mesh%cell_kind(c), places, weights)
-      do q = 1, size(weights)
-        call element_geometry(mesh%cell_kind(c), places(:, q), &
-          mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)), &
-          functions(:n), gradients(:, :n), determinant)
-        stabilisation%matrix(:n, :n, k) = stabilisation%matrix(:n, :n, k) &
-          + factor*stiffness(activation%active_number(c))*weights(q)*determinant &
-          *matmul(transpose(gradients(:, :n)), gradients(:, :n))
-      end do
-    end do
-  end subroutine build_background
-
-  !> The nodes of cells as patches.
-  pure subroutine patches_of_cells(mesh, cells, patches)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Cells in rising order.
-    integer, intent(in) :: cells(:)
-    !> Node lists that couple.
-    type(patches_type), intent(out) :: patches
-    integer :: k
-
-    patches%count = size(cells)
-    allocate (patches%first(size(cells) + 1))
-    patches%first(1) = 1
-    do k = 1, size(cells)
-      patches%first(k + 1) = patches%first(k) + mesh%cell_first(cells(k) + 1) - mesh%cell_first(cells(k))
-    end do
-    allocate (patches%nodes(patches%first(size(cells) + 1) - 1))
-    do k = 1, size(cells)
-      patches%nodes(patches%first(k):patches%first(k + 1) - 1) = &
-        mesh%cell_nodes(mesh%cell_first(cells(k)):mesh%cell_first(cells(k) + 1) - 1)
-    end do
-  end subroutine patches_of_cells
-
-  !> Most nodes of a patch.
-  pure function most_nodes(patches) result(most)
-    !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
-    integer :: most
-
-    most = 0
-    if (patches%count > 0) most = maxval(patches%first(2:) - patches%first(:patches%count))
-  end function most_nodes
-
-  !> Ghost penalty on the faces of boundary cells.
-  subroutine build_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    real(wp), intent(in) :: factor, stiffness(:), volumes(:)
-    !> The stabilisation terms.
-    type(stabilisation_type), intent(inout) :: stabilisation
-    integer :: i, k, one, two, n
-    logical :: penalised(size(mesh%interior_face, 2))
-
-    penalised = .false.
-    do i = 1, size(mesh%interior_face, 2)
-      one = activation%active_number(mesh%interior_face(1, i))
-      two = activation%active_number(mesh%interior_face(3, i))
-      if (one == 0 .or. two == 0) cycle
-      penalised(i) = activation%boundary(one) .or. activation%boundary(two)
-    end do
-    call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%patches)
-    n = most_nodes(stabilisation%patches)
-    allocate (stabilisation%matrix(n, n, stabilisation%patches%count), source=0.0_wp)
-    k = 0
-    do i = 1, size(penalised)
-      if (.not. penalised(i)) cycle
-      k = k + 1
-      one = activation%active_number(mesh%interior_face(1, i))
-      two = activation%active_number(mesh%interior_face(3, i))
-      call face_penalty(mesh, mesh%interior_face(:, i), volumes, &
-        factor*max(stiffness(one), stiffness(two)), &
-        stabilisation%patches%nodes(stabilisation%patches%first(k):stabilisation%patches%first(k + 1) - 1), &
-        stabilisation%matrix(:, :, k))
-    end do
-  end subroutine build_ghost
-
-  !> The nodes of the two cells at a face, each once, as patches.
-  pure subroutine patches_of_faces(mesh, faces, patches)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Cell and local face, (2,n).
-    integer, intent(in) :: faces(:)
-    !> Node lists that couple.
-    type(patches_type), intent(out) :: patches
-    integer :: k, c, d, j, place, nodes(40*size(faces))
-
-    patches%count = size(faces)
-    allocate (patches%first(size(faces) + 1))
-    place = 0
-    patches%first(1) = 1
-    do k = 1, size(faces)
-      c = mesh%interior_face(1, faces(k))
-      d = mesh%interior_face(3, faces(k))
-      do j = mesh%cell_first(c), mesh%cell_first(c + 1) - 1
-        place = place + 1
-        nodes(place) = mesh%cell_nodes(j)
-      end do
-      do j = mesh%cell_first(d), mesh%cell_first(d + 1) - 1
-        if (any(nodes(patches%first(k):place) == mesh%cell_nodes(j))) cycle
-        place = place + 1
-        nodes(place) = mesh%cell_nodes(j)
-      end do
-      patches%first(k + 1) = place + 1
-    end do
-    patches%nodes = nodes(:place)
-  end subroutine patches_of_faces
-
-  !> Penalty matrix of one face.
-  subroutine face_penalty(mesh, face, volumes, factor, nodes, matrix)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Cell, local face, cell beyond, its local face.
-    integer, intent(in) :: face(4)
-    !> Volume of every cell (cell_count).
-    real(wp), intent(in) :: volumes(:)
-    !> g E.
-    real(wp), intent(in) :: factor
-    !> Nodes of the patch (n).
-    integer, intent(in) :: nodes(:)
-    !> Leading (n,n) is set.
-    real(wp), intent(inout) :: matrix(:, :)
-    real(wp), allocatable :: places(:, :), weights(:)
-    real(wp) :: first_jump(size(nodes)), second_jump(size(nodes)), normal(mesh%dimension)
-    real(wp) :: area, size_of_face, beyond(mesh%dimension), x(mesh%dimension)
-    logical :: ok
-    integer :: q, i, n
-
-    n = size(nodes)
-    call face_rule(mesh%cell_kind(face(1)), face(2), 2*element_order(mesh%cell_kind(face(1))), &
-      places, weights)
-    area = 0.0_wp
-    do q = 1, size(weights)
-      call normal_at(places(:, q), normal, size_of_face)
-      area = area + weights(q)*size_of_face
-    end do
-    do q = 1, size(weights)
-      call normal_at(places(:, q), normal, size_of_face)
-      first_jump = 0.0_wp
-      second_jump = 0.0_wp
-      call add_jumps(mesh, face(1), places(:, q), normal, 1.0_wp, nodes, first_jump, second_jump, x)
-      call inverse_map(mesh, face(3), x, beyond, ok)
-      call add_jumps(mesh, face(3), beyond, normal, -1.0_wp, nodes, first_jump, second_jump, x)
-      associate (h => (volumes(face(1)) + volumes(face(3)))/area)
-        do i = 1, n
-          matrix(:n, i) = matrix(:n, i) + factor*weights(q)*size_of_face &
-            *(h*first_jump*first_jump(i) + h**3*second_jump*second_jump(i))
-        end do
-      end associate
-    end do
-
-  contains
-
-    !> Unit normal and area per reference area.
-    subroutine normal_at(local, normal, size_of_face)
-      !> Local coordinates (dimension).
-      real(wp), intent(in) :: local(:)
-      real(wp), intent(out) :: normal(:), size_of_face
-
-      call face_area_vector(mesh%cell_kind(face(1)), face(2), local, &
-        mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(face(1)): &
-        mesh%cell_first(face(1) + 1) - 1)), normal)
-      size_of_face = norm2(normal)
-      normal = normal/size_of_face
-    end subroutine normal_at
-  end subroutine face_penalty
-
-  !> Add one side's normal derivatives of first and (quadratic elements) second order to the jumps.
-  subroutine add_jumps(mesh, cell, local, normal, sign_of_side, nodes, first_jump, second_jump, x)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp), intent(in) :: local(:), normal(:), sign_of_side
-    !> Node numbers.
-    integer, intent(in) :: nodes(:)
-    real(wp), intent(inout) :: first_jump(:), second_jump(:)
-    !> Place in space.
-    real(wp), intent(out) :: x(:)
-    real(wp) :: functions(20), gradients(size(normal), 20), determinant, direction(size(normal))
-    real(wp) :: corner(size(normal), 20), second(size(normal), size(normal), 20)
-    integer :: a, n, place
-
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    associate (own => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
-      corner(:, :n) = mesh%coordinates(:, own)
-      call element_geometry(mesh%cell_kind(cell), local, corner(:, :n), functions(:n), &
-        gradients(:, :n), determinant)
-      x = matmul(corner(:, :n), functions(:n))
-      if (element_order(mesh%cell_kind(cell)) == 2) then
-        call shape_second_gradients(mesh%cell_kind(cell), local, second(:, :, :n))
-        direction = local_direction(mesh%cell_kind(cell), gradients(:, :n), normal)
-      end if
-      do a = 1, n
-        place = place_of(own(a), nodes)
-        first_jump(place) = first_jump(place) + sign_of_side*dot_product(gradients(:, a), normal)
-        if (element_order(mesh%cell_kind(cell)) == 2) second_jump(place) = second_jump(place) &
-          + sign_of_side*dot_product(direction, matmul(second(:, :, a), direction))
-      end do
-    end associate
-  end subroutine add_jumps
-
-  !> Place of a node in a list that holds it.
-  pure function place_of(node, nodes) result(place)
-    integer, intent(in) :: node, nodes(:)
-    integer :: place
-
-    do place = 1, size(nodes) - 1
-      if (nodes(place) == node) return
-    end do
-  end function place_of
-
-  !> Force of the stabilisation for a displacement of the step.
-  subroutine add_stabilising_force(stabilisation, displacement, force)
-    !> The stabilisation terms.
-    type(stabilisation_type), intent(in) :: stabilisation
-    !> (dimension, node_count)
-    real(wp), intent(in) :: displacement(:, :)
-    !> The force is added (dimension, node_count).
-    real(wp), intent(inout) :: force(:, :)
-    integer :: k, n, first
-
-    do k = 1, stabilisation%patches%count
-      first = stabilisation%patches%first(k)
-      n = stabilisation%patches%first(k + 1) - first
-      associate (nodes => stabilisation%patches%nodes(first:first + n - 1))
-        force(:, nodes) = force(:, nodes) &
-          + matmul(displacement(:, nodes), stabilisation%matrix(:n, :n, k))
-      end associate
-    end do
-  end subroutine add_stabilising_force
-
-  !> Derivative of the local coordinates along a direction in space (straight-edged cells): the
-  !> local coordinates are fields of the element whose nodal values are the places of its nodes.
-  pure function local_direction(kind, gradients, normal) result(direction)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Derivatives of the shape functions in space (dimension, n).
-    real(wp), intent(in) :: gradients(:, :)
-    !> Direction in space (dimension).
-    real(wp), intent(in) :: normal(:)
-    real(wp) :: direction(size(normal))
-
-    direction = matmul(local_nodes(kind), matmul(normal, gradients))
-  end function local_direction
 end module qsmpm_stabilisation

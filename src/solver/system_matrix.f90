@@ -6,7 +6,7 @@ module qsmpm_system_matrix
   use qsmpm_solver_choice, only: make_solver
   use qsmpm_equations, only: equations_type, add_block
   use qsmpm_initialisation, only: step_type
-  use qsmpm_stabilisation, only: add_stabilising_force
+  use qsmpm_penalty_terms, only: add_stabilising_force
   implicit none
   private
 

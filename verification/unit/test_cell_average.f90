@@ -10,6 +10,9 @@ module test_cell_average
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
   use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_space, only: space_type
+  use qsmpm_space_builder, only: element_space
+  use qsmpm_domains, only: domains_type
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
@@ -47,6 +50,8 @@ contains
     type(mesh_type) :: mesh
     type(points_type) :: points
     type(law_slot_type), allocatable :: laws(:)
+    type(space_type) :: space
+    type(domains_type) :: domains
     type(activation_type) :: activation
     type(integration_type) :: at_points, in_cells
     real(wp), allocatable :: volumes(:)
@@ -58,8 +63,9 @@ contains
     allocate (volumes(mesh%cell_count))
     call cell_volumes(mesh, axisymmetric, volumes)
     call activate(mesh, volumes, points, activation)
-    call integrate_at_points(mesh, axisymmetric, activation, points, at_points)
-    call integrate_in_cells(mesh, activation, points, laws, at_points, in_cells, inaccurate)
+    call element_space(mesh, space)
+    call integrate_at_points(mesh, space, axisymmetric, activation, points, domains, at_points)
+    call integrate_in_cells(mesh, space, activation, points, laws, at_points, in_cells, inaccurate)
     call tests%check('full cells of '//name//' go to their Gauss points', all(in_cells%source == 0))
     call tests%close('cells of '//name//' keep the volume', sum(in_cells%weight), sum(volumes), 1.0e-13_wp)
     call check_fit(tests, mesh, name, at_points, in_cells)

@@ -5,7 +5,10 @@ module test_stabilisation
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_house_keeping, only: activation_type, activate
-  use qsmpm_stabilisation, only: stabilisation_type, build_stabilisation, add_stabilising_force
+  use qsmpm_penalty_terms, only: stabilisation_type, add_stabilising_force
+  use qsmpm_stabilisation, only: build_stabilisation
+  use qsmpm_space, only: space_type
+  use qsmpm_space_builder, only: element_space
   use qsmpm_analysis, only: stabilise_ghost, stabilise_background
   use sample_models, only: sample_grid
   use testing, only: tests_type
@@ -35,6 +38,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: kind
     type(stabilisation_type), intent(out) :: stabilisation
+    type(space_type) :: space
     type(points_type) :: points
     type(activation_type) :: activation
     real(wp) :: volumes(mesh%cell_count), stiffness(mesh%cell_count)
@@ -47,7 +51,8 @@ contains
     points%volume = 0.1_wp*volumes
     call activate(mesh, volumes, points, activation)
     stiffness = 1.0_wp
-    call build_stabilisation(mesh, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
+    call element_space(mesh, space)
+    call build_stabilisation(mesh, space, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
   end subroutine thin_body
 
   !> The ghost penalty resists no linear field, and on quadratic elements no quadratic one.

@@ -1,0 +1,160 @@
+!> Domains of the material points: the boxes over which GIMP and SPLINE2G average their functions.
+!>
+!> A domain keeps its axes; its half lengths are the initial ones times the diagonal of the right
+!> stretch U = (F'F)^(1/2) of the point (Coombs et al. 2020). It ends at the mesh, it never reaches
+!> further than one cell beyond its own, and it does not reach through a wall: a kink of the space with
+!> an inactive cell behind it, such as the underside of a plate or the edge above which a slot is open.
+!> The last two bounds shorten both ends alike, so that the point stays in the middle.
+module qsmpm_domains
+  use qsmpm_kinds, only: wp
+  use qsmpm_tensor, only: unpack_gradient, spectral
+  use qsmpm_isotropic_function, only: compose
+  use qsmpm_points, only: points_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_space, only: space_type, cell_position
+  use qsmpm_spline_axis, only: interval_cells, sliver
+  implicit none
+  private
+
+  public :: domains_type, place_domains, touch_cells
+
+  !> Boxes of all points.
+  type :: domains_type
+    !> Lower and upper ends (dimension, n).
+    real(wp), allocatable :: low(:, :), high(:, :)
+  end type domains_type
+
+contains
+
+  !> The domains of a state.
+  subroutine place_domains(space, activation, points, domains)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> The boxes.
+    type(domains_type), intent(out) :: domains
+    real(wp) :: half(size(points%position, 1)), x(size(points%position, 1))
+    integer :: at(3), p, a, dimension
+
+    dimension = size(points%position, 1)
+    allocate (domains%low(dimension, points%count), domains%high(dimension, points%count))
+    do p = 1, points%count
+      x = points%position(:, p)
+      at = cell_position(space, dimension, points%cell(p))
+      half = points%half_size(:, p)*stretch(points%deformation_gradient(:, p), dimension)
+      do a = 1, dimension
+        associate (axis => space%axis(a), i => at(a))
+          if (i > 1) half(a) = min(half(a), x(a) - axis%lines(i - 1))
+          if (i < axis%cell_count) half(a) = min(half(a), axis%lines(i + 2) - x(a))
+          half(a) = max(half(a), sliver*(axis%lines(i + 1) - axis%lines(i)))
+        end associate
+      end do
+      call stay_inside_walls(space, activation, x, at, half)
+      do a = 1, dimension
+        associate (lines => space%axis(a)%lines)
+          domains%low(a, p) = max(x(a) - half(a), lines(1))
+          domains%high(a, p) = min(x(a) + half(a), lines(size(lines)))
+          if (domains%high(a, p) - domains%low(a, p) < sliver*half(a)) then
+            domains%low(a, p) = min(domains%low(a, p), lines(size(lines)) - half(a))
+            domains%high(a, p) = max(domains%high(a, p), lines(1) + half(a))
+          end if
+        end associate
+      end do
+    end do
+  end subroutine place_domains
+
+  !> Diagonal of the right stretch tensor.
+  pure function stretch(gradient, dimension) result(diagonal)
+    !> Total deformation gradient, packed.
+    real(wp), intent(in) :: gradient(:)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    real(wp) :: diagonal(dimension)
+    real(wp) :: f(3, 3), values(3), vectors(3, 3), u(3, 3)
+    integer :: a
+
+    f = unpack_gradient(gradient)
+    call spectral(matmul(transpose(f), f), values, vectors)
+    u = compose(sqrt(values), vectors)
+    do a = 1, dimension
+      diagonal(a) = u(a, a)
+    end do
+  end function stretch
+
+  !> Shorten a domain that reaches through kinks into an inactive cell: along the axis on which it
+  !> reaches least far.
+  pure subroutine stay_inside_walls(space, activation, x, at, half)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> The point.
+    real(wp), intent(in) :: x(:)
+    !> Its cell along the axes.
+    integer, intent(in) :: at(3)
+    !> Half lengths (dimension).
+    real(wp), intent(inout) :: half(:)
+    real(wp) :: depth(size(x)), wall(size(x))
+    integer :: offset(3), crossings, code, a, cell, least
+    logical :: kinks, reached
+
+    kinks = .false.
+    do a = 1, size(x)
+      kinks = kinks .or. any(space%axis(a)%kink(at(a):at(a) + 1))
+    end do
+    if (.not. kinks) return
+    do crossings = 1, size(x)
+      do code = 0, 3**size(x) - 1
+        offset = [mod(code, 3), mod(code/3, 3), code/9] - 1
+        if (size(x) == 2) offset(3) = 0
+        if (count(offset /= 0) /= crossings) cycle
+        reached = .true.
+        do a = 1, size(x)
+          if (offset(a) == 0) cycle
+          associate (line => at(a) + max(offset(a), 0), lines => space%axis(a)%lines)
+            wall(a) = abs(x(a) - lines(line))
+            depth(a) = half(a) - wall(a)
+            reached = reached .and. space%axis(a)%kink(line) .and. depth(a) > sliver*half(a)
+          end associate
+        end do
+        if (.not. reached) cycle
+        cell = ((at(3) + offset(3) - 1)*space%axis(2)%cell_count + at(2) + offset(2) - 1) &
+          *space%axis(1)%cell_count + at(1) + offset(1)
+        if (activation%active_number(cell) > 0) cycle
+        least = minloc(depth, dim=1, mask=offset(:size(x)) /= 0)
+        associate (lines => space%axis(least)%lines)
+          half(least) = max(wall(least), sliver*(lines(at(least) + 1) - lines(at(least))))
+        end associate
+      end do
+    end do
+  end subroutine stay_inside_walls
+
+  !> Mark the cells that domains reach into: their functions take part in the equations.
+  subroutine touch_cells(space, domains, touched)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The boxes.
+    type(domains_type), intent(in) :: domains
+    !> (cell_count); cells are only added.
+    logical, intent(inout) :: touched(:)
+    integer :: from(3), to(3), p, a, i, j, k
+
+    from = 1
+    to = 1
+    do p = 1, size(domains%low, 2)
+      do a = 1, size(domains%low, 1)
+        call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
+      end do
+      do k = from(3), to(3)
+        do j = from(2), to(2)
+          do i = from(1), to(1)
+            touched(((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i) = .true.
+          end do
+        end do
+      end do
+    end do
+  end subroutine touch_cells
+end module qsmpm_domains

@@ -1,0 +1,269 @@
+!> The space of displacements: which functions carry the displacement, which of them a cell sees,
+!> and their values at a place.
+!>
+!> A *node* of the space is a carrier of displacement: a node of the mesh for elements, a control
+!> point of a tensor-product B-spline on a structured grid otherwise. The solver numbers, constrains
+!> and solves for nodes of the space and knows nothing else of them. With `averaged` the functions a
+!> material point sees are means over its domain (`qsmpm_domains`): degree 1 is GIMP.
+module qsmpm_space
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: element_geometry
+  use qsmpm_mesh, only: mesh_type, index_set_type
+  use qsmpm_spline_axis, only: spline_axis_type, axis_values, make_axis
+  implicit none
+  private
+
+  public :: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, tensor_nodes, &
+    refresh_space, value_at, node_position
+
+  !> Most functions that differ from zero at a place: cubic splines in space.
+  integer, parameter, public :: most_functions = 64
+
+  !> The space.
+  type :: space_type
+    !> Functions are tensor products of B-splines along the grid axes; else the elements' own.
+    logical :: tensor = .false.
+    !> Points see the functions averaged over their domains.
+    logical :: averaged = .false.
+    integer :: degree = 1
+    integer :: node_count = 0
+    !> Splines along each axis; unused for elements.
+    type(spline_axis_type) :: axis(3)
+    !> Nodes of the space that belong to the node sets of the mesh, in their order.
+    type(index_set_type), allocatable :: sets(:)
+  end type space_type
+
+  !> The functions that differ from zero at a place.
+  type :: place_type
+    integer :: count = 0
+    integer :: node(most_functions) = 0
+    real(wp) :: shape(most_functions) = 0.0_wp
+    !> Derivatives in space (3, n).
+    real(wp) :: gradient(3, most_functions) = 0.0_wp
+    !> Determinant of the cell's map from local coordinates.
+    real(wp) :: determinant = 0.0_wp
+  end type place_type
+
+contains
+
+  !> Functions of a cell at local coordinates, as that cell's polynomials (eqs. 13, 14).
+  pure subroutine functions_at(space, mesh, cell, local, place)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    !> The functions.
+    type(place_type), intent(inout) :: place
+    real(wp) :: corner(mesh%dimension, 20)
+    integer :: first, n
+
+    if (space%tensor) then
+      call tensor_functions(space, mesh%dimension, cell, local, place)
+      return
+    end if
+    first = mesh%cell_first(cell)
+    n = mesh%cell_first(cell + 1) - first
+    place%count = n
+    place%node(:n) = mesh%cell_nodes(first:first + n - 1)
+    corner(:, :n) = mesh%coordinates(:, place%node(:n))
+    call element_geometry(mesh%cell_kind(cell), local, corner(:, :n), place%shape(:n), &
+      place%gradient(:mesh%dimension, :n), place%determinant)
+  end subroutine functions_at
+
+  !> The same for tensor products: x runs fastest.
+  pure subroutine tensor_functions(space, dimension, cell, local, place)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Local coordinates, each from -1 to 1 (dimension).
+    real(wp), intent(in) :: local(:)
+    !> The functions.
+    type(place_type), intent(inout) :: place
+    real(wp) :: value(space%degree + 1, 3), slope(space%degree + 1, 3), extent, x
+    integer :: at(3), count(3), a
+
+    at = cell_position(space, dimension, cell)
+    value = 1.0_wp
+    slope = 0.0_wp
+    count = 1
+    place%determinant = 1.0_wp
+    do a = 1, dimension
+      associate (lines => space%axis(a)%lines)
+        extent = lines(at(a) + 1) - lines(at(a))
+        x = lines(at(a)) + 0.5_wp*(1.0_wp + local(a))*extent
+      end associate
+      call axis_values(space%axis(a), at(a), x, 0, value(:, a))
+      call axis_values(space%axis(a), at(a), x, 1, slope(:, a))
+      count(a) = space%degree + 1
+      at(a) = space%axis(a)%last(at(a)) - space%degree
+      place%determinant = place%determinant*0.5_wp*extent
+    end do
+    place%count = product(count)
+    call tensor_nodes(space, at, count, place%node)
+    call multiply(value, slope, count, place%shape, place%gradient)
+  end subroutine tensor_functions
+
+  !> Products of the functions along the axes, and their gradients.
+  pure subroutine multiply(value, slope, count, shape, gradient)
+    !> Functions along each axis (most, 3).
+    real(wp), intent(in) :: value(:, :), slope(:, :)
+    !> How many along each axis.
+    integer, intent(in) :: count(3)
+    !> (n)
+    real(wp), intent(inout) :: shape(:)
+    !> (3, n)
+    real(wp), intent(inout) :: gradient(:, :)
+    integer :: i, j, k, n
+
+    n = 0
+    do k = 1, count(3)
+      do j = 1, count(2)
+        do i = 1, count(1)
+          n = n + 1
+          shape(n) = value(i, 1)*value(j, 2)*value(k, 3)
+          gradient(1, n) = slope(i, 1)*value(j, 2)*value(k, 3)
+          gradient(2, n) = value(i, 1)*slope(j, 2)*value(k, 3)
+          gradient(3, n) = value(i, 1)*value(j, 2)*slope(k, 3)
+        end do
+      end do
+    end do
+  end subroutine multiply
+
+  !> Numbers of a block of control points, x fastest.
+  pure subroutine tensor_nodes(space, first, count, nodes)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> First function and number of functions along each axis.
+    integer, intent(in) :: first(3), count(3)
+    !> (at least product(count))
+    integer, intent(inout) :: nodes(:)
+    integer :: i, j, k, n
+
+    n = 0
+    do k = first(3), first(3) + count(3) - 1
+      do j = first(2), first(2) + count(2) - 1
+        do i = first(1), first(1) + count(1) - 1
+          n = n + 1
+          nodes(n) = ((k - 1)*space%axis(2)%function_count + j - 1)*space%axis(1)%function_count + i
+        end do
+      end do
+    end do
+  end subroutine tensor_nodes
+
+  !> All nodes a cell sees.
+  pure subroutine cell_nodes_of_space(space, mesh, cell, nodes, count)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> (most_functions)
+    integer, intent(inout) :: nodes(:)
+    !> How many.
+    integer, intent(out) :: count
+    integer :: at(3), counts(3), a
+
+    if (.not. space%tensor) then
+      count = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
+      nodes(:count) = mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1)
+      return
+    end if
+    at = cell_position(space, mesh%dimension, cell)
+    counts = 1
+    do a = 1, mesh%dimension
+      at(a) = space%axis(a)%last(at(a)) - space%degree
+      counts(a) = space%degree + 1
+    end do
+    count = product(counts)
+    call tensor_nodes(space, at, counts, nodes)
+  end subroutine cell_nodes_of_space
+
+  !> Place of a cell along the axes of the grid; 1 along z in the plane.
+  pure function cell_position(space, dimension, cell) result(at)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    integer :: at(3)
+    integer :: rest
+
+    at = 1
+    at(1) = mod(cell - 1, space%axis(1)%cell_count) + 1
+    rest = (cell - 1)/space%axis(1)%cell_count
+    at(2) = mod(rest, space%axis(2)%cell_count) + 1
+    if (dimension == 3) at(3) = rest/space%axis(2)%cell_count + 1
+  end function cell_position
+
+  !> A nodal field at a place.
+  pure function value_at(place, field) result(value)
+    !> The functions there.
+    type(place_type), intent(in) :: place
+    !> (components, node_count)
+    real(wp), intent(in) :: field(:, :)
+    real(wp) :: value(size(field, 1))
+    integer :: a
+
+    value = 0.0_wp
+    do a = 1, place%count
+      value = value + place%shape(a)*field(:, place%node(a))
+    end do
+  end function value_at
+
+  !> Follow the grid lines of a mesh that has moved.
+  pure subroutine refresh_space(space, mesh)
+    !> The space.
+    type(space_type), intent(inout) :: space
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    type(spline_axis_type) :: axis
+    real(wp), allocatable :: lines(:)
+    logical, allocatable :: kink(:)
+    integer :: a, i, stride
+
+    if (.not. space%tensor) return
+    stride = 1
+    do a = 1, mesh%dimension
+      allocate (lines(space%axis(a)%cell_count + 1))
+      do i = 1, size(lines)
+        lines(i) = mesh%coordinates(a, 1 + (i - 1)*stride)
+      end do
+      stride = stride*size(lines)
+      allocate (kink, source=space%axis(a)%kink)
+      call make_axis(lines, space%degree, kink, axis)
+      space%axis(a) = axis
+      deallocate (lines, kink)
+    end do
+  end subroutine refresh_space
+
+  !> Where a node belongs: the mesh node, or the Greville point of a control point.
+  pure function node_position(space, mesh, node) result(x)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the node.
+    integer, intent(in) :: node
+    real(wp) :: x(mesh%dimension)
+    integer :: a, rest
+
+    if (.not. space%tensor) then
+      x = mesh%coordinates(:, node)
+      return
+    end if
+    rest = node - 1
+    do a = 1, mesh%dimension
+      x(a) = space%axis(a)%anchor(mod(rest, space%axis(a)%function_count) + 1)
+      rest = rest/space%axis(a)%function_count
+    end do
+  end function node_position
+end module qsmpm_space

@@ -1,0 +1,146 @@
+!> Building the space of displacements on a mesh.
+!>
+!> Constraints on spline spaces need functions that interpolate where a constrained set of mesh nodes
+!> begins or ends inside the grid: such lines become kinks. A set is then the control points whose
+!> Greville points lie in its box, and a constraint on it is exact. Sets that are not boxes of grid
+!> nodes have no such functions and can carry no constraint.
+module qsmpm_space_builder
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_space, only: space_type, tensor_nodes, refresh_space
+  implicit none
+  private
+
+  public :: element_space, spline_space, is_structured
+
+contains
+
+  !> The elements' own functions: nodes of the space are nodes of the mesh.
+  subroutine element_space(mesh, space)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space.
+    type(space_type), intent(out) :: space
+
+    space%node_count = mesh%node_count
+    allocate (space%sets, source=mesh%node_sets)
+  end subroutine element_space
+
+  !> Tensor-product splines on a grid of quadrilaterals or bricks.
+  subroutine spline_space(mesh, cells, degree, averaged, constrained, space)
+    !> The mesh, cells and nodes numbered with x fastest.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of cells along each axis (3); 1 along z in the plane.
+    integer, intent(in) :: cells(3)
+    !> Degree of the splines, and whether points see averages.
+    integer, intent(in) :: degree
+    logical, intent(in) :: averaged
+    !> Node sets that carry constraints or a plate (as many as node sets).
+    logical, intent(in) :: constrained(:)
+    !> The space. A set that is no box of grid nodes stays empty.
+    type(space_type), intent(out) :: space
+    integer :: a, s, low(3), high(3)
+    logical :: box
+
+    space%tensor = .true.
+    space%averaged = averaged
+    space%degree = degree
+    do a = 1, 3
+      space%axis(a)%cell_count = cells(a)
+      allocate (space%axis(a)%kink(cells(a) + 1), source=.false.)
+    end do
+    do s = 1, size(mesh%node_sets)
+      if (.not. constrained(s)) cycle
+      call box_of_set(mesh, cells, s, low, high, box)
+      if (.not. box) cycle
+      do a = 1, mesh%dimension
+        space%axis(a)%kink([low(a), high(a)]) = .true.
+      end do
+    end do
+    space%axis(3)%function_count = 1
+    call refresh_space(space, mesh)
+    space%node_count = product(space%axis(:mesh%dimension)%function_count)
+    allocate (space%sets, source=mesh%node_sets)
+    do s = 1, size(mesh%node_sets)
+      call nodes_of_set(mesh, cells, s, space)
+    end do
+  end subroutine spline_space
+
+  !> Grid lines between which the nodes of a set lie, and whether it holds all nodes between them.
+  pure subroutine box_of_set(mesh, cells, set, low, high, box)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of cells along each axis.
+    integer, intent(in) :: cells(3)
+    !> Number of the set.
+    integer, intent(in) :: set
+    !> First and last line along each axis.
+    integer, intent(out) :: low(3), high(3)
+    logical, intent(out) :: box
+    integer :: i, rest, at(3)
+
+    low = huge(1)
+    high = 0
+    do i = 1, size(mesh%node_sets(set)%items)
+      rest = mesh%node_sets(set)%items(i) - 1
+      at(1) = mod(rest, cells(1) + 1) + 1
+      rest = rest/(cells(1) + 1)
+      at(2) = mod(rest, cells(2) + 1) + 1
+      at(3) = rest/(cells(2) + 1) + 1
+      low = min(low, at)
+      high = max(high, at)
+    end do
+    box = size(mesh%node_sets(set)%items) > 0
+    if (box) box = product(high - low + 1) == size(mesh%node_sets(set)%items)
+  end subroutine box_of_set
+
+  !> Control points whose Greville points lie in the box of a set.
+  pure subroutine nodes_of_set(mesh, cells, set, space)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of cells along each axis.
+    integer, intent(in) :: cells(3)
+    !> Number of the set.
+    integer, intent(in) :: set
+    !> The space.
+    type(space_type), intent(inout) :: space
+    integer :: low(3), high(3), first(3), count(3), a, f
+    logical :: box
+    integer, allocatable :: items(:)
+    real(wp) :: tolerance
+
+    call box_of_set(mesh, cells, set, low, high, box)
+    first = 1
+    count = 1
+    do a = 1, mesh%dimension
+      if (.not. box) exit
+      associate (axis => space%axis(a))
+        tolerance = 1.0e-9_wp*(axis%lines(size(axis%lines)) - axis%lines(1))
+        count(a) = 0
+        do f = axis%function_count, 1, -1
+          if (axis%anchor(f) < axis%lines(low(a)) - tolerance) cycle
+          if (axis%anchor(f) > axis%lines(high(a)) + tolerance) cycle
+          first(a) = f
+          count(a) = count(a) + 1
+        end do
+      end associate
+    end do
+    if (.not. box) count = 0
+    allocate (items(product(count)))
+    call tensor_nodes(space, first, count, items)
+    call move_alloc(items, space%sets(set)%items)
+  end subroutine nodes_of_set
+
+  !> True when a set of mesh nodes can carry constraints of a spline space.
+  pure logical function is_structured(mesh, cells, set)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of cells along each axis.
+    integer, intent(in) :: cells(3)
+    !> Number of the set.
+    integer, intent(in) :: set
+    integer :: low(3), high(3)
+
+    call box_of_set(mesh, cells, set, low, high, is_structured)
+  end function is_structured
+end module qsmpm_space_builder
