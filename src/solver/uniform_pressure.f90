@@ -29,8 +29,8 @@ module qsmpm_uniform_pressure
   !> Passes after which a group is given up.
   integer, parameter :: most_passes = 40
   !> Spread of pi + c omega that is left, relative to shear modulus and stress, and the rounding of a
-  !> stress whose volume change is known to some 1e-15.
-  real(wp), parameter :: spread = 1.0e-13_wp, rounding = 1.0e-14_wp
+  !> stress whose volume change is known to some eps.
+  real(wp), parameter :: spread = 1.0e-13_wp, rounding = 5.0e-14_wp
   !> A pass has overshot when the slope along it has turned round to more than this share of the first.
   real(wp), parameter :: overshoot = 0.5_wp
 
@@ -132,8 +132,9 @@ contains
     call strain_points(batch, pressure)
   end subroutine even_out_volumes
 
-  !> Newton's method for omega. With the correction d the slope -sum V (pi + c omega) d falls along d
-  !> (pi rises with omega), so that a step too long is seen by its sign and shortened.
+  !> Newton's method for omega. With the correction d, sum V d = 0, the slope -sum V (pi + c omega) d
+  !> falls along d (pi rises with omega), so that a step too long is seen by its sign and shortened.
+  !> Deviations from the mean enter the slope, else rounding in sum V d would hide it.
   subroutine balance(law, weight, batch, pressure, found)
     !> The law of the points.
     class(law_type), intent(in) :: law
@@ -149,6 +150,7 @@ contains
     integer :: n, pass
 
     n = batch%count
+    pressure%correction(:n) = 0.0_wp
     found = .false.
     first_slope = 0.0_wp
     length = 0.0_wp
@@ -158,14 +160,13 @@ contains
       if (all(batch%status(:n) == status_ok)) then
         call linearise(batch, pressure)
         if (any(pressure%stiffness(:n) <= 0.0_wp)) return
-        slope = -sum(weight*pressure%pressure(:n)*pressure%correction(:n))
+        common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n))/sum(weight/pressure%stiffness(:n))
+        slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
         if (pass == 1 .or. slope >= -overshoot*first_slope) then
-          common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n)) &
-            /sum(weight/pressure%stiffness(:n))
           found = is_even(law, common, batch, pressure)
           if (found) return
           pressure%correction(:n) = (common - pressure%pressure(:n))/pressure%stiffness(:n)
-          first_slope = -sum(weight*pressure%pressure(:n)*pressure%correction(:n))
+          first_slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
           length = 1.0_wp
           pressure%omega(:n) = pressure%omega(:n) + pressure%correction(:n)
         else
