@@ -11,7 +11,7 @@ module qsmpm_assembly
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_slot_type, batch_type
   use qsmpm_integration, only: integration_type
-  use qsmpm_uniform_pressure, only: pressure_type
+  use qsmpm_pressure_balance, only: pressure_type
   use qsmpm_group_evaluation, only: evaluation_type, allocate_batch, evaluate_group
   implicit none
   private

@@ -13,7 +13,7 @@ module qsmpm_convection
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_integration, only: integration_type
-  use qsmpm_pressure_groups, only: merge_groups
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at

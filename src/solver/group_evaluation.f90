@@ -7,7 +7,8 @@ module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_slot_type, batch_type, tangent_none, status_ok
   use qsmpm_integration, only: integration_type
-  use qsmpm_uniform_pressure, only: pressure_type, allocate_pressure, find_pressure, packed_determinant
+  use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
+  use qsmpm_uniform_pressure, only: find_pressure
   use qsmpm_group_stiffness, only: add_forces, add_stiffness_2d, add_stiffness_3d, add_pressure_stiffness
   implicit none
   private

@@ -7,7 +7,7 @@ module qsmpm_group_stiffness
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type
   use qsmpm_integration, only: integration_type
-  use qsmpm_uniform_pressure, only: pressure_type
+  use qsmpm_pressure_balance, only: pressure_type
   implicit none
   private
 

@@ -12,7 +12,8 @@ module qsmpm_initialisation
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
-  use qsmpm_pressure_groups, only: needs_patches, pressure_patches, merge_groups
+  use qsmpm_pressure_groups, only: needs_patches, pressure_patches
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
   use qsmpm_equations, only: equations_type, patches_type, number_equations
