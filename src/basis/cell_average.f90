@@ -1,9 +1,11 @@
-!> CELL integration: full cells by a Gauss rule, all other cells at their points.
+!> CELL integration: full cells by a Gauss rule, all other cells at their points, or over the pieces
+!> of domains that lie in them.
 !>
 !> The start state at the Gauss points of a full cell is a volume-weighted least-squares fit, linear
-!> in the cell (quadratic for cubic splines), of the fields the law offers for averaging (tensor logarithm of b_e, or Cauchy
-!> stress) and of ln J. It removes the cell-crossing noise of points whose number and place in the
-!> cell change; after the solution every point is still updated by its own strain.
+!> in the cell (quadratic for cubic splines), of the fields the law offers for averaging (tensor
+!> logarithm of b_e, or Cauchy stress) and of ln J. It removes the cell-crossing noise of points
+!> whose number and place in the cell change; after the solution every point is still updated by
+!> its own strain.
 !>
 !>   ( sum V z z' / sum V + diag(0, r, .., r) ) c = sum V z y / sum V,   z = (1, centred local coordinates)
 !>
@@ -12,11 +14,14 @@ module qsmpm_cell_average
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, full_rule, gauss_rule, local_centre
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_space, only: space_type
+  use qsmpm_space, only: space_type, cell_block
   use qsmpm_points, only: points_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_law, only: law_slot_type
-  use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis
+  use qsmpm_domains, only: domains_type
+  use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
+  use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
+    set_average, set_radius, take_point
   implicit none
   private
 
@@ -30,10 +35,11 @@ module qsmpm_cell_average
 contains
 
   !> Replace the points of full cells by Gauss points.
-  subroutine integrate_in_cells(mesh, space, activation, points, laws, at_points, integration, inaccurate)
+  subroutine integrate_in_cells(mesh, space, activation, points, laws, domains, at_points, integration, &
+    inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements; not averaged.
+    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> What house-keeping found.
     type(activation_type), intent(in) :: activation
@@ -41,29 +47,41 @@ contains
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
+    !> Domains of the points; used when the space is averaged.
+    type(domains_type), intent(in) :: domains
     !> The same model integrated at its points.
     type(integration_type), intent(in) :: at_points
     !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     !> Points of full cells that differ much from the fit.
     integer, intent(out) :: inaccurate
-    logical :: whole(activation%active_count)
-    integer :: g, count
+    type(pieces_type) :: pieces
+    logical, allocatable :: whole(:)
+    integer :: g, group, count
 
-    do g = 1, activation%active_count
-      whole(g) = activation%full(g) .and. one_material(at_points, g)
+    if (space%averaged) then
+      call cut_domains(space, mesh%cell_count, domains, pieces)
+    else
+      call whole_points(activation, pieces)
+    end if
+    allocate (whole(size(pieces%cell)))
+    do g = 1, size(whole)
+      group = activation%active_number(pieces%cell(g))
+      whole(g) = group > 0
+      if (whole(g)) whole(g) = activation%full(group) .and. one_material(at_points, group)
     end do
     integration%axisymmetric = at_points%axisymmetric
-    call set_group_nodes(mesh, space, activation%active_cell, integration)
-    call count_points(mesh, space, at_points, whole, integration%first, count)
+    call set_group_nodes(mesh, space, pieces%cell, integration)
+    call count_points(mesh, space, pieces, whole, integration%first, count)
     call allocate_integration(mesh%dimension, count, size(points%stress, 1), &
       size(points%state, 1), integration)
     inaccurate = 0
-    do g = 1, activation%active_count
+    do g = 1, size(whole)
       if (whole(g)) then
-        call average_cell(mesh, space, points, laws, at_points, g, integration, inaccurate)
+        call average_cell(mesh, space, points, laws, at_points, activation%active_number(pieces%cell(g)), &
+          g, integration, inaccurate)
       else
-        call copy_group(at_points, g, integration)
+        call take_pieces(mesh, space, points, pieces, g, integration)
       end if
     end do
   end subroutine integrate_in_cells
@@ -83,13 +101,13 @@ contains
   end function one_material
 
   !> First integration point of every group, and their total.
-  subroutine count_points(mesh, space, at_points, whole, first, count)
+  subroutine count_points(mesh, space, pieces, whole, first, count)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> The same integrated at the material points.
-    type(integration_type), intent(in) :: at_points
+    !> What is integrated in the cells that are not whole.
+    type(pieces_type), intent(in) :: pieces
     !> Groups integrated by the Gauss rule.
     logical, intent(in) :: whole(:)
     !> First places of the rows.
@@ -101,42 +119,47 @@ contains
     first(1) = 1
     do g = 1, size(whole)
       if (whole(g)) then
-        call cell_rule(space, mesh%cell_kind(at_points%cell(g)), places, weights)
+        call cell_rule(space, mesh%cell_kind(pieces%cell(g)), places, weights)
         first(g + 1) = first(g) + size(weights)
       else
-        first(g + 1) = first(g) + at_points%first(g + 1) - at_points%first(g)
+        first(g + 1) = first(g) + pieces%first(g + 1) - pieces%first(g)
       end if
     end do
     count = first(size(whole) + 1) - 1
   end subroutine count_points
 
-  !> Take over the points of a group as they are.
-  pure subroutine copy_group(at_points, group, integration)
-    !> The same integrated at the material points.
-    type(integration_type), intent(in) :: at_points
+  !> The pieces of a cell as they are.
+  pure subroutine take_pieces(mesh, space, points, pieces, group, integration)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> The pieces.
+    type(pieces_type), intent(in) :: pieces
     !> Number of the group.
     integer, intent(in) :: group
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
-    integer :: from, to, into, last
+    integer :: first(3), count(3), n, p, q
 
-    from = at_points%first(group)
-    to = at_points%first(group + 1) - 1
-    into = integration%first(group)
-    last = integration%first(group + 1) - 1
-    integration%shape(:, into:last) = at_points%shape(:, from:to)
-    integration%gradient(:, :, into:last) = at_points%gradient(:, :, from:to)
-    integration%radius(into:last) = at_points%radius(from:to)
-    integration%weight(into:last) = at_points%weight(from:to)
-    integration%volume_ratio(into:last) = at_points%volume_ratio(from:to)
-    integration%stress(:, into:last) = at_points%stress(:, from:to)
-    integration%state(:, into:last) = at_points%state(:, from:to)
-    integration%material(into:last) = at_points%material(from:to)
-    integration%source(into:last) = at_points%source(from:to)
-  end subroutine copy_group
+    call cell_block(space, mesh%dimension, pieces%cell(group), first, count)
+    do n = pieces%first(group), pieces%first(group + 1) - 1
+      p = pieces%point(n)
+      q = integration%first(group) + n - pieces%first(group)
+      if (space%averaged) then
+        call set_average(space, pieces%low(:, n), pieces%high(:, n), first, count, q, integration)
+        call set_radius(mesh, space, group, q, integration)
+      else
+        call set_basis(mesh, space, group, q, points%local(:, p), integration)
+      end if
+      call take_point(points, p, pieces%share(n), q, integration)
+    end do
+  end subroutine take_pieces
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
-  subroutine average_cell(mesh, space, points, laws, at_points, group, integration, inaccurate)
+  subroutine average_cell(mesh, space, points, laws, at_points, active, group, integration, inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
@@ -147,8 +170,8 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
-    !> Number of the group.
-    integer, intent(in) :: group
+    !> Number of the cell's group among the points, and of the group that is filled.
+    integer, intent(in) :: active, group
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     !> Count of inaccurate points, added to.
@@ -157,12 +180,12 @@ contains
     real(wp) :: determinant
     integer :: kind, material, fields, order, q, k
 
-    kind = mesh%cell_kind(at_points%cell(group))
-    material = at_points%material(at_points%first(group))
+    kind = mesh%cell_kind(at_points%cell(active))
+    material = at_points%material(at_points%first(active))
     fields = laws(material)%law%fit_count()
-    order = fit_order(space, mesh%dimension, at_points%first(group + 1) - at_points%first(group))
+    order = fit_order(space, mesh%dimension, at_points%first(active + 1) - at_points%first(active))
     allocate (coefficients(monomial_count(mesh%dimension, order), fields + 1), sampled(fields + 1))
-    call fit_cell(mesh, points, laws(material), at_points, group, coefficients, inaccurate)
+    call fit_cell(mesh, points, laws(material), at_points, active, coefficients, inaccurate)
     call cell_rule(space, kind, places, weights)
     do k = 1, size(weights)
       q = integration%first(group) + k - 1

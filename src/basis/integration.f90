@@ -17,7 +17,8 @@ module qsmpm_integration
   implicit none
   private
 
-  public :: integration_type, allocate_integration, set_group_nodes, set_basis, integrate_at_points
+  public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, set_radius, &
+    take_point, integrate_at_points
 
   !> Integration points in groups.
   type :: integration_type
@@ -78,20 +79,37 @@ contains
       do q = integration%first(g), integration%first(g + 1) - 1
         p = activation%point(q)
         if (space%averaged) then
-          call set_average(space, domains, p, first(:, g), count(:, g), q, integration)
+          call set_average(space, domains%low(:, p), domains%high(:, p), first(:, g), count(:, g), q, &
+            integration)
           call set_radius(mesh, space, g, q, integration)
         else
           call set_basis(mesh, space, g, q, points%local(:, p), integration)
         end if
-        integration%weight(q) = points%volume(p)
-        integration%volume_ratio(q) = points%volume(p)/points%initial_volume(p)
-        integration%stress(:, q) = points%stress(:, p)
-        integration%state(:, q) = points%state(:, p)
-        integration%material(q) = points%material(p)
-        integration%source(q) = p
+        call take_point(points, p, 1.0_wp, q, integration)
       end do
     end do
   end subroutine integrate_at_points
+
+  !> Volume and start state of a material point, or of a share of it.
+  pure subroutine take_point(points, p, share, q, integration)
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> Material point.
+    integer, intent(in) :: p
+    !> Share of its volume.
+    real(wp), intent(in) :: share
+    !> Integration point.
+    integer, intent(in) :: q
+    !> Integration points in groups.
+    type(integration_type), intent(inout) :: integration
+
+    integration%weight(q) = share*points%volume(p)
+    integration%volume_ratio(q) = points%volume(p)/points%initial_volume(p)
+    integration%stress(:, q) = points%stress(:, p)
+    integration%state(:, q) = points%state(:, p)
+    integration%material(q) = points%material(p)
+    integration%source(q) = p
+  end subroutine take_point
 
   !> One group for each of the cells given, with all nodes of the cell.
   pure subroutine set_group_nodes(mesh, space, cells, integration)
@@ -227,14 +245,12 @@ contains
     if (integration%axisymmetric) determinant = determinant*integration%radius(point)
   end subroutine set_basis
 
-  !> Functions averaged over the domain of a material point.
-  pure subroutine set_average(space, domains, p, first, count, point, integration)
+  !> Functions averaged over a box: the domain of a material point or a piece of it.
+  pure subroutine set_average(space, low, high, first, count, point, integration)
     !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> Domains of the points.
-    type(domains_type), intent(in) :: domains
-    !> Material point.
-    integer, intent(in) :: p
+    !> Ends of the box (dimension).
+    real(wp), intent(in) :: low(:), high(:)
     !> Block of control points of the group.
     integer, intent(in) :: first(3), count(3)
     !> Integration point.
@@ -247,9 +263,8 @@ contains
     value = 0.0_wp
     slope = 0.0_wp
     value(1, :) = 1.0_wp
-    do a = 1, size(domains%low, 1)
-      call axis_averages(space%axis(a), domains%low(a, p), domains%high(a, p), from, seen, &
-        value(:, a), slope(:, a))
+    do a = 1, size(low)
+      call axis_averages(space%axis(a), low(a), high(a), from, seen, value(:, a), slope(:, a))
       value(:, a) = eoshift(value(:, a), first(a) - from)
       slope(:, a) = eoshift(slope(:, a), first(a) - from)
     end do
@@ -261,7 +276,7 @@ contains
           integration%shape(n, point) = value(i, 1)*value(j, 2)*value(k, 3)
           integration%gradient(1, n, point) = slope(i, 1)*value(j, 2)*value(k, 3)
           integration%gradient(2, n, point) = value(i, 1)*slope(j, 2)*value(k, 3)
-          if (size(domains%low, 1) == 3) integration%gradient(3, n, point) = &
+          if (size(low) == 3) integration%gradient(3, n, point) = &
             value(i, 1)*value(j, 2)*slope(k, 3)
         end do
       end do

@@ -13,7 +13,7 @@ module qsmpm_space
   implicit none
   private
 
-  public :: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, tensor_nodes, &
+  public :: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
     refresh_space, value_at, node_position
 
   !> Most functions that differ from zero at a place: cubic splines in space.
@@ -169,22 +169,39 @@ contains
     integer, intent(inout) :: nodes(:)
     !> How many.
     integer, intent(out) :: count
-    integer :: at(3), counts(3), a
+    integer :: at(3), counts(3)
 
     if (.not. space%tensor) then
       count = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
       nodes(:count) = mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1)
       return
     end if
-    at = cell_position(space, mesh%dimension, cell)
-    counts = 1
-    do a = 1, mesh%dimension
-      at(a) = space%axis(a)%last(at(a)) - space%degree
-      counts(a) = space%degree + 1
-    end do
+    call cell_block(space, mesh%dimension, cell, at, counts)
     count = product(counts)
     call tensor_nodes(space, at, counts, nodes)
   end subroutine cell_nodes_of_space
+
+  !> Block of control points a cell of a grid sees.
+  pure subroutine cell_block(space, dimension, cell, first, count)
+    !> The space; not used unless it is one of tensor products.
+    type(space_type), intent(in) :: space
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> First function and number of functions along each axis.
+    integer, intent(out) :: first(3), count(3)
+    integer :: a
+
+    first = 1
+    count = 1
+    if (.not. space%tensor) return
+    first = cell_position(space, dimension, cell)
+    do a = 1, dimension
+      first(a) = space%axis(a)%last(first(a)) - space%degree
+      count(a) = space%degree + 1
+    end do
+  end subroutine cell_block
 
   !> Place of a cell along the axes of the grid; 1 along z in the plane.
   pure function cell_position(space, dimension, cell) result(at)

@@ -13,7 +13,7 @@ module qsmpm_analysis
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type
+    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, usual_factor
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -39,6 +39,10 @@ module qsmpm_analysis
   integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
   !> Cure of volumetric locking of a material; auto is resolved by the model builder.
   integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
+  !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
+  !> of GIMP and splines (least error of the elastic column, docs/theory.md).
+  real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &
+    grid_ghost_factor = 2.0e-2_wp
   !> Linear solvers.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
     solver_umfpack = 3, solver_mumps = 4
@@ -153,7 +157,7 @@ module qsmpm_analysis
     integer :: rate = rate_midpoint
     !> BACKGROUND is the default of the elements, GHOST of GIMP and splines.
     integer :: stabilisation = stabilise_background
-    !> Background eps or ghost gamma; negative asks for the default (1e-2; ghost of elements 1e-3).
+    !> Background eps or ghost gamma; negative asks for usual_factor.
     real(wp) :: stabilisation_factor = -1.0_wp
   end type method_type
 
@@ -300,4 +304,23 @@ module qsmpm_analysis
     type(output_request_type) :: output
     type(phase_type), allocatable :: phases(:)
   end type analysis_type
+
+contains
+
+  !> Strength of the stabilisation when nothing else is said.
+  pure function usual_factor(method) result(factor)
+    !> The method.
+    type(method_type), intent(in) :: method
+    !> 0 without stabilisation.
+    real(wp) :: factor
+
+    select case (method%stabilisation)
+    case (stabilise_background)
+      factor = background_factor
+    case (stabilise_ghost)
+      factor = merge(ghost_factor, grid_ghost_factor, method%basis == basis_standard)
+    case default
+      factor = 0.0_wp
+    end select
+  end function usual_factor
 end module qsmpm_analysis

@@ -3,8 +3,8 @@
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_analysis, only: analysis_type, stabilise_background, stabilise_ghost
-  use qsmpm_text, only: string_type, integer_text, read_real
+  use qsmpm_analysis, only: analysis_type, usual_factor
+  use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
   use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
@@ -14,7 +14,6 @@ module qsmpm_deck
   use qsmpm_keyword_table, only: table_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
-  use qsmpm_deck_general, only: background_factor, ghost_factor
   use qsmpm_deck_bodies, only: give_points
   use qsmpm_deck_histories, only: give_units
   use qsmpm_deck_references, only: check_references
@@ -73,7 +72,9 @@ contains
     call take_cards(cards, state)
     call give_points(state)
     call give_units(state%analysis)
-    call give_factor(state%analysis)
+    associate (method => state%analysis%method)
+      if (method%stabilisation_factor < 0.0_wp) method%stabilisation_factor = usual_factor(method)
+    end associate
     call check_references(state)
     call state%messages%sort()
     errors = state%messages%error_count()
@@ -204,19 +205,4 @@ contains
       if (.not. usable) call state%fault(card, 'belongs inside *PHASE ... *END PHASE')
     end select
   end subroutine check_section
-
-  !> Strength of the stabilisation when the deck gives none.
-  pure subroutine give_factor(analysis)
-    !> The analysis.
-    type(analysis_type), intent(inout) :: analysis
-    integer :: outcome
-
-    associate (method => analysis%method)
-      if (method%stabilisation_factor > 0.0_wp) return
-      if (method%stabilisation == stabilise_background) &
-        call read_real(background_factor, method%stabilisation_factor, outcome)
-      if (method%stabilisation == stabilise_ghost) &
-        call read_real(ghost_factor, method%stabilisation_factor, outcome)
-    end associate
-  end subroutine give_factor
 end module qsmpm_deck

@@ -2,7 +2,8 @@
 !> what is written.
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
-    moving_mesh_type, basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
+    moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, &
+    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -13,10 +14,8 @@ module qsmpm_deck_general
   implicit none
   private
 
-  public :: add_general_keywords, add_output_keywords, background_factor, ghost_factor
+  public :: add_general_keywords, add_output_keywords
 
-  !> Factors of the stabilisation when the deck gives none.
-  character(len=*), parameter :: background_factor = '0.01', ghost_factor = '0.001'
   character(len=*), parameter :: not_fem = 'BASIS=STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
 
 contains
@@ -77,11 +76,11 @@ contains
     call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a '// &
       'fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
       'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
-      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8', default=trim(basis_words(method%basis)), &
-      allowed=bar_list(basis_words))
+      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8', &
+      default=trim(basis_words(method%basis)), allowed=bar_list(basis_words))
     call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
       'of material points', default=trim(integration_words(method%integration)), &
-      allowed=bar_list(integration_words), needs='BASIS=STANDARD|SPLINE2|SPLINE3')
+      allowed=bar_list(integration_words), needs=not_fem)
     call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
       default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
     call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
@@ -91,7 +90,9 @@ contains
       'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines', &
       allowed=bar_list(stabilisation_words), needs=not_fem)
     call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
-      background_factor//' when not given, but '//ghost_factor//' for GHOST on elements', &
+      'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
+      real_text(grid_ghost_factor)//' for GHOST, '//real_text(ghost_factor)// &
+      ' for GHOST on elements', &
       range='(0, 1]', needs=not_fem)
     call table%example('*METHOD, KINEMATICS=JAUMANN, RATE=PAPER, STABILISATION=NONE')
   end subroutine add_method

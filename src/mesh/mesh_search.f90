@@ -39,21 +39,27 @@ contains
     !> False when Newton's method does not converge.
     logical, intent(out) :: ok
     real(wp) :: functions(8), gradients(mesh%dimension, 8), corner(mesh%dimension, 8)
-    real(wp) :: jacobian(3, 3), residual(3), move(3)
-    integer :: kind, n, d, iteration, first
+    real(wp) :: jacobian(3, 3), residual(3), move(3), from_corner(mesh%dimension)
+    integer :: kind, n, d, iteration, first, i
 
     d = mesh%dimension
     kind = linear_kind(mesh%cell_kind(cell))
     n = corner_count(kind)
     first = mesh%cell_first(cell)
-    corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
+    ! From the first corner: far from the origin the coordinates themselves have lost the digits
+    ! that the local ones need.
+    do i = 1, n
+      corner(:, i) = mesh%coordinates(:, mesh%cell_nodes(first + i - 1)) &
+        - mesh%coordinates(:, mesh%cell_nodes(first))
+    end do
+    from_corner = x - mesh%coordinates(:, mesh%cell_nodes(first))
     local = local_centre(kind)
     ok = .false.
     do iteration = 1, most_iterations
       call shape_functions(kind, local, functions(:n))
       call shape_gradients(kind, local, gradients(:, :n))
       jacobian(:d, :d) = matmul(corner(:, :n), transpose(gradients(:, :n)))
-      residual(:d) = x - matmul(corner(:, :n), functions(:n))
+      residual(:d) = from_corner - matmul(corner(:, :n), functions(:n))
       call solve_small(jacobian(:d, :d), residual(:d), move(:d), ok)
       if (.not. ok) return
       local = local + move(:d)

@@ -45,7 +45,7 @@ contains
     value = start + fraction*(final - start)
   end function between
 
-  !> Weight of the material points: eq. 29 with the mass kept.
+  !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
   subroutine add_weight(model, at_points, gravity, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -55,14 +55,18 @@ contains
     real(wp), intent(in) :: gravity(:)
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    integer :: g, q, a, first
+    real(wp) :: vector(size(gravity))
+    integer :: g, q, p, a, first
 
     do g = 1, at_points%group_count
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
+        p = at_points%source(q)
+        vector = model%state%points%weight(p)*gravity
+        if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         do a = 1, at_points%node_first(g + 1) - 1 - first
           force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
-            + at_points%shape(a, q)*model%state%points%weight(at_points%source(q))*gravity
+            + at_points%shape(a, q)*vector
         end do
       end do
     end do

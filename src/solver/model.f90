@@ -60,6 +60,9 @@ module qsmpm_model
     !> Traction vector of each surface (3, surfaces), and who carries it.
     real(wp), allocatable :: traction_start(:, :), traction_final(:, :)
     integer, allocatable :: carrier(:)
+    !> Forces an embedding program puts on the material points, as they stand (dimension, points);
+    !> unallocated without. Set them before each step.
+    real(wp), allocatable :: point_force(:, :)
   end type loading_type
 
   !> A model that can be advanced.

@@ -5,8 +5,8 @@
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, stabilise_background, &
-    stabilise_ghost, basis_standard, basis_fem, cure_none, cure_auto, cure_uniform_pressure
+  use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
+    cure_none, cure_auto, cure_uniform_pressure, usual_factor
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets
@@ -66,11 +66,8 @@ contains
     type(model_type), intent(inout) :: model
 
     associate (method => model%analysis%method)
-      if (method%stabilisation_factor < 0.0_wp) then
-        if (method%stabilisation == stabilise_background) method%stabilisation_factor = 1.0e-2_wp
-        if (method%stabilisation == stabilise_ghost) method%stabilisation_factor = &
-          merge(1.0e-3_wp, 1.0e-2_wp, method%basis == basis_standard)
-      end if
+      if (method%stabilisation_factor < 0.0_wp) &
+        method%stabilisation_factor = usual_factor(method)
     end associate
     if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
     if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))

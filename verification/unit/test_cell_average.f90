@@ -65,7 +65,7 @@ contains
     call activate(mesh, volumes, points, activation)
     call element_space(mesh, space)
     call integrate_at_points(mesh, space, axisymmetric, activation, points, domains, at_points)
-    call integrate_in_cells(mesh, space, activation, points, laws, at_points, in_cells, inaccurate)
+    call integrate_in_cells(mesh, space, activation, points, laws, domains, at_points, in_cells, inaccurate)
     call tests%check('full cells of '//name//' go to their Gauss points', all(in_cells%source == 0))
     call tests%close('cells of '//name//' keep the volume', sum(in_cells%weight), sum(volumes), 1.0e-13_wp)
     call check_fit(tests, mesh, name, at_points, in_cells)

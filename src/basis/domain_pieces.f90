@@ -1,0 +1,171 @@
+!> Pieces of the domains of the material points, cell by cell.
+!>
+!> A domain that reaches into several cells is cut along the grid lines; each piece carries its share
+!> of the point's volume. So a cell holds the material that is really in it, whoever owns the point:
+!> the cells of CELL integration that stay with their points are integrated over such pieces. Without
+!> domains a point is one piece, in the cell that owns it.
+module qsmpm_domain_pieces
+  use qsmpm_kinds, only: wp
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_space, only: space_type
+  use qsmpm_spline_axis, only: interval_cells
+  use qsmpm_domains, only: domains_type
+  implicit none
+  private
+
+  public :: pieces_type, cut_domains, whole_points
+
+  !> Pieces sorted by cell, and in a cell by point.
+  type :: pieces_type
+    !> Cells that hold pieces, rising; the pieces of cell(g) are first(g) : first(g+1)-1.
+    integer, allocatable :: cell(:), first(:)
+    !> Material point of each piece and the share of its volume (n).
+    integer, allocatable :: point(:)
+    real(wp), allocatable :: share(:)
+    !> Lower and upper ends of the pieces (dimension, n); without entries for whole points.
+    real(wp), allocatable :: low(:, :), high(:, :)
+  end type pieces_type
+
+contains
+
+  !> Every point as one piece in its owner cell.
+  pure subroutine whole_points(activation, pieces)
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> The pieces.
+    type(pieces_type), intent(out) :: pieces
+
+    allocate (pieces%cell, source=activation%active_cell)
+    allocate (pieces%first, source=activation%first)
+    allocate (pieces%point, source=activation%point)
+    allocate (pieces%share(size(pieces%point)), source=1.0_wp)
+    allocate (pieces%low(0, 0), pieces%high(0, 0))
+  end subroutine whole_points
+
+  !> Cut the domains along the grid lines.
+  pure subroutine cut_domains(space, cell_count, domains, pieces)
+    !> The space of displacements: its axes hold the grid lines.
+    type(space_type), intent(in) :: space
+    !> Number of cells of the grid.
+    integer, intent(in) :: cell_count
+    !> The boxes.
+    type(domains_type), intent(in) :: domains
+    !> The pieces.
+    type(pieces_type), intent(out) :: pieces
+    integer :: number(cell_count), from(3), to(3), p, i, j, k, c, g, n
+
+    number = 0
+    do p = 1, size(domains%low, 2)
+      call cells_of(space, domains, p, from, to)
+      do k = from(3), to(3)
+        do j = from(2), to(2)
+          do i = from(1), to(1)
+            c = cell_at(space, i, j, k)
+            number(c) = number(c) + 1
+          end do
+        end do
+      end do
+    end do
+    call open_lists(number, size(domains%low, 1), pieces)
+    ! From here on number(c) is the next free place of cell c.
+    do g = 1, size(pieces%cell)
+      number(pieces%cell(g)) = pieces%first(g)
+    end do
+    do p = 1, size(domains%low, 2)
+      call cells_of(space, domains, p, from, to)
+      do k = from(3), to(3)
+        do j = from(2), to(2)
+          do i = from(1), to(1)
+            c = cell_at(space, i, j, k)
+            n = number(c)
+            number(c) = n + 1
+            pieces%point(n) = p
+            call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), &
+              pieces%share(n))
+          end do
+        end do
+      end do
+    end do
+  end subroutine cut_domains
+
+  !> Cells along the axes that the domain of a point reaches into.
+  pure subroutine cells_of(space, domains, p, from, to)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The boxes.
+    type(domains_type), intent(in) :: domains
+    !> The material point.
+    integer, intent(in) :: p
+    !> First and last cell along each axis.
+    integer, intent(out) :: from(3), to(3)
+    integer :: a
+
+    from = 1
+    to = 1
+    do a = 1, size(domains%low, 1)
+      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from(a), to(a))
+    end do
+  end subroutine cells_of
+
+  !> Number of the cell at a place of the grid.
+  pure integer function cell_at(space, i, j, k)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> Place along the axes.
+    integer, intent(in) :: i, j, k
+
+    cell_at = ((k - 1)*space%axis(2)%cell_count + j - 1)*space%axis(1)%cell_count + i
+  end function cell_at
+
+  !> Lists with room for the pieces of every cell.
+  pure subroutine open_lists(number, dimension, pieces)
+    !> Pieces in each cell (cell_count).
+    integer, intent(in) :: number(:)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The pieces.
+    type(pieces_type), intent(inout) :: pieces
+    integer :: c, g
+
+    allocate (pieces%cell(count(number > 0)))
+    allocate (pieces%first(size(pieces%cell) + 1))
+    pieces%first(1) = 1
+    g = 0
+    do c = 1, size(number)
+      if (number(c) == 0) cycle
+      g = g + 1
+      pieces%cell(g) = c
+      pieces%first(g + 1) = pieces%first(g) + number(c)
+    end do
+    allocate (pieces%point(sum(number)))
+    allocate (pieces%share(sum(number)))
+    allocate (pieces%low(dimension, sum(number)), pieces%high(dimension, sum(number)))
+  end subroutine open_lists
+
+  !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
+  pure subroutine cut(space, domains, p, at, low, high, share)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The boxes.
+    type(domains_type), intent(in) :: domains
+    !> The material point.
+    integer, intent(in) :: p
+    !> Place of the cell along the axes.
+    integer, intent(in) :: at(3)
+    !> Ends of the piece (dimension).
+    real(wp), intent(out) :: low(:), high(:)
+    !> Share of the volume.
+    real(wp), intent(out) :: share
+    integer :: a, from, to
+
+    share = 1.0_wp
+    do a = 1, size(low)
+      call interval_cells(space%axis(a), domains%low(a, p), domains%high(a, p), from, to)
+      low(a) = domains%low(a, p)
+      high(a) = domains%high(a, p)
+      if (at(a) > from) low(a) = space%axis(a)%lines(at(a))
+      if (at(a) < to) high(a) = space%axis(a)%lines(at(a) + 1)
+      share = share*(high(a) - low(a))/(domains%high(a, p) - domains%low(a, p))
+    end do
+  end subroutine cut
+end module qsmpm_domain_pieces
