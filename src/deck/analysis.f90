@@ -24,9 +24,10 @@ module qsmpm_analysis
     diagonal_alternate = 4
   !> How a node set, element set or surface is chosen.
   integer, parameter, public :: select_list = 1, select_box = 2, select_plane = 3, select_segment = 4, &
-    select_mesh = 5
+    select_mesh = 5, select_outline = 6
   !> How a body is bounded.
-  integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4
+  integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4, &
+    body_polyhedron = 5
   !> What the points see.
   integer, parameter, public :: basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
     basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
@@ -108,11 +109,16 @@ module qsmpm_analysis
     character(len=:), allocatable :: name
     type(source_line_type) :: where
     !> select_box: mesh faces inside the box; select_segment: straight segments in the x-y plane,
-    !> through all of z in 3D; select_mesh: a surface named by the mesh file.
+    !> through all of z in 3D; select_mesh: a surface named by the mesh file; select_outline: the
+    !> bounds of a body, or what of them is in the box.
     integer :: selection = select_box
     real(wp) :: box(3, 2) = 0.0_wp
     !> x1, y1, x2, y2 of each segment, (4,n).
     real(wp), allocatable :: segments(:, :)
+    !> Name of the body whose outline it is.
+    character(len=:), allocatable :: body
+    !> The box bounds the outline.
+    logical :: boxed = .false.
   end type surface_type
 
   !> A body of material, and how densely it is seeded.
@@ -125,6 +131,8 @@ module qsmpm_analysis
     real(wp), allocatable :: polygon(:, :)
     !> Element set of the mesh.
     character(len=:), allocatable :: region
+    !> STL file of a polyhedron: path relative to the working directory.
+    character(len=:), allocatable :: file
     !> Points per element; 0 asks for the element's default.
     integer :: points_per_element = 0
   end type body_type

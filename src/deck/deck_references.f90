@@ -2,8 +2,8 @@
 !> exist, materials that are complete.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, set_type, source_line_type, &
-    quantity_reaction, initial_k0
+  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
+    source_line_type, quantity_reaction, initial_k0
   use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
@@ -181,6 +181,7 @@ contains
     allocate (names(0))
     do i = 1, size(state%analysis%surfaces)
       call add_name(names, state%analysis%surfaces(i)%name)
+      if (state%analysis%surfaces(i)%selection == select_outline) call check_outline(state, i)
     end do
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%tractions)
@@ -190,6 +191,27 @@ contains
       end do
     end do
   end subroutine check_surfaces
+
+  !> The body of an outline exists and has one.
+  subroutine check_outline(state, number)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the surface.
+    integer, intent(in) :: number
+    type(string_type), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    associate (surface => state%analysis%surfaces(number))
+      do i = 1, size(state%analysis%bodies)
+        call add_name(names, state%analysis%bodies(i)%name)
+        if (state%analysis%bodies(i)%name /= surface%body .or. len(surface%body) == 0) cycle
+        if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%fault_from( &
+          surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
+          'for the shapes BOX, POLYGON and POLYHEDRON')
+      end do
+      call check_name(state, surface%body, names, surface%where, 'SURFACE', 'body')
+    end associate
+  end subroutine check_outline
 
   !> No phase both holds and moves the same component of a set.
   subroutine check_prescriptions(state)

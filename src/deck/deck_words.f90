@@ -17,10 +17,10 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
   character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &
     'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
-  character(len=n), parameter, public :: surface_words(3) = [character(len=n) :: &
-    'BOX', 'SEGMENT', 'MESH']
-  character(len=n), parameter, public :: shape_words(4) = [character(len=n) :: &
-    'ALL', 'BOX', 'POLYGON', 'REGION']
+  character(len=n), parameter, public :: surface_words(4) = [character(len=n) :: &
+    'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
+  character(len=n), parameter, public :: shape_words(5) = [character(len=n) :: &
+    'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
   character(len=n), parameter, public :: basis_words(6) = [character(len=n) :: &
     'STANDARD', 'FEM', 'GIMP', 'SPLINE2', 'SPLINE3', 'SPLINE2G']
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
