@@ -39,6 +39,8 @@ program run_unit_tests
   use test_abaqus_reader, only: collect_abaqus_reader
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
+  use test_pressure_groups, only: collect_pressure_groups
+  use test_uniform_pressure, only: collect_uniform_pressure
   implicit none
 
   abstract interface
@@ -91,6 +93,8 @@ program run_unit_tests
   call register('abaqus_reader', collect_abaqus_reader)
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
+  call register('pressure_groups', collect_pressure_groups)
+  call register('uniform_pressure', collect_uniform_pressure)
 
   call read_arguments(wanted)
   if (any(wanted == '--list')) then
