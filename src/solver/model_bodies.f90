@@ -94,6 +94,7 @@ contains
     type(seed_list_type), intent(in) :: list
     integer :: p, states, m
     real(wp), allocatable :: zero(:)
+    real(wp) :: area
 
     states = 0
     do m = 1, size(model%laws)
@@ -110,7 +111,9 @@ contains
       do p = 1, points%count
         m = material_number(model, points%body(p))
         points%material(p) = m
-        points%half_size(:, p) = half_of_cell(model, points%cell(p), points%volume(p))
+        area = points%volume(p)
+        if (model%analysis%model == axisymmetric) area = area/points%position(1, p)
+        points%half_size(:, p) = half_of_cell(model, points%cell(p), area)
         points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
         associate (law => model%laws(m)%law)
           call law%start(zero, points%state(:law%state_count, p))
@@ -119,11 +122,11 @@ contains
     end associate
   end subroutine points_from_seeds
 
-  !> Half lengths of a box with the shape of a cell and a point's volume.
+  !> Half lengths of a box with the shape of a cell and a point's volume, in the plane its area.
   function half_of_cell(model, cell, volume) result(half)
     !> The model.
     type(model_type), intent(in) :: model
-    !> Cell and volume of the point.
+    !> Cell of the point, and its volume or area.
     integer, intent(in) :: cell
     real(wp), intent(in) :: volume
     real(wp) :: half(model%mesh%dimension)
