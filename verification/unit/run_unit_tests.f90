@@ -37,6 +37,10 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
+  use test_domains, only: collect_domains
+  use test_integration, only: collect_integration
+  use test_spline_ghost, only: collect_spline_ghost
+  use test_model_space, only: collect_model_space
   implicit none
 
   abstract interface
@@ -87,6 +91,10 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
+  call register('domains', collect_domains)
+  call register('integration', collect_integration)
+  call register('spline_ghost', collect_spline_ghost)
+  call register('model_space', collect_model_space)
 
   call read_arguments(wanted)
   if (any(wanted == '--list')) then

@@ -100,15 +100,17 @@ contains
     type(mesh_type), intent(in) :: mesh
     !> Corners of the box (dimension).
     real(wp), intent(in) :: low(:), high(:)
-    !> Points along each axis.
+    !> Points along each axis; those beyond the dimension are not used.
     integer, intent(in) :: parts(:)
     !> Unstressed, with room for four or six states.
     type(points_type), intent(out) :: points
     type(domains_type), intent(out) :: domains
+    real(wp) :: extent(size(low))
     integer :: p, a, rest, at(size(low)), d
 
     d = size(low)
-    call allocate_points(points, d, product(parts), merge(4, 6, d == 2), merge(4, 6, d == 2))
+    extent = (high - low)/parts(:d)
+    call allocate_points(points, d, product(parts(:d)), merge(4, 6, d == 2), merge(4, 6, d == 2))
     allocate (domains%low(d, points%count), domains%high(d, points%count))
     do p = 1, points%count
       rest = p - 1
@@ -116,13 +118,13 @@ contains
         at(a) = mod(rest, parts(a))
         rest = rest/parts(a)
       end do
-      points%half_size(:, p) = 0.5_wp*(high - low)/parts
+      points%half_size(:, p) = 0.5_wp*extent
       points%position(:, p) = low + (2*at + 1)*points%half_size(:, p)
       call owner_of(mesh, points%position(:, p), points%cell(p), points%local(:, p))
-      domains%low(:, p) = low + at*(high - low)/parts
-      domains%high(:, p) = low + (at + 1)*(high - low)/parts
+      domains%low(:, p) = low + at*extent
+      domains%high(:, p) = low + (at + 1)*extent
     end do
-    points%volume = product((high - low)/parts)
+    points%volume = product(extent)
     points%initial_volume = points%volume
     points%material = 1
   end subroutine tiled_box
