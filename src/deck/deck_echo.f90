@@ -4,8 +4,8 @@ module qsmpm_deck_echo
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
-    select_plane, select_segment, body_box, body_polygon, body_region, basis_fem, basis_standard, &
-    basis_spline2, basis_spline3, &
+    select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
+    body_polyhedron, basis_fem, basis_standard, basis_spline2, basis_spline3, &
     kinematics_jaumann, stabilise_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
@@ -200,6 +200,11 @@ contains
       do i = 1, size(surface%segments, 2)
         call echo%line(' '//numbers(surface%segments(:, i)))
       end do
+    case (select_outline)
+      text = text//trim(surface_words(4))//', BODY='//quoted(surface%body)
+      if (surface%boxed) text = text//', BOX'
+      call echo%line(text)
+      if (surface%boxed) call echo%line(box_line(surface%box, dimension))
     case default
       call echo%line(text//trim(surface_words(3)))
     end select
@@ -236,6 +241,7 @@ contains
     text = '*BODY, NAME='//quoted(body%name)//', MATERIAL='//quoted(body%material)// &
       ', SHAPE='//trim(shape_words(body%kind))
     if (body%kind == body_region) text = text//', REGION='//quoted(body%region)
+    if (body%kind == body_polyhedron) text = text//', INPUT='//quoted(body%file)
     call echo%line(text)
     if (body%kind == body_box) call echo%line(box_line(body%box, dimension))
     if (body%kind == body_polygon) then

@@ -17,7 +17,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 2
+  integer, parameter :: layout = 3
 
 contains
 
@@ -61,6 +61,8 @@ contains
     call put_carried(image, '/surface', model%state%surface)
     call put_array(image, '/surface/surface', model%state%surface%surface)
     call put_array(image, '/surface/area', model%state%surface%area)
+    call put_array(image, '/surface/area_vector', model%state%surface%area_vector)
+    call put_array(image, '/surface/normal', model%state%surface%normal)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_group(image, '/mesh')
     call put_array(image, '/mesh/coordinates', model%state%coordinates)
@@ -149,6 +151,8 @@ contains
     call get_carried(reader, '/surface', state%surface)
     call get_array(reader, '/surface/surface', state%surface%surface)
     call get_array(reader, '/surface/area', state%surface%area)
+    call get_array(reader, '/surface/area_vector', state%surface%area_vector)
+    call get_array(reader, '/surface/normal', state%surface%normal)
     call get_carried(reader, '/tracers', state%tracers)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)

@@ -7,7 +7,8 @@
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_analysis, only: basis_fem
+  use qsmpm_analysis, only: basis_fem, axisymmetric
+  use qsmpm_tensor, only: identity, cofactor
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
@@ -39,6 +40,7 @@ contains
 
     call update_stresses(model, step, displacement, error)
     if (allocated(error)) return
+    call turn_areas(model, step, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
     if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
@@ -130,6 +132,38 @@ contains
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
+
+  !> Areas and normals follow the deformation (Nanson): a <- det(F) F'^-1 a.
+  subroutine turn_areas(model, step, displacement)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    type(place_type) :: place
+    real(wp) :: f(3, 3), a(3), u(model%mesh%dimension)
+    integer :: i, k, d
+
+    d = model%mesh%dimension
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        call basis_at(model%mesh, model%space, step%activation, model%state%points, surface, i, place)
+        f = identity
+        do k = 1, place%count
+          f(:d, :d) = f(:d, :d) + spread(displacement(:, place%node(k)), 2, d) &
+            *spread(place%gradient(:d, k), 1, d)
+        end do
+        u = value_at(place, displacement)
+        if (model%analysis%model == axisymmetric .and. surface%position(1, i) > 0.0_wp) &
+          f(3, 3) = 1.0_wp + u(1)/surface%position(1, i)
+        a = 0.0_wp
+        a(:d) = surface%area_vector(:, i)
+        a = matmul(cofactor(f), a)
+        surface%area_vector(:, i) = a(:d)
+      end do
+    end associate
+  end subroutine turn_areas
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(model, step, displacement, error)

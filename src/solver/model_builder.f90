@@ -10,7 +10,8 @@ module qsmpm_model_builder
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets
   use qsmpm_model_space, only: make_space
-  use qsmpm_model_bodies, only: make_points, make_surfaces
+  use qsmpm_model_bodies, only: make_points
+  use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_law_factory, only: new_law

@@ -26,6 +26,10 @@ program run_unit_tests
   use test_arguments, only: collect_arguments
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
+  use test_body_pieces, only: collect_body_pieces
+  use test_polyhedron, only: collect_polyhedron
+  use test_outline_seeding, only: collect_outline_seeding
+  use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
   use test_grid, only: collect_grid
@@ -80,6 +84,10 @@ program run_unit_tests
   call register('arguments', collect_arguments)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
+  call register('body_pieces', collect_body_pieces)
+  call register('polyhedron', collect_polyhedron)
+  call register('outline_seeding', collect_outline_seeding)
+  call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('grid', collect_grid)
