@@ -40,6 +40,8 @@ module qsmpm_analysis
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
   !> Stabilisation of boundary cells.
   integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
+  !> Cure of volumetric locking of a material; auto is resolved by the model builder.
+  integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
   !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
   !> of GIMP and quadratic splines (least error of the elastic column, docs/theory.md), and of cubic
   !> ones, whose jumps of third derivatives weigh (3!)^2 times as much: with 0.002 already the share
@@ -154,6 +156,9 @@ module qsmpm_analysis
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Largest principal stress allowed; huge means no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
+    !> One of cure_*, and its factor; negative asks for the default of the mesh.
+    integer :: cure = cure_auto
+    real(wp) :: cure_factor = -1.0_wp
   end type material_type
 
   !> How the continuum is discretised.

@@ -6,14 +6,14 @@ module qsmpm_deck_echo
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
     select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
     body_polyhedron, basis_fem, &
-    kinematics_jaumann, stabilise_none, three_dimensional, quantity_stress, &
+    kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_words, only: model_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, solver_words, quantity_words, answer_words
+    stabilisation_words, solver_words, quantity_words, answer_words, cure_words
   implicit none
   private
 
@@ -214,13 +214,17 @@ contains
   subroutine echo_material(echo, material)
     type(echo_type), intent(inout) :: echo
     type(material_type), intent(in) :: material
-    character(len=:), allocatable :: tensile
+    character(len=:), allocatable :: tensile, cure
 
     call echo%line('*MATERIAL, NAME='//quoted(material%name))
     call echo%line('*ELASTIC')
     call echo%line(' '//numbers([material%young, material%poisson]))
     call echo%line('*UNIT WEIGHT')
     call echo%line(' '//real_text(material%unit_weight))
+    cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))
+    if (material%cure /= cure_none .and. material%cure_factor > 0.0_wp) &
+      cure = cure//', FACTOR='//real_text(material%cure_factor)
+    call echo%line(cure)
     if (.not. material%mohr_coulomb) return
     tensile = 'NONE'
     if (material%tensile_strength < huge(1.0_wp)) tensile = real_text(material%tensile_strength)

@@ -6,7 +6,7 @@ module qsmpm_deck_words
 
   public :: bar_list, position_of
 
-  integer, parameter :: n = 13
+  integer, parameter :: n = 16
   character(len=n), parameter, public :: model_words(3) = [character(len=n) :: &
     'PLANE STRAIN', 'AXISYMMETRIC', '3D']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
@@ -31,6 +31,9 @@ module qsmpm_deck_words
   !> From 0.
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
     'NONE', 'BACKGROUND', 'GHOST']
+  !> From 0.
+  character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
+    'NONE', 'AUTO', 'UNIFORM PRESSURE']
   !> From 0.
   character(len=n), parameter, public :: solver_words(0:4) = [character(len=n) :: &
     'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS']

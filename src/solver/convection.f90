@@ -2,7 +2,8 @@
 !> the step, the mesh is reset, and house-keeping finds the points again.
 !>
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
-!> Omega det F), also where the equations were integrated at Gauss points. With BASIS=FEM the mesh
+!> Omega det F; under the pressure of a group det F includes the volume change found there), also
+!> where the equations were integrated at Gauss points. With BASIS=FEM the mesh
 !> is carried along instead of being reset; with a moving mesh its rows follow the plate.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
@@ -12,6 +13,8 @@ module qsmpm_convection
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
+  use qsmpm_integration, only: integration_type
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
@@ -61,7 +64,8 @@ contains
     call find_again(model, error)
   end subroutine convect
 
-  !> Stress, state and volume of every material point by its own strain.
+  !> Stress, state and volume of every material point by its own strain, or under the pressure of its
+  !> group.
   subroutine update_stresses(model, step, displacement, error)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -71,26 +75,46 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
+    type(integration_type) :: grouped
+
+    if (allocated(step%patch)) then
+      call merge_groups(step%at_points, step%patch, grouped)
+      call update_at(model, grouped, displacement, error)
+    else
+      call update_at(model, step%at_points, displacement, error)
+    end if
+  end subroutine update_stresses
+
+  !> Stress, state and volume of the material points of groups.
+  subroutine update_at(model, at_points, displacement, error)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Material points in groups.
+    type(integration_type), intent(in) :: at_points
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> What went wrong, unallocated when nothing did.
+    type(error_type), allocatable, intent(out) :: error
     type(evaluation_type) :: evaluation
     character(len=100) :: text
     integer :: p, q
 
-    call prepare_evaluation(step%at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
-    call evaluate(step%at_points, model%laws, displacement, tangent_none, evaluation)
+    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
+    call evaluate(at_points, model%laws, displacement, tangent_none, evaluation)
     if (.not. evaluation%ok) then
-      write (text, '(a,i0,a)') 'material point ', step%at_points%source(evaluation%bad_point), &
+      write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
         ' turns inside out or its stress cannot be found'
       call fail(error, error_not_converged, trim(text))
       return
     end if
-    do q = 1, step%at_points%point_count
-      p = step%at_points%source(q)
+    do q = 1, at_points%point_count
+      p = at_points%source(q)
       model%state%points%stress(:, p) = evaluation%stress(:, q)
       model%state%points%state(:, p) = evaluation%state(:, q)
       model%state%points%plastic(p) = evaluation%plastic(q)
       model%state%points%volume(p) = model%state%points%volume(p)*evaluation%volume_change(q)
     end do
-  end subroutine update_stresses
+  end subroutine update_at
 
   !> Move material points.
   subroutine move_points(model, step, displacement)

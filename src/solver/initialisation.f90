@@ -13,6 +13,8 @@ module qsmpm_initialisation
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_pressure_groups, only: needs_patches, pressure_patches
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
   use qsmpm_supports, only: supports_type, build_supports
@@ -33,6 +35,9 @@ module qsmpm_initialisation
     type(domains_type) :: domains
     !> Basis at the material points, and what the equations are integrated with.
     type(integration_type) :: at_points, integration
+    !> Patch of cells that each group of at_points shares its pressure in; unallocated when cells are
+    !> all patches by themselves. The groups of `integration` are these patches.
+    integer, allocatable :: patch(:)
     type(stabilisation_type) :: stabilisation
     type(supports_type) :: supports
     type(equations_type) :: equations
@@ -75,6 +80,7 @@ contains
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
     call build_supports(model, step%activation, step%supports)
+    call group_by_pressure(model, step)
     call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
@@ -162,6 +168,30 @@ contains
     call build_stabilisation(model%mesh, model%space, step%activation, kind, factor, stiffness, step%volumes, &
       step%stabilisation)
   end subroutine stabilise
+
+  !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
+  subroutine group_by_pressure(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    type(integration_type) :: by_cells
+    logical :: wanted(step%at_points%group_count)
+    integer :: g, p
+
+    if (allocated(step%patch)) deallocate (step%patch)
+    wanted = .false.
+    do g = 1, step%at_points%group_count
+      if (.not. needs_patches(model%mesh%cell_kind(step%at_points%cell(g)))) cycle
+      do p = step%at_points%first(g), step%at_points%first(g + 1) - 1
+        wanted(g) = wanted(g) .or. model%laws(step%at_points%material(p))%pressure_factor > 0.0_wp
+      end do
+    end do
+    if (.not. any(wanted)) return
+    call pressure_patches(model%mesh, step%at_points%cell, wanted, step%patch)
+    by_cells = step%integration
+    call merge_groups(by_cells, step%patch, step%integration)
+  end subroutine group_by_pressure
 
   !> The patches of the groups, then those of the stabilisation and of the supports.
   pure subroutine join_patches(integration, extra, last, patches)

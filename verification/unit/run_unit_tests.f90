@@ -45,6 +45,8 @@ program run_unit_tests
   use test_integration, only: collect_integration
   use test_spline_ghost, only: collect_spline_ghost
   use test_model_space, only: collect_model_space
+  use test_pressure_groups, only: collect_pressure_groups
+  use test_uniform_pressure, only: collect_uniform_pressure
   implicit none
 
   abstract interface
@@ -103,6 +105,8 @@ program run_unit_tests
   call register('integration', collect_integration)
   call register('spline_ghost', collect_spline_ghost)
   call register('model_space', collect_model_space)
+  call register('pressure_groups', collect_pressure_groups)
+  call register('uniform_pressure', collect_uniform_pressure)
 
   call read_arguments(wanted)
   if (any(wanted == '--list')) then
