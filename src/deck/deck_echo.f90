@@ -5,7 +5,7 @@ module qsmpm_deck_echo
   use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
     select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
-    body_polyhedron, basis_fem, basis_standard, basis_spline2, basis_spline3, &
+    body_polyhedron, basis_fem, &
     kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
@@ -72,7 +72,7 @@ contains
     call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
     associate (m => analysis%method)
       method = '*METHOD, BASIS='//trim(basis_words(m%basis))
-      if (any(m%basis == [basis_standard, basis_spline2, basis_spline3])) method = method//', INTEGRATION='// &
+      if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
         trim(integration_words(m%integration))
       method = method//', KINEMATICS='//trim(kinematics_words(m%kinematics))
       if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))

@@ -2,7 +2,7 @@
 !> what is written.
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
-    moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, &
+    moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
@@ -91,8 +91,8 @@ contains
       allowed=bar_list(stabilisation_words), needs=not_fem)
     call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
-      real_text(grid_ghost_factor)//' for GHOST, '//real_text(ghost_factor)// &
-      ' for GHOST on elements', &
+      real_text(grid_ghost_factor)//' for GHOST, '//real_text(cubic_ghost_factor)// &
+      ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', &
       range='(0, 1]', needs=not_fem)
     call advise_method(table)
     call table%example('*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL')

@@ -11,6 +11,7 @@ module qsmpm_restart
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_model, only: model_type, state_type, progress_type
   use qsmpm_points, only: carried_type, points_type
+  use qsmpm_space, only: refresh_space
   implicit none
   private
 
@@ -158,7 +159,10 @@ contains
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_attribute(reader, '/mesh', 'plate', state%plate)
     call close_reader(reader, error)
-    if (.not. allocated(error)) model%state = state
+    if (allocated(error)) return
+    model%state = state
+    model%mesh%coordinates = state%coordinates
+    call refresh_space(model%space, model%mesh)
   end subroutine read_restart
 
   !> Note when the file is not one of this program or of this deck.

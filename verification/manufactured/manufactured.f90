@@ -266,7 +266,8 @@ contains
       if (dimension == 3) fixed = 'ALL'
       write (unit, '(a)') 'low_'//letter(a:a)//', '//fixed, 'high_'//letter(a:a)//', '//fixed
     end do
-    write (unit, '(a)') '*GRAVITY', '0, 0', '*CONTROLS, STEPS=1, NEWTON=FULL, MAX ITERATIONS=30', '*END PHASE'
+    write (unit, '(a)') '*GRAVITY', merge('0, 0   ', '0, 0, 0', dimension == 2)
+    write (unit, '(a)') '*CONTROLS, STEPS=1, NEWTON=FULL, MAX ITERATIONS=30', '*END PHASE'
     close (unit)
     call read_deck(deck, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)

@@ -39,6 +39,12 @@ program run_unit_tests
   use test_abaqus_reader, only: collect_abaqus_reader
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
+  use test_spline_axis, only: collect_spline_axis
+  use test_space, only: collect_space
+  use test_domains, only: collect_domains
+  use test_integration, only: collect_integration
+  use test_spline_ghost, only: collect_spline_ghost
+  use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
   use test_uniform_pressure, only: collect_uniform_pressure
   implicit none
@@ -93,6 +99,12 @@ program run_unit_tests
   call register('abaqus_reader', collect_abaqus_reader)
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
+  call register('spline_axis', collect_spline_axis)
+  call register('space', collect_space)
+  call register('domains', collect_domains)
+  call register('integration', collect_integration)
+  call register('spline_ghost', collect_spline_ghost)
+  call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
   call register('uniform_pressure', collect_uniform_pressure)
 
