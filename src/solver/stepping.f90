@@ -29,6 +29,9 @@ module qsmpm_stepping
   real(wp), parameter :: largest_drag = 1.0e12_wp
   !> Share of the largest move below which the drag may shrink, and above which a sub-step is refused.
   real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
+  !> A step driven by prescribed displacements gets drag only when it has been cut to this share of the
+  !> first one: a shorter step is the better help there.
+  real(wp), parameter :: last_resort = 0.3_wp
 
   !> How an attempt ended.
   type :: outcome_type
@@ -67,10 +70,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(solution_type) :: solution
-    logical :: load_controlled
+    logical :: with_drag
 
     before = model%state
-    load_controlled = .not. any(abs(model%loading%prescribed) > 0.0_wp)
+    with_drag = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
+      (.not. any(abs(model%loading%prescribed) > 0.0_wp) .or. &
+      (fraction - model%state%progress%fraction)*controls%steps <= last_resort)
     call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, static_limit(model, controls), &
       solution, error)
     if (allocated(error)) return
@@ -81,8 +86,7 @@ contains
       call note_failure(solution, outcome)
       record%rejected = record%rejected + 1
       outcome%hopeless = outcome%cause == error_singular .and. model%state%progress%step == 0
-      if (.not. (controls%proximal .and. load_controlled) .or. outcome%hopeless .or. &
-        model%analysis%method%basis == basis_fem) return
+      if (.not. with_drag .or. outcome%hopeless) return
       call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
       call creep(model, step, controls, fraction, record, outcome, error)
       if (allocated(error)) return
