@@ -137,6 +137,19 @@ def same_results(one: pathlib.Path, two: pathlib.Path) -> tuple[bool, str]:
     return True, ""
 
 
+def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int) -> int:
+    """Run the deck of a folder until its curves have some rows, end it by SIGTERM and tell the exit code."""
+    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.time() + LIMIT
+    while time.time() < deadline and process.poll() is None:
+        if (out / "curves.csv").exists() and len((out / "curves.csv").read_text().splitlines()) > rows:
+            break
+        time.sleep(0.005)
+    process.send_signal(signal.SIGTERM)
+    return process.wait(LIMIT)
+
+
 def interrupted(checks: Checks, folder: pathlib.Path) -> None:
     deck = block(factor=20, steps=400, method="STABILISATION=GHOST")
     whole = checks.run(folder, deck, out=folder / "whole")
@@ -148,15 +161,7 @@ def interrupted(checks: Checks, folder: pathlib.Path) -> None:
     same, why = same_results(folder / "whole", folder / "threads")
     checks.check("two threads give the bytes of one", threads.returncode == 0 and same, why)
     part = folder / "part"
-    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(part)],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    deadline = time.time() + LIMIT
-    while time.time() < deadline and process.poll() is None:
-        if (part / "curves.csv").exists() and len((part / "curves.csv").read_text().splitlines()) > 60:
-            break
-        time.sleep(0.005)
-    process.send_signal(signal.SIGTERM)
-    code = process.wait(LIMIT)
+    code = interrupt(checks, folder, part, 60)
     checks.check("SIGTERM ends with exit 143", code == 143, f"exit {code}")
     log = next(part.glob("*.log")).read_text().strip().splitlines()
     checks.check("an interrupted run does not say finished", log[-1] != "qsmpm: finished", log[-1])
@@ -176,6 +181,39 @@ def echo_runs(checks: Checks, folder: pathlib.Path) -> None:
     checks.run(other, text, out=other / "second")
     same, why = same_results(folder / "first", other / "second")
     checks.check("the echo deck runs and gives the same bytes", same, why)
+
+
+BASES = (("FEM", "BASIS=FEM", ""),
+         ("STANDARD on a moving mesh", "STABILISATION=GHOST", "*MOVING MESH, NSET=plate, AXIS=Y, BASE=0\n"),
+         ("GIMP", "BASIS=GIMP", ""),
+         ("SPLINE2 on a moving mesh", "BASIS=SPLINE2", "*MOVING MESH, NSET=plate, AXIS=Y, BASE=0\n"),
+         ("SPLINE2G CELL", "BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.05", ""),
+         ("SPLINE3 CELL", "BASIS=SPLINE3, INTEGRATION=CELL, KINEMATICS=JAUMANN", ""))
+
+
+def bases(checks: Checks, folder: pathlib.Path) -> None:
+    """Other bases and meshes that move: the echo deck, two threads and an interrupted and continued run all give the same bytes. The block
+    yields under a plate that covers a part of it, so that states, domains and kinks all count."""
+    for name, method, more in BASES:
+        here = folder / name.replace(" ", "_")
+        other = here / "echo"
+        other.mkdir(parents=True)
+        deck = block(strength="*MOHR COULOMB\n0.5, 30, 0\n", factor=0.5, steps=120, method=method,
+                     loads="*GRAVITY\n0, -1\n*PRESCRIBE\nplate, Y, -0.06\n")
+        deck = deck.replace("*MATERIAL", f"*NSET, NSET=plate, BOX\n0, 0.5, 1, 1\n{more}*FIELD, EVERY=20\n*MATERIAL", 1)
+        whole = checks.run(here, deck, out=here / "whole")
+        checks.check(f"{name}: the uninterrupted run ends well", whole.returncode == 0, whole.stderr[-300:])
+        checks.run(other, (here / "whole" / "case.echo.inp").read_text(), out=other / "out")
+        same, why = same_results(here / "whole", other / "out")
+        checks.check(f"{name}: the echo deck gives the same bytes", same, why)
+        checks.run(here, deck, "--threads", "2", out=here / "threads")
+        same, why = same_results(here / "whole", here / "threads")
+        checks.check(f"{name}: two threads give the bytes of one", same, why)
+        code = interrupt(checks, here, here / "part", 30)
+        rest = checks.run(here, deck, "--restart", str(here / "part" / "restart.h5"), out=here / "part")
+        same, why = same_results(here / "whole", here / "part")
+        checks.check(f"{name}: a restarted run gives the bytes of the uninterrupted one", code == 143 and rest.returncode == 0
+                     and same, f"exit {code}, then {rest.returncode}: {why} {rest.stderr[-300:]}")
 
 
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
@@ -201,7 +239,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, echo_runs, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, echo_runs, bases, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

@@ -10,8 +10,8 @@ module qsmpm_tensor
   implicit none
   private
 
-  public :: determinant, inverse, congruence, unpack_gradient, pack_gradient, unpack_symmetric, &
-    pack_symmetric, spectral
+  public :: determinant, inverse, cofactor, cross, congruence, unpack_gradient, pack_gradient, &
+    unpack_symmetric, pack_symmetric, spectral
 
   !> Number of gradient and of stress components for a dimension of 2 or 3.
   integer, parameter, public :: gradient_size(2:3) = [5, 9], stress_size(2:3) = [4, 6]
@@ -44,6 +44,26 @@ contains
       + a(1, 2)*(a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)) &
       + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
+
+  !> Cofactor matrix, det(a) a'^-1.
+  pure function cofactor(a) result(b)
+    !> Matrix (3,3).
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: b(3, 3)
+
+    b(:, 1) = cross(a(:, 2), a(:, 3))
+    b(:, 2) = cross(a(:, 3), a(:, 1))
+    b(:, 3) = cross(a(:, 1), a(:, 2))
+  end function cofactor
+
+  !> Cross product.
+  pure function cross(a, b) result(c)
+    !> Vectors (3).
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: c(3)
+
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
 
   !> Inverse, given the determinant, which must not be zero.
   pure function inverse(a, det) result(b)

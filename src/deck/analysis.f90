@@ -12,7 +12,7 @@ module qsmpm_analysis
 
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
-    traction_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
+    traction_type, support_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
     moving_mesh_type, initial_stress_type, output_request_type, source_line_type, usual_factor
 
   !> Kinds of model.
@@ -24,9 +24,10 @@ module qsmpm_analysis
     diagonal_alternate = 4
   !> How a node set, element set or surface is chosen.
   integer, parameter, public :: select_list = 1, select_box = 2, select_plane = 3, select_segment = 4, &
-    select_mesh = 5
+    select_mesh = 5, select_outline = 6
   !> How a body is bounded.
-  integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4
+  integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4, &
+    body_polyhedron = 5
   !> What the points see.
   integer, parameter, public :: basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
     basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
@@ -35,12 +36,18 @@ module qsmpm_analysis
   !> Kinematics of the law, and how the rate is integrated.
   integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+  !> Support of a surface: none, no motion along its normal, no motion.
+  integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
   !> Stabilisation of boundary cells.
   integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
+  !> Cure of volumetric locking of a material; auto is resolved by the model builder.
+  integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
   !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
-  !> of GIMP and splines (least error of the elastic column, docs/theory.md).
+  !> of GIMP and quadratic splines (least error of the elastic column, docs/theory.md), and of cubic
+  !> ones, whose jumps of third derivatives weigh (3!)^2 times as much: with 0.002 already the share
+  !> of a coarse block does not come below its bound.
   real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &
-    grid_ghost_factor = 2.0e-2_wp
+    grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
   !> Linear solvers.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
     solver_umfpack = 3, solver_mumps = 4
@@ -106,11 +113,16 @@ module qsmpm_analysis
     character(len=:), allocatable :: name
     type(source_line_type) :: where
     !> select_box: mesh faces inside the box; select_segment: straight segments in the x-y plane,
-    !> through all of z in 3D; select_mesh: a surface named by the mesh file.
+    !> through all of z in 3D; select_mesh: a surface named by the mesh file; select_outline: the
+    !> bounds of a body, or what of them is in the box.
     integer :: selection = select_box
     real(wp) :: box(3, 2) = 0.0_wp
     !> x1, y1, x2, y2 of each segment, (4,n).
     real(wp), allocatable :: segments(:, :)
+    !> Name of the body whose outline it is.
+    character(len=:), allocatable :: body
+    !> The box bounds the outline.
+    logical :: boxed = .false.
   end type surface_type
 
   !> A body of material, and how densely it is seeded.
@@ -123,6 +135,8 @@ module qsmpm_analysis
     real(wp), allocatable :: polygon(:, :)
     !> Element set of the mesh.
     character(len=:), allocatable :: region
+    !> STL file of a polyhedron: path relative to the working directory.
+    character(len=:), allocatable :: file
     !> Points per element; 0 asks for the element's default.
     integer :: points_per_element = 0
   end type body_type
@@ -142,6 +156,9 @@ module qsmpm_analysis
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Largest principal stress allowed; huge means no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
+    !> One of cure_*, and its factor; negative asks for the default of the mesh.
+    integer :: cure = cure_auto
+    real(wp) :: cure_factor = -1.0_wp
   end type material_type
 
   !> How the continuum is discretised.
@@ -175,13 +192,23 @@ module qsmpm_analysis
     real(wp) :: value = 0.0_wp
   end type prescription_type
 
-  !> Dead traction on a surface, per unit of load factor, force per undeformed area.
+  !> Load on a surface per unit of load factor: a dead traction, force per undeformed area, or a
+  !> pressure that follows area and normal.
   type :: traction_type
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
+    logical :: follows = .false.
     real(wp) :: vector(3) = 0.0_wp
+    real(wp) :: pressure = 0.0_wp
     integer :: carrier = carrier_surface
   end type traction_type
+
+  !> A surface held on the plane it lies in, wholly, or freed again.
+  type :: support_type
+    character(len=:), allocatable :: surface
+    type(source_line_type) :: where
+    integer :: kind = support_none
+  end type support_type
 
   !> Gravity per unit of load factor; multiplies the unit weight.
   type :: gravity_type
@@ -264,6 +291,7 @@ module qsmpm_analysis
     type(prescription_type), allocatable :: prescriptions(:)
     type(gravity_type) :: gravity
     type(traction_type), allocatable :: tractions(:)
+    type(support_type), allocatable :: supports(:)
     type(controls_type) :: controls
     type(hold_test_type) :: hold_test
     logical :: reset_displacements = .false.
@@ -313,7 +341,9 @@ contains
     case (stabilise_background)
       factor = background_factor
     case (stabilise_ghost)
-      factor = merge(ghost_factor, grid_ghost_factor, method%basis == basis_standard)
+      factor = grid_ghost_factor
+      if (method%basis == basis_spline3) factor = cubic_ghost_factor
+      if (method%basis == basis_standard) factor = ghost_factor
     case default
       factor = 0.0_wp
     end select

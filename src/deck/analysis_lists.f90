@@ -1,7 +1,7 @@
 !> Lists of an analysis that grow while the deck is read: put one more item at the end.
 module qsmpm_analysis_lists
   use qsmpm_analysis, only: set_type, surface_type, body_type, material_type, history_type, &
-    phase_type, fixity_type, prescription_type, traction_type
+    phase_type, fixity_type, prescription_type, traction_type, support_type
   implicit none
   private
 
@@ -18,6 +18,7 @@ module qsmpm_analysis_lists
     module procedure append_fixity
     module procedure append_prescription
     module procedure append_traction
+    module procedure append_support
   end interface append
 
 contains
@@ -174,4 +175,21 @@ contains
     longer(size(longer)) = item
     call move_alloc(longer, list)
   end subroutine append_traction
+
+  !> One more support.
+  pure subroutine append_support(list, item)
+    !> The list, allocated.
+    type(support_type), allocatable, intent(inout) :: list(:)
+    !> What is put at its end.
+    type(support_type), intent(in) :: item
+    type(support_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_support
 end module qsmpm_analysis_lists

@@ -1,11 +1,13 @@
 !> Cards of bodies and their points: *BODY, *POINTS.
 module qsmpm_deck_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: body_type, mesh_grid, mesh_inline, body_box, body_polygon, body_region
+  use qsmpm_analysis, only: body_type, mesh_grid, mesh_inline, body_box, body_polygon, body_region, &
+    body_polyhedron
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_outline_check, only: outline_problem
   use qsmpm_text, only: string_type, squeezed, integer_text
+  use qsmpm_path, only: directory_of, joined, absolute_path
   use qsmpm_messages, only: severity_error
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean, &
@@ -14,7 +16,7 @@ module qsmpm_deck_bodies
   use qsmpm_deck_sets, only: box_columns, read_box
   use qsmpm_analysis_lists, only: append
   use qsmpm_keyword_table, only: table_type, in_model, many, kind_word, kind_name, kind_integer, &
-    kind_real
+    kind_real, kind_file
   implicit none
   private
 
@@ -32,15 +34,19 @@ contains
     call table%parameter('NAME', kind_name, 'name of the body', required=.true.)
     call table%parameter('MATERIAL', kind_name, 'name of its material', required=.true.)
     call table%parameter('SHAPE', kind_word, 'ALL: the whole mesh. BOX. POLYGON: in the x-y '// &
-      'plane, through all of z. REGION: an element set', required=.true., &
+      'plane, through all of z. REGION: an element set. POLYHEDRON: a closed surface of '// &
+      'triangles in 3D, corners counter-clockwise seen from outside', required=.true., &
       allowed=bar_list(shape_words))
     call table%parameter('REGION', kind_name, 'element set', needs='SHAPE=REGION')
+    call table%parameter('INPUT', kind_file, 'STL file, ASCII or binary, relative to the deck', &
+      needs='SHAPE=POLYHEDRON')
     call table%data('box', 1, 1, when='SHAPE=BOX')
     call box_columns(table)
     call table%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON')
     call table%column('x', kind_real, 'coordinate')
     call table%column('y', kind_real, 'coordinate')
-    call table%example('*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1')
+    call table%example('*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1| '// &
+      '*BODY, NAME=dam, MATERIAL=clay, SHAPE=POLYHEDRON, INPUT=dam.stl')
 
     call table%add('POINTS', in_model, many, 'How densely bodies are filled with material '// &
       'points.', handle_points)
@@ -76,9 +82,30 @@ contains
       body%region = squeezed(card%value('REGION'))
       if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter '// &
         'REGION')
+    case (body_polyhedron)
+      call find_file(card, body, state)
     end select
     call append(state%analysis%bodies, body)
   end subroutine handle_body
+
+  !> The file of a polyhedron; it is read when the model is built.
+  subroutine find_file(card, body, state)
+    type(card_type), intent(in) :: card
+    type(body_type), intent(inout) :: body
+    type(deck_state_type), intent(inout) :: state
+    logical :: there
+
+    body%file = ''
+    if (state%dimension == 2) call state%fault(card, 'SHAPE=POLYHEDRON is for 3D models')
+    if (.not. card%has('INPUT')) then
+      call state%fault(card, 'SHAPE=POLYHEDRON wants the parameter INPUT')
+    else if (len(card%value('INPUT')) > 0) then
+      body%file = absolute_path(joined(directory_of(card%place%file), card%value('INPUT')))
+      inquire (file=body%file, exist=there)
+      if (.not. there) call state%fault(card, "there is no file '"// &
+        joined(directory_of(card%place%file), card%value('INPUT'))//"'")
+    end if
+  end subroutine find_file
 
   !> Vertices of a polygon, turned counter-clockwise.
   subroutine read_polygon(card, body, state)

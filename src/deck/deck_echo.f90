@@ -4,16 +4,16 @@ module qsmpm_deck_echo
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
-    select_plane, select_segment, body_box, body_polygon, body_region, basis_fem, basis_standard, &
-    basis_spline2, basis_spline3, &
-    kinematics_jaumann, stabilise_none, three_dimensional, quantity_stress, &
+    select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
+    body_polyhedron, basis_fem, &
+    kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_words, only: model_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, solver_words, quantity_words, answer_words
+    stabilisation_words, solver_words, quantity_words, answer_words, cure_words
   implicit none
   private
 
@@ -72,7 +72,7 @@ contains
     call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
     associate (m => analysis%method)
       method = '*METHOD, BASIS='//trim(basis_words(m%basis))
-      if (any(m%basis == [basis_standard, basis_spline2, basis_spline3])) method = method//', INTEGRATION='// &
+      if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
         trim(integration_words(m%integration))
       method = method//', KINEMATICS='//trim(kinematics_words(m%kinematics))
       if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))
@@ -200,6 +200,11 @@ contains
       do i = 1, size(surface%segments, 2)
         call echo%line(' '//numbers(surface%segments(:, i)))
       end do
+    case (select_outline)
+      text = text//trim(surface_words(4))//', BODY='//quoted(surface%body)
+      if (surface%boxed) text = text//', BOX'
+      call echo%line(text)
+      if (surface%boxed) call echo%line(box_line(surface%box, dimension))
     case default
       call echo%line(text//trim(surface_words(3)))
     end select
@@ -209,13 +214,17 @@ contains
   subroutine echo_material(echo, material)
     type(echo_type), intent(inout) :: echo
     type(material_type), intent(in) :: material
-    character(len=:), allocatable :: tensile
+    character(len=:), allocatable :: tensile, cure
 
     call echo%line('*MATERIAL, NAME='//quoted(material%name))
     call echo%line('*ELASTIC')
     call echo%line(' '//numbers([material%young, material%poisson]))
     call echo%line('*UNIT WEIGHT')
     call echo%line(' '//real_text(material%unit_weight))
+    cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))
+    if (material%cure /= cure_none .and. material%cure_factor > 0.0_wp) &
+      cure = cure//', FACTOR='//real_text(material%cure_factor)
+    call echo%line(cure)
     if (.not. material%mohr_coulomb) return
     tensile = 'NONE'
     if (material%tensile_strength < huge(1.0_wp)) tensile = real_text(material%tensile_strength)
@@ -236,6 +245,7 @@ contains
     text = '*BODY, NAME='//quoted(body%name)//', MATERIAL='//quoted(body%material)// &
       ', SHAPE='//trim(shape_words(body%kind))
     if (body%kind == body_region) text = text//', REGION='//quoted(body%region)
+    if (body%kind == body_polyhedron) text = text//', INPUT='//quoted(body%file)
     call echo%line(text)
     if (body%kind == body_box) call echo%line(box_line(body%box, dimension))
     if (body%kind == body_polygon) then

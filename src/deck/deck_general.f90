@@ -2,7 +2,7 @@
 !> what is written.
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
-    moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, &
+    moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
@@ -91,11 +91,32 @@ contains
       allowed=bar_list(stabilisation_words), needs=not_fem)
     call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
-      real_text(grid_ghost_factor)//' for GHOST, '//real_text(ghost_factor)// &
-      ' for GHOST on elements', &
+      real_text(grid_ghost_factor)//' for GHOST, '//real_text(cubic_ghost_factor)// &
+      ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', &
       range='(0, 1]', needs=not_fem)
-    call table%example('*METHOD, KINEMATICS=JAUMANN, RATE=PAPER, STABILISATION=NONE')
+    call advise_method(table)
+    call table%example('*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL')
   end subroutine add_method
+
+  !> What to choose for which scene; figures in docs/methods/choosing.md.
+  subroutine advise_method(table)
+    !> The table of keywords.
+    type(table_type), intent(inout) :: table
+
+    call table%advise('smooth elastic work', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell or '// &
+      'more: second order with a free surface; inside a filled region SPLINE3 with CELL and 16 points')
+    call table%advise('plastic flow, slopes', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell: '// &
+      'least locking, least creep; GIMP with 4 points is cheapest and never stopped, but stiffer')
+    call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
+      'pressure of a cell is then uniform by itself (*LOCKING CURE)')
+    call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP with *MOVING MESH')
+    call table%advise('unstructured meshes', 'BASIS=STANDARD, INTEGRATION=CELL on TRI6 with 12 '// &
+      'points or WEDGE15 with 18, STABILISATION=GHOST for accuracy, BACKGROUND for rough work')
+    call table%advise('bodies that do not fit the grid', 'a grid and BASIS=SPLINE2G with CELL; hold '// &
+      'the sides by *SUPPORT')
+    call table%advise('the method of 2008 as printed', 'KINEMATICS=JAUMANN, RATE=PAPER, '// &
+      'STABILISATION=NONE and *CONTROLS, NEWTON=MODIFIED, TOLERANCE=1e-2')
+  end subroutine advise_method
 
   !> Entries of *FIELD and *RESTART.
   subroutine add_output_keywords(table)

@@ -106,8 +106,24 @@ contains
     do i = 1, size(entry%data)
       text = text//newline//data_text(entry%data(i), bullet, quote)
     end do
+    if (allocated(entry%advice)) text = text//newline//'Which to choose:'//newline//newline// &
+      bulleted(entry%advice, bullet)
     text = text//newline//'Example:'//newline//newline//example_text(entry%example, quote)
   end function explanation
+
+  !> Lines with a bullet before each.
+  pure function bulleted(lines, bullet) result(text)
+    !> Lines, each with its end.
+    character(len=*), intent(in) :: lines, bullet
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = bullet
+    do i = 1, len(lines)
+      text = text//lines(i:i)
+      if (lines(i:i) == newline .and. i < len(lines)) text = text//bullet
+    end do
+  end function bulleted
 
   !> Where a card may stand and how often.
   pure function standing(entry) result(text)

@@ -4,9 +4,11 @@ module qsmpm_deck_materials
   use qsmpm_analysis, only: material_type
   use qsmpm_text, only: squeezed
   use qsmpm_cards, only: card_type, number_at, word_at
+  use qsmpm_deck_words, only: bar_list, position_of, cure_words
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_analysis_lists, only: append
-  use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many, kind_name, kind_real
+  use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many, kind_name, &
+    kind_real, kind_word
   implicit none
   private
 
@@ -14,7 +16,7 @@ module qsmpm_deck_materials
 
 contains
 
-  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *UNIT WEIGHT.
+  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *UNIT WEIGHT, *LOCKING CURE.
   subroutine add_material_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
@@ -47,7 +49,25 @@ contains
     call table%data('weight', 1, 1)
     call table%column('gamma', kind_real, 'weight per volume', range='[0, inf)')
     call table%example('*UNIT WEIGHT| 20')
+
+    call add_cure(table)
   end subroutine add_material_keywords
+
+  !> Entry of *LOCKING CURE.
+  subroutine add_cure(table)
+    type(table_type), intent(inout) :: table
+    type(material_type) :: material
+
+    call table%add('LOCKING CURE', in_material, once, 'Cure of volumetric locking: the points '// &
+      'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
+      'elasticity; it costs accuracy where the pressure varies smoothly.', handle_cure)
+    call table%parameter('TYPE', kind_word, 'AUTO: uniform pressure when nu is above 0.45 or '// &
+      'phi = 0, else none', default=trim(cure_words(material%cure)), allowed=bar_list(cure_words))
+    call table%parameter('FACTOR', kind_real, 'resistance to volume changes inside a cell over '// &
+      'the shear modulus; 0.5 on linear elements and 0.1 on others when not given', &
+      range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
+    call table%example('*LOCKING CURE, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
+  end subroutine add_cure
 
   !> *MATERIAL.
   subroutine handle_material(card, state)
@@ -109,6 +129,17 @@ contains
     if (sound(card)) state%analysis%materials(size(state%analysis%materials))%unit_weight = &
       number_at(card%rows(1), 1)
   end subroutine handle_unit_weight
+
+  !> *LOCKING CURE.
+  subroutine handle_cure(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    associate (material => state%analysis%materials(size(state%analysis%materials)))
+      material%cure = position_of(card%word('TYPE'), cure_words) - 1
+      if (card%has('FACTOR')) material%cure_factor = card%number('FACTOR')
+    end associate
+  end subroutine handle_cure
 
   !> Whether a card has a first data line to read.
   pure logical function sound(card)

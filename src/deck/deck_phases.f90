@@ -1,11 +1,12 @@
 !> Cards of phases: *PHASE, *END PHASE and what changes in a phase.
 module qsmpm_deck_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, fixity_type, prescription_type, traction_type, initial_k0
+  use qsmpm_analysis, only: phase_type, fixity_type, prescription_type, traction_type, support_type, &
+    initial_k0, support_normal
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type, row_type, number_at, word_at
   use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, initial_words, carrier_words, axis_words
+  use qsmpm_deck_words, only: bar_list, position_of, initial_words, carrier_words, support_words, axis_words
   use qsmpm_analysis_lists, only: append
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, anywhere, once, many, kind_word, &
     kind_name, kind_real
@@ -78,6 +79,22 @@ contains
     call add_vector(table, 't')
     call table%example('*TRACTION, SURFACE=top| 0, -10')
 
+    call table%add('PRESSURE', in_phase, many, 'Pressure on a surface per unit of load factor; it '// &
+      'follows area and normal of the surface.', handle_pressure)
+    call table%parameter('SURFACE', kind_name, 'the surface', required=.true.)
+    call table%data('pressure', 1, 1)
+    call table%column('p', kind_real, 'force per current area, positive against the body')
+    call table%example('*PRESSURE, SURFACE=wall| 50')
+
+    call table%add('SUPPORT', in_phase, many, 'Surface held at zero displacement wherever it '// &
+      'cuts the grid; stays until changed.', handle_support)
+    call table%parameter('SURFACE', kind_name, 'the surface; a plane one for TYPE=NORMAL', &
+      required=.true.)
+    call table%parameter('TYPE', kind_word, 'NORMAL: it slides on its plane, ALL: it sticks, '// &
+      'FREE: it is freed again', default=trim(support_words(support_normal)), &
+      allowed=bar_list(support_words))
+    call table%example('*SUPPORT, SURFACE=rock, TYPE=NORMAL')
+
     call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start '// &
       'of this phase.', handle_reset)
     call table%example('*RESET DISPLACEMENTS')
@@ -108,7 +125,8 @@ contains
     phase%name = squeezed(card%value('NAME'))
     phase%where = source_line(card%place)
     phase%load_factor = card%number('LOAD FACTOR')
-    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%hold_test%at(0))
+    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+      phase%hold_test%at(0))
     do i = 1, size(state%analysis%phases)
       if (state%analysis%phases(i)%name == phase%name .and. len(phase%name) > 0) &
         call state%fault(card, "there is already a phase '"//phase%name//"'")
@@ -226,6 +244,36 @@ contains
     end associate
   end subroutine handle_gravity
 
+  !> *PRESSURE.
+  subroutine handle_pressure(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(traction_type) :: traction
+
+    traction%follows = .true.
+    if (size(card%rows) > 0) traction%pressure = number_at(card%rows(1), 1)
+    call add_surface_load(card, traction, state)
+  end subroutine handle_pressure
+
+  !> *SUPPORT.
+  subroutine handle_support(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(support_type) :: support
+    integer :: i
+
+    associate (phase => state%analysis%phases(size(state%analysis%phases)))
+      support%surface = squeezed(card%value('SURFACE'))
+      support%where = source_line(card%place)
+      support%kind = position_of(card%word('TYPE'), support_words) - 1
+      do i = 1, size(phase%supports)
+        if (phase%supports(i)%surface == support%surface) call state%fault(card, &
+          "surface '"//support%surface//"' has a support in this phase already")
+      end do
+      call append(phase%supports, support)
+    end associate
+  end subroutine handle_support
+
   !> *TRACTION.
   subroutine handle_traction(card, state)
     type(card_type), intent(in) :: card
@@ -233,18 +281,29 @@ contains
     type(traction_type) :: traction
     integer :: i
 
+    traction%carrier = position_of(card%word('CARRIER'), carrier_words)
+    if (size(card%rows) > 0) traction%vector = [(number_at(card%rows(1), i), i=1, 3)]
+    call add_surface_load(card, traction, state)
+  end subroutine handle_traction
+
+  !> A traction or a pressure: one a surface and phase.
+  subroutine add_surface_load(card, traction, state)
+    type(card_type), intent(in) :: card
+    !> The load; its surface is taken from the card.
+    type(traction_type), intent(inout) :: traction
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
     associate (phase => state%analysis%phases(size(state%analysis%phases)))
       traction%surface = squeezed(card%value('SURFACE'))
       traction%where = source_line(card%place)
-      traction%carrier = position_of(card%word('CARRIER'), carrier_words)
       do i = 1, size(phase%tractions)
         if (phase%tractions(i)%surface == traction%surface) call state%fault(card, &
           "surface '"//traction%surface//"' has a traction in this phase already")
       end do
-      if (size(card%rows) > 0) traction%vector = [(number_at(card%rows(1), i), i=1, 3)]
       call append(phase%tractions, traction)
     end associate
-  end subroutine handle_traction
+  end subroutine add_surface_load
 
   !> *RESET DISPLACEMENTS.
   subroutine handle_reset(card, state)

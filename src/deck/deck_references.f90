@@ -2,8 +2,8 @@
 !> exist, materials that are complete.
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, set_type, source_line_type, &
-    quantity_reaction, initial_k0
+  use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
+    source_line_type, quantity_reaction, initial_k0
   use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
@@ -172,7 +172,7 @@ contains
     end associate
   end subroutine check_node_sets
 
-  !> Surfaces of tractions; they are named in the deck always.
+  !> Surfaces of tractions and supports; they are named in the deck always.
   subroutine check_surfaces(state)
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: names(:)
@@ -181,15 +181,43 @@ contains
     allocate (names(0))
     do i = 1, size(state%analysis%surfaces)
       call add_name(names, state%analysis%surfaces(i)%name)
+      if (state%analysis%surfaces(i)%selection == select_outline) call check_outline(state, i)
     end do
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%tractions)
         associate (traction => state%analysis%phases(p)%tractions(i))
-          call check_name(state, traction%surface, names, traction%where, 'TRACTION', 'surface')
+          call check_name(state, traction%surface, names, traction%where, &
+            trim(merge('PRESSURE', 'TRACTION', traction%follows)), 'surface')
+        end associate
+      end do
+      do i = 1, size(state%analysis%phases(p)%supports)
+        associate (support => state%analysis%phases(p)%supports(i))
+          call check_name(state, support%surface, names, support%where, 'SUPPORT', 'surface')
         end associate
       end do
     end do
   end subroutine check_surfaces
+
+  !> The body of an outline exists and has one.
+  subroutine check_outline(state, number)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the surface.
+    integer, intent(in) :: number
+    type(string_type), allocatable :: names(:)
+    integer :: i
+
+    allocate (names(0))
+    associate (surface => state%analysis%surfaces(number))
+      do i = 1, size(state%analysis%bodies)
+        call add_name(names, state%analysis%bodies(i)%name)
+        if (state%analysis%bodies(i)%name /= surface%body .or. len(surface%body) == 0) cycle
+        if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%fault_from( &
+          surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
+          'for the shapes BOX, POLYGON and POLYHEDRON')
+      end do
+      call check_name(state, surface%body, names, surface%where, 'SURFACE', 'body')
+    end associate
+  end subroutine check_outline
 
   !> No phase both holds and moves the same component of a set.
   subroutine check_prescriptions(state)
@@ -220,13 +248,13 @@ contains
     held = .false.
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        held = held .or. size(phase%fixities) + size(phase%prescriptions) > 0
+        held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
       end associate
     end do
     if (.not. held .and. size(state%analysis%phases) > 0) &
-      call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX or '// &
-      '*PRESCRIBE: nothing holds the model')
+      call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
+      '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
 end module qsmpm_deck_references

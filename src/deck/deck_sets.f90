@@ -2,7 +2,7 @@
 module qsmpm_deck_sets
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: set_type, surface_type, select_list, select_box, select_plane, &
-    select_segment, select_mesh
+    select_segment, select_mesh, select_outline
   use qsmpm_text, only: squeezed
   use qsmpm_cards, only: card_type, row_type, number_at, whole_at
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -47,8 +47,11 @@ contains
       'tractions.', handle_surface)
     call table%parameter('NAME', kind_name, 'name of the surface', required=.true.)
     call table%parameter('TYPE', kind_word, 'BOX: element faces in a box. SEGMENT: straight '// &
-      'lines in a plane model. MESH: the surface of this name in the mesh file', &
+      'lines in a plane model, the body to their left. MESH: the surface of this name in the '// &
+      'mesh file. OUTLINE: the bounds of a body (BOX, POLYGON, POLYHEDRON), also inside elements', &
       default=trim(surface_words(1)), allowed=bar_list(surface_words))
+    call table%parameter('BODY', kind_name, 'the body', needs='TYPE=OUTLINE')
+    call table%parameter('BOX', kind_flag, 'what of the outline is in a box', needs='TYPE=OUTLINE')
     call table%data('box', 1, 1, when='TYPE=BOX')
     call box_columns(table)
     call table%data('segments', 1, huge(1), when='TYPE=SEGMENT')
@@ -56,7 +59,10 @@ contains
     call table%column('y1', kind_real, 'start')
     call table%column('x2', kind_real, 'end')
     call table%column('y2', kind_real, 'end')
-    call table%example('*SURFACE, NAME=top, TYPE=SEGMENT| 0, 1, 2, 1')
+    call table%data('box', 1, 1, when='BOX')
+    call box_columns(table)
+    call table%example('*SURFACE, NAME=top, TYPE=SEGMENT| 2, 1, 0, 1|'// &
+      '*SURFACE, NAME=face, TYPE=OUTLINE, BODY=slope, BOX| 3, 4, 0, 1')
   end subroutine add_set_keywords
 
   !> Parameters of sets given by labels or a box.
@@ -227,6 +233,12 @@ contains
       call read_segments(card, surface, state)
     case ('MESH')
       surface%selection = select_mesh
+    case ('OUTLINE')
+      surface%selection = select_outline
+      surface%body = squeezed(card%value('BODY'))
+      surface%boxed = card%has('BOX')
+      if (.not. card%has('BODY')) call state%fault(card, 'TYPE=OUTLINE wants the parameter BODY')
+      if (surface%boxed) call read_box(card, .false., surface%box, state)
     end select
     call append(state%analysis%surfaces, surface)
   end subroutine handle_surface

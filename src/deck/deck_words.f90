@@ -6,7 +6,7 @@ module qsmpm_deck_words
 
   public :: bar_list, position_of
 
-  integer, parameter :: n = 13
+  integer, parameter :: n = 16
   character(len=n), parameter, public :: model_words(3) = [character(len=n) :: &
     'PLANE STRAIN', 'AXISYMMETRIC', '3D']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
@@ -17,10 +17,10 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
   character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &
     'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
-  character(len=n), parameter, public :: surface_words(3) = [character(len=n) :: &
-    'BOX', 'SEGMENT', 'MESH']
-  character(len=n), parameter, public :: shape_words(4) = [character(len=n) :: &
-    'ALL', 'BOX', 'POLYGON', 'REGION']
+  character(len=n), parameter, public :: surface_words(4) = [character(len=n) :: &
+    'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
+  character(len=n), parameter, public :: shape_words(5) = [character(len=n) :: &
+    'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
   character(len=n), parameter, public :: basis_words(6) = [character(len=n) :: &
     'STANDARD', 'FEM', 'GIMP', 'SPLINE2', 'SPLINE3', 'SPLINE2G']
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
@@ -32,11 +32,17 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
     'NONE', 'BACKGROUND', 'GHOST']
   !> From 0.
+  character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
+    'NONE', 'AUTO', 'UNIFORM PRESSURE']
+  !> From 0.
   character(len=n), parameter, public :: solver_words(0:4) = [character(len=n) :: &
     'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS']
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
+  !> From 0.
+  character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: &
+    'FREE', 'NORMAL', 'ALL']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
     'POINTS']
   character(len=n), parameter, public :: quantity_words(4) = [character(len=n) :: &

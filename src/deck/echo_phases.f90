@@ -3,7 +3,7 @@ module qsmpm_echo_phases
   use qsmpm_analysis, only: phase_type, controls_type, fixity_type, initial_k0
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
-  use qsmpm_deck_words, only: initial_words, carrier_words, axis_words, newton_words, answer_words
+  use qsmpm_deck_words, only: initial_words, carrier_words, support_words, axis_words, newton_words, answer_words
   implicit none
   private
 
@@ -46,6 +46,10 @@ contains
     do i = 1, size(phase%fixities)
       call echo%line(' '//quoted(phase%fixities(i)%set)//components(phase%fixities(i)))
     end do
+    do i = 1, size(phase%supports)
+      call echo%line('*SUPPORT, SURFACE='//quoted(phase%supports(i)%surface)//', TYPE='// &
+        trim(support_words(phase%supports(i)%kind)))
+    end do
     if (size(phase%prescriptions) > 0) call echo%line('*PRESCRIBE')
     do i = 1, size(phase%prescriptions)
       associate (prescription => phase%prescriptions(i))
@@ -82,9 +86,14 @@ contains
     end if
     do i = 1, size(phase%tractions)
       associate (traction => phase%tractions(i))
-        call echo%line('*TRACTION, SURFACE='//quoted(traction%surface)//', CARRIER='// &
-          trim(carrier_words(traction%carrier)))
-        call echo%line(' '//numbers(traction%vector(:dimension)))
+        if (traction%follows) then
+          call echo%line('*PRESSURE, SURFACE='//quoted(traction%surface))
+          call echo%line(' '//real_text(traction%pressure))
+        else
+          call echo%line('*TRACTION, SURFACE='//quoted(traction%surface)//', CARRIER='// &
+            trim(carrier_words(traction%carrier)))
+          call echo%line(' '//numbers(traction%vector(:dimension)))
+        end if
       end associate
     end do
   end subroutine echo_loads

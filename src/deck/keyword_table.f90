@@ -64,6 +64,8 @@ module qsmpm_keyword_table
   !> A keyword.
   type :: keyword_type
     character(len=:), allocatable :: name, sentence, example
+    !> Choices by scene, one a line; unallocated where there is nothing to choose.
+    character(len=:), allocatable :: advice
     integer :: section = in_model
     integer :: times = once
     type(item_type), allocatable :: parameters(:)
@@ -81,6 +83,7 @@ module qsmpm_keyword_table
     procedure :: data
     procedure :: column
     procedure :: example
+    procedure :: advise
     procedure :: find
     procedure :: names
   end type table_type
@@ -239,6 +242,18 @@ contains
     end do
     self%keywords(self%count)%example = shown
   end subroutine example
+
+  !> Say what to choose for a scene.
+  subroutine advise(self, scene, choice)
+    class(table_type), intent(inout) :: self
+    !> Kind of scene, and what is best for it and why.
+    character(len=*), intent(in) :: scene, choice
+
+    associate (entry => self%keywords(self%count))
+      if (.not. allocated(entry%advice)) entry%advice = ''
+      entry%advice = entry%advice//scene//': '//choice//new_line('a')
+    end associate
+  end subroutine advise
 
   !> What parameters and columns share.
   pure subroutine make_item(item, name, kind, sentence, allowed, range)

@@ -56,6 +56,7 @@ contains
     law%state_count = 0
     law%symmetric = .false.
     law%stiffness_scale = model%young
+    law%shear_scale = model%shear
   end subroutine make_jaumann_law
 
   !> The law has no state beside the stress: state_count is 0 and nothing is set.

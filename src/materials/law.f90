@@ -60,6 +60,8 @@ module qsmpm_law
     logical :: symmetric = .false.
     !> Young's modulus that scales stabilisation terms.
     real(wp) :: stiffness_scale = 0.0_wp
+    !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
+    real(wp) :: shear_scale = 0.0_wp
     !> Share of the elastic tangent blended into the consistent one, about 1e-3; 0 gives the
     !> exact one.
     real(wp) :: elastic_blend = 0.0_wp
@@ -79,6 +81,9 @@ module qsmpm_law
   !> One law; an array of these is the model's materials.
   type :: law_slot_type
     class(law_type), allocatable :: law
+    !> Resistance to volume changes inside a group of uniform pressure, as a share of the law's shear
+    !> modulus; 0 where the pressure of every point is its own.
+    real(wp) :: pressure_factor = 0.0_wp
   end type law_slot_type
 
   abstract interface

@@ -62,6 +62,7 @@ contains
     law%state_count = stress_size(dimension)
     law%symmetric = model%associated_flow
     law%stiffness_scale = model%young
+    law%shear_scale = model%shear
   end subroutine make_logarithmic_law
 
   !> b_e that holds a given Cauchy stress at volume ratio 1.

@@ -7,6 +7,7 @@
 !> mesh the touching cell takes it. The search walks over the most violated face and falls back to
 !> looking at all cells where a walk meets the outside of a non-convex mesh.
 module qsmpm_mesh_search
+  use qsmpm_tensor, only: cross
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_functions, shape_gradients, inside_distance, local_centre, &
     face_count, corner_count, linear_kind, max_faces
@@ -91,15 +92,6 @@ contains
     ok = abs(determinant) > 1.0e-14_wp*scale
     if (ok) x = x/determinant
   end subroutine solve_small
-
-  !> Cross product.
-  pure function cross(a, b) result(c)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: c(3)
-
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
-
   !> Owner cell of a place.
   subroutine locate(mesh, x, cell, local, found)
     !> The mesh.

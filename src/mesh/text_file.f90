@@ -46,7 +46,7 @@ contains
       close (unit)
     end if
     if (status /= 0) then
-      call fail(error, error_deck, "cannot read the mesh file '"//path//"'")
+      call fail(error, error_deck, "cannot read the file '"//path//"'")
     else if (index(file%bytes, mark) == 1) then
       file%place = 4
     end if

@@ -11,13 +11,14 @@ module qsmpm_restart
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_model, only: model_type, state_type, progress_type
   use qsmpm_points, only: carried_type, points_type
+  use qsmpm_space, only: refresh_space
   implicit none
   private
 
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 2
+  integer, parameter :: layout = 3
 
 contains
 
@@ -61,6 +62,8 @@ contains
     call put_carried(image, '/surface', model%state%surface)
     call put_array(image, '/surface/surface', model%state%surface%surface)
     call put_array(image, '/surface/area', model%state%surface%area)
+    call put_array(image, '/surface/area_vector', model%state%surface%area_vector)
+    call put_array(image, '/surface/normal', model%state%surface%normal)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_group(image, '/mesh')
     call put_array(image, '/mesh/coordinates', model%state%coordinates)
@@ -149,12 +152,17 @@ contains
     call get_carried(reader, '/surface', state%surface)
     call get_array(reader, '/surface/surface', state%surface%surface)
     call get_array(reader, '/surface/area', state%surface%area)
+    call get_array(reader, '/surface/area_vector', state%surface%area_vector)
+    call get_array(reader, '/surface/normal', state%surface%normal)
     call get_carried(reader, '/tracers', state%tracers)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_attribute(reader, '/mesh', 'plate', state%plate)
     call close_reader(reader, error)
-    if (.not. allocated(error)) model%state = state
+    if (allocated(error)) return
+    model%state = state
+    model%mesh%coordinates = state%coordinates
+    call refresh_space(model%space, model%mesh)
   end subroutine read_restart
 
   !> Note when the file is not one of this program or of this deck.

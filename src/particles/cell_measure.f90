@@ -7,7 +7,7 @@ module qsmpm_cell_measure
   implicit none
   private
 
-  public :: measure_at, cell_volumes
+  public :: measure_at, cell_volumes, volume_of
 
 contains
 
@@ -56,4 +56,22 @@ contains
       end do
     end do
   end subroutine cell_volumes
+
+  !> Volume of a cell by its full rule.
+  pure real(wp) function volume_of(mesh, axisymmetric, cell) result(volume)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes and areas per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp), allocatable :: places(:, :), weights(:)
+    integer :: k
+
+    call full_rule(mesh%cell_kind(cell), places, weights)
+    volume = 0.0_wp
+    do k = 1, size(weights)
+      volume = volume + weights(k)*measure_at(mesh, axisymmetric, cell, places(:, k))
+    end do
+  end function volume_of
 end module qsmpm_cell_measure

@@ -10,7 +10,8 @@ module qsmpm_points
   implicit none
   private
 
-  public :: carried_type, points_type, surface_points_type, allocate_carried, allocate_points
+  public :: carried_type, points_type, surface_points_type
+  public :: allocate_carried, allocate_points, allocate_surface_points, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -36,7 +37,8 @@ module qsmpm_points
     real(wp), allocatable :: state(:, :)
     !> 1 where the point yielded in the last step.
     integer, allocatable :: plastic(:)
-    !> Half lengths of the point's domain along the axes at the start (dimension, count).
+    !> Half lengths along the axes of the box a point stood for at the start (dimension, count): half
+    !> the piece of a regular pattern, else shaped like its cell with its volume. Never changed.
     real(wp), allocatable :: half_size(:, :)
     !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
     real(wp), allocatable :: deformation_gradient(:, :)
@@ -47,6 +49,11 @@ module qsmpm_points
     !> Surface number and undeformed area (per radian in axisymmetry) of each.
     integer, allocatable :: surface(:)
     real(wp), allocatable :: area(:)
+    !> Outward unit normal times present area (dimension, count).
+    real(wp), allocatable :: area_vector(:, :)
+    !> Unit normal when the support of the surface began (dimension, count); the place then is the
+    !> initial position.
+    real(wp), allocatable :: normal(:, :)
   end type surface_points_type
 
 contains
@@ -66,7 +73,7 @@ contains
     allocate (carried%cell(count), source=0)
   end subroutine allocate_carried
 
-  !> Allocate material points, unstressed.
+  !> Allocate material points, unstressed and undeformed.
   pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
     !> The material points.
     type(points_type), intent(out) :: points
@@ -88,4 +95,35 @@ contains
     allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
       source=0.0_wp)
   end subroutine allocate_points
+
+  !> Allocate surface points of no area.
+  pure subroutine allocate_surface_points(surface, dimension, count)
+    !> The surface points.
+    type(surface_points_type), intent(out) :: surface
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of surface points.
+    integer, intent(in) :: count
+
+    call allocate_carried(surface, dimension, count)
+    allocate (surface%surface(count), source=0)
+    allocate (surface%area(count), source=0.0_wp)
+    allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), source=0.0_wp)
+  end subroutine allocate_surface_points
+
+  !> Take the present place and normal of surface points for those at which their support begins.
+  pure subroutine set_normals(surface, chosen)
+    !> The surface points.
+    type(surface_points_type), intent(inout) :: surface
+    !> Which of them (count).
+    logical, intent(in) :: chosen(:)
+    integer :: i
+
+    do i = 1, surface%count
+      if (.not. chosen(i)) cycle
+      surface%initial_position(:, i) = surface%position(:, i)
+      surface%normal(:, i) = surface%area_vector(:, i) &
+        /max(norm2(surface%area_vector(:, i)), tiny(1.0_wp))
+    end do
+  end subroutine set_normals
 end module qsmpm_points

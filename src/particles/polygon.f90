@@ -53,21 +53,25 @@ contains
     end if
   end function polygon_centroid
 
-  !> True when a point is inside (even-odd rule).
+  !> True when a point is inside (even-odd rule). A point on an edge shared by two polygons is in
+  !> exactly one of them: an edge is crossed at the same place whichever way it is passed.
   pure function polygon_contains(vertices, x) result(inside)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: vertices(:, :)
     !> Point (2).
     real(wp), intent(in) :: x(2)
     logical :: inside
+    real(wp) :: below(2), above(2)
     integer :: i, j
 
     inside = .false.
     j = size(vertices, 2)
     do i = 1, size(vertices, 2)
       if ((vertices(2, i) > x(2)) .neqv. (vertices(2, j) > x(2))) then
-        if (x(1) < vertices(1, i) + (vertices(1, j) - vertices(1, i))*(x(2) - vertices(2, i)) &
-          /(vertices(2, j) - vertices(2, i))) inside = .not. inside
+        below = merge(vertices(:, i), vertices(:, j), vertices(2, i) < vertices(2, j))
+        above = merge(vertices(:, j), vertices(:, i), vertices(2, i) < vertices(2, j))
+        if (x(1) < below(1) + (above(1) - below(1))*(x(2) - below(2))/(above(2) - below(2))) &
+          inside = .not. inside
       end if
       j = i
     end do

@@ -1,16 +1,22 @@
 !> Seeding bodies with material points, element by element (paper, section 3.1).
 !>
-!> A cell wholly inside a body gets the pattern of its element. A cell that the body's boundary cuts
+!> A cell wholly inside a body gets the pattern of its element. In a quadrilateral or brick that the
+!> body's boundary cuts, the body is cut into the sub-cells of the pattern and each piece gets a point
+!> at its centroid, so that volume and first moment of the body are kept. Any other cell that is cut
 !> gets the points of the pattern that lie inside, their volumes scaled so that together they hold
 !> exactly the body's part of the cell; a sliver that catches none gets one point at its centroid.
-!> The part is exact for straight-sided plane cells and for prisms and bricks that stand along z;
-!> for other 3D cells it is counted on a fine subdivision.
 module qsmpm_seeding
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions
+  use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions, local_centre
+  use qsmpm_element_kinds, only: quad4, quad8, hex8, hex20, max_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_cell_measure, only: measure_at
-  use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_contains, clip_by_convex
+  use qsmpm_cell_measure, only: measure_at, volume_of
+  use qsmpm_body_shape, only: body_shape_type, shape_contains, is_unbounded
+  use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of
+  use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
+  use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
+  use qsmpm_polyhedron, only: polyhedron_type
+  use qsmpm_seed_list, only: seed_list_type, add_seed
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_error, only: error_type, fail, error_deck
@@ -19,25 +25,25 @@ module qsmpm_seeding
 
   public :: body_shape_type, seed_list_type, seed_body, add_seed
 
-  !> What bounds a body.
-  type :: body_shape_type
-    !> Vertices of the outline in the x-y plane, counter-clockwise (2,n); unallocated: no outline.
-    real(wp), allocatable :: outline(:, :)
-    !> Limits along z.
-    real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
-    !> Cells the body may occupy (cell_count); unallocated: all.
-    logical, allocatable :: region(:)
-  end type body_shape_type
+  !> Share of a cell below which it counts as empty; it counts as whole when as little is missing:
+  !> coordinates of a deck that miss a grid line by their last digits make no cut.
+  real(wp), parameter :: nothing = 1.0e-9_wp
+  !> A piece below this share of a sub-cell is merged into a neighbour.
+  real(wp), parameter :: smallest_piece = 1.0e-3_wp
+  !> Deviation from a parallelogram, as a share of the size of a cell, that is rounding.
+  real(wp), parameter :: straight = 1.0e-12_wp
 
-  !> Growing list of seeds.
-  type :: seed_list_type
-    integer :: count = 0
-    integer, allocatable :: cell(:), body(:)
-    real(wp), allocatable :: local(:, :), volume(:)
-  end type seed_list_type
-
-  !> Parts of a cell below and above which it counts as empty and whole.
-  real(wp), parameter :: nothing = 1.0e-9_wp, everything = 1.0_wp - 1.0e-9_wp
+  !> Pattern of an element kind.
+  type :: pattern_type
+    !> Element kind it is for.
+    integer :: kind = 0
+    !> Local coordinates (dimension, n).
+    real(wp), allocatable :: places(:, :)
+    !> Weights (n).
+    real(wp), allocatable :: weights(:)
+    !> Sub-cells a direction of a regular pattern; 0 for any other.
+    integer :: sub_cells = 0
+  end type pattern_type
 
 contains
 
@@ -57,268 +63,302 @@ contains
     logical, intent(in) :: gauss
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    !> A number of points the element does not know.
+    !> A number of points the element does not know, or a cut cell in FEM.
     type(error_type), allocatable, intent(out) :: error
-    real(wp), allocatable :: places(:, :), weights(:)
-    real(wp) :: share, centre(3)
-    integer :: c, kind
+    type(pattern_type) :: pattern
+    type(polyhedron_type) :: solid
+    real(wp) :: share, centre(3), rounding
+    integer :: c
 
-    kind = 0
+    call solid_of(mesh, shape, solid)
     do c = 1, mesh%cell_count
       if (allocated(shape%region)) then
         if (.not. shape%region(c)) cycle
       end if
-      call occupied_share(mesh, shape, c, share, centre)
-      if (share <= nothing) cycle
-      if (mesh%cell_kind(c) /= kind) then
-        kind = mesh%cell_kind(c)
-        if (gauss .and. points_per_element == 0) then
-          call full_rule(kind, places, weights)
-        else
-          call seed_rule(kind, points_per_element, places, weights, error)
-          if (allocated(error)) return
-        end if
-      end if
-      if (share >= everything) then
-        call seed_cell(mesh, axisymmetric, c, body, places, weights, list)
-      else if (gauss) then
+      call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
+      rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
+      if (share <= rounding) cycle
+      call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, pattern, error)
+      if (allocated(error)) return
+      if (gauss .and. share < 1.0_wp - rounding) then
         call fail(error, error_deck, 'BASIS=FEM needs a body that ends on mesh lines, '// &
           'but its boundary cuts through an element')
         return
+      end if
+      if (share >= 1.0_wp - rounding .and. pattern_fits(mesh, c, pattern)) then
+        call seed_cell(mesh, axisymmetric, c, body, pattern, list)
+      else if (pattern%sub_cells > 0) then
+        call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
       else
-        call seed_cut_cell(mesh, axisymmetric, shape, c, body, share, centre, places, weights, list)
+        call seed_cut_cell(mesh, axisymmetric, shape, c, body, share, centre, pattern, list)
       end if
     end do
   end subroutine seed_body
 
-  !> The whole pattern.
-  subroutine seed_cell(mesh, axisymmetric, cell, body, places, weights, list)
+  !> Least length of a cell along an axis.
+  pure real(wp) function least_extent(mesh, cell) result(extent)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
-    integer, intent(in) :: cell, body
-    !> Local coordinates and weights of the pattern.
-    real(wp), intent(in) :: places(:, :), weights(:)
-    !> The seeds.
-    type(seed_list_type), intent(inout) :: list
-    integer :: k
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: corners(mesh%dimension, corner_count(mesh%cell_kind(cell)))
 
-    do k = 1, size(weights)
-      call add_seed(list, cell, body, places(:, k), &
-        weights(k)*measure_at(mesh, axisymmetric, cell, places(:, k)))
-    end do
-  end subroutine seed_cell
+    corners = corners_of(mesh, cell)
+    extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
+  end function least_extent
 
-  !> The points of the pattern inside the body, with the body's share of the cell's volume.
-  subroutine seed_cut_cell(mesh, axisymmetric, shape, cell, body, share, centre, places, weights, list)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Volumes and areas per radian.
-    logical, intent(in) :: axisymmetric
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    integer, intent(in) :: cell, body
-    !> Share of the cell, and centroid of the occupied part.
-    real(wp), intent(in) :: share, centre(3)
-    !> Local coordinates of the pattern (dimension, n).
-    real(wp), intent(in) :: places(:, :), weights(:)
-    !> The seeds.
-    type(seed_list_type), intent(inout) :: list
-    real(wp) :: volume(size(weights)), local(size(places, 1))
-    logical :: inside(size(weights)), ok
-    integer :: k
+  !> The pattern of an element kind.
+  pure subroutine choose_pattern(kind, count, gauss, pattern, error)
+    !> Element kind.
+    integer, intent(in) :: kind
+    !> Points of an element, 0 for the default.
+    integer, intent(in) :: count
+    !> The Gauss rule of a full cell, when the number is the default.
+    logical, intent(in) :: gauss
+    !> In: the pattern of the cell before.
+    type(pattern_type), intent(inout) :: pattern
+    !> A number of points the element does not know.
+    type(error_type), allocatable, intent(out) :: error
 
-    do k = 1, size(weights)
-      volume(k) = weights(k)*measure_at(mesh, axisymmetric, cell, places(:, k))
-      inside(k) = contains_place(mesh, shape, cell, places(:, k))
-    end do
-    if (any(inside)) then
-      do k = 1, size(weights)
-        if (inside(k)) call add_seed(list, cell, body, places(:, k), &
-          volume(k)*share*sum(volume)/sum(volume, mask=inside))
-      end do
-    else
-      call inverse_map(mesh, cell, centre(:mesh%dimension), local, ok)
-      if (ok) call add_seed(list, cell, body, local, share*sum(volume))
+    if (kind == pattern%kind) return
+    pattern%kind = kind
+    pattern%sub_cells = 0
+    if (gauss .and. count == 0) then
+      call full_rule(kind, pattern%places, pattern%weights)
+      return
     end if
-  end subroutine seed_cut_cell
+    call seed_rule(kind, count, pattern%places, pattern%weights, error)
+    if (allocated(error) .or. gauss) return
+    select case (kind)
+    case (quad4, quad8)
+      pattern%sub_cells = nint(sqrt(real(size(pattern%weights), wp)))
+    case (hex8, hex20)
+      pattern%sub_cells = nint(real(size(pattern%weights), wp)**(1.0_wp/3.0_wp))
+    end select
+  end subroutine choose_pattern
 
-  !> True when a place of a cell lies inside the body.
-  pure function contains_place(mesh, shape, cell, local) result(inside)
+  !> True when the places of the pattern are the centroids of what they stand for: not so for a
+  !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
+  pure logical function pattern_fits(mesh, cell, pattern) result(fits)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Local coordinates (dimension).
-    real(wp), intent(in) :: local(:)
-    logical :: inside
-    real(wp) :: x(3), functions(20)
-    integer :: n
-
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
-    x = 0.0_wp
-    x(:mesh%dimension) = interpolate(mesh, cell, functions(:n), mesh%coordinates)
-    inside = .true.
-    if (allocated(shape%outline)) inside = polygon_contains(shape%outline, x(:2))
-    if (mesh%dimension == 3) inside = inside .and. x(3) >= shape%low .and. x(3) <= shape%high
-  end function contains_place
-
-  !> Share of a cell that a body occupies, and the centroid of that part.
-  subroutine occupied_share(mesh, shape, cell, share, centre)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp), intent(out) :: share, centre(3)
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
     real(wp), allocatable :: base(:, :)
     real(wp) :: low, high
     logical :: upright
 
-    share = 1.0_wp
-    centre = 0.0_wp
-    if (.not. allocated(shape%outline) .and. shape%high >= huge(1.0_wp) &
-      .and. shape%low <= -huge(1.0_wp)) return
-    call upright_prism(mesh, cell, base, low, high, upright)
-    if (upright) then
-      call share_of_prism(shape, base, low, high, share, centre)
-    else
-      call share_by_counting(mesh, shape, cell, share, centre)
-    end if
-  end subroutine occupied_share
+    fits = pattern%sub_cells == 0
+    if (fits) return
+    call upright_prism(corners_of(mesh, cell), base, low, high, upright)
+    fits = .not. upright
+    if (fits) return
+    fits = maxval(abs(base(:, 1) - base(:, 2) + base(:, 3) - base(:, 4))) &
+      <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
+  end function pattern_fits
 
-  !> Corners of a plane cell, or the base and height of a prism or brick standing along z.
-  subroutine upright_prism(mesh, cell, base, low, high, upright)
+  !> The whole pattern; its volumes add up to the volume of the cell.
+  subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> Base corners (2,n).
-    real(wp), allocatable, intent(out) :: base(:, :)
-    real(wp), intent(out) :: low, high
-    logical, intent(out) :: upright
-    real(wp), allocatable :: x(:, :)
-    real(wp) :: tolerance
-    integer :: n, half
-
-    n = corner_count(mesh%cell_kind(cell))
-    allocate (x(mesh%dimension, n))
-    x = mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell) + n - 1))
-    low = 0.0_wp
-    high = 0.0_wp
-    upright = mesh%dimension == 2
-    if (upright) then
-      allocate (base, source=x)
-      return
-    end if
-    if (n == 4) return
-    half = n/2
-    allocate (base, source=x(:2, :half))
-    low = minval(x(3, :))
-    high = maxval(x(3, :))
-    tolerance = 1.0e-9_wp*(maxval(abs(x)) + high - low)
-    upright = maxval(abs(x(:2, half + 1:) - base)) <= tolerance &
-      .and. maxval(abs(x(3, :half) - x(3, 1))) <= tolerance &
-      .and. maxval(abs(x(3, half + 1:) - x(3, half + 1))) <= tolerance
-    if (polygon_area(base) < 0.0_wp) base = base(:, half:1:-1)
-  end subroutine upright_prism
-
-  !> Exact share of a plane cell or an upright prism.
-  subroutine share_of_prism(shape, base, low, high, share, centre)
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    real(wp), intent(in) :: base(:, :), low, high
-    real(wp), intent(out) :: share, centre(3)
-    real(wp), allocatable :: clipped(:, :)
-
-    share = 1.0_wp
-    centre(:2) = polygon_centroid(base)
-    centre(3) = 0.5_wp*(max(low, shape%low) + min(high, shape%high))
-    if (allocated(shape%outline)) then
-      call clip_by_convex(shape%outline, base, clipped)
-      share = 0.0_wp
-      if (size(clipped, 2) > 2) then
-        share = polygon_area(clipped)/polygon_area(base)
-        centre(:2) = polygon_centroid(clipped)
-      end if
-    end if
-    if (high > low) share = share*max(0.0_wp, min(high, shape%high) - max(low, shape%low))/(high - low)
-  end subroutine share_of_prism
-
-  !> Share of any other cell, counted at the points of a rule repeated in the cell.
-  subroutine share_by_counting(mesh, shape, cell, share, centre)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    real(wp), intent(out) :: share, centre(3)
-    integer, parameter :: slices = 12
-    real(wp) :: local(3), volume, total, x(3), functions(20)
-    integer :: i, j, k, n
-
-    share = 0.0_wp
-    total = 0.0_wp
-    centre = 0.0_wp
-    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
-    do k = 1, slices
-      do j = 1, slices
-        do i = 1, slices
-          local = ([i, j, k] - 0.5_wp)/slices
-          if (corner_count(mesh%cell_kind(cell)) == 4 .and. sum(local) > 1.0_wp) cycle
-          if (corner_count(mesh%cell_kind(cell)) == 6 .and. sum(local(:2)) > 1.0_wp) cycle
-          if (corner_count(mesh%cell_kind(cell)) == 8) local = 2.0_wp*local - 1.0_wp
-          if (corner_count(mesh%cell_kind(cell)) == 6) local(3) = 2.0_wp*local(3) - 1.0_wp
-          volume = measure_at(mesh, .false., cell, local)
-          total = total + volume
-          if (.not. contains_place(mesh, shape, cell, local)) cycle
-          share = share + volume
-          call shape_functions(mesh%cell_kind(cell), local, functions(:n))
-          x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
-          centre = centre + volume*x
-        end do
-      end do
-    end do
-    if (share > 0.0_wp) centre = centre/share
-    share = share/total
-  end subroutine share_by_counting
-
-  !> Append one seed.
-  pure subroutine add_seed(list, cell, body, local, volume)
+    !> Volumes and areas per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    integer, intent(in) :: cell, body
-    real(wp), intent(in) :: local(:), volume
-    type(seed_list_type) :: longer
-    integer :: room
+    real(wp) :: volume(size(pattern%weights))
+    integer :: k
 
-    room = 0
-    if (allocated(list%cell)) room = size(list%cell)
-    if (list%count == room) then
-      longer%count = list%count
-      room = max(256, 2*room)
-      allocate (longer%cell(room), longer%body(room), longer%local(size(local), room), longer%volume(room))
-      if (list%count > 0) then
-        longer%cell(:list%count) = list%cell
-        longer%body(:list%count) = list%body
-        longer%local(:, :list%count) = list%local
-        longer%volume(:list%count) = list%volume
-      end if
-      call move_alloc(longer%cell, list%cell)
-      call move_alloc(longer%body, list%body)
-      call move_alloc(longer%local, list%local)
-      call move_alloc(longer%volume, list%volume)
+    call pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
+    do k = 1, size(volume)
+      call add_point(mesh, axisymmetric, cell, body, pattern%places(:, k), volume(k), list)
+    end do
+  end subroutine seed_cell
+
+  !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
+  !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
+  subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
+    !> (n)
+    real(wp), intent(out) :: volume(:)
+    real(wp) :: ratio
+    integer :: k
+
+    do k = 1, size(volume)
+      volume(k) = pattern%weights(k)*measure_at(mesh, axisymmetric, cell, pattern%places(:, k))
+    end do
+    ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
+    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
+  end subroutine pattern_volumes
+
+  !> A point of a pattern: its box has the shape of the cell and the size of the point.
+  subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    !> Volume; per radian in axisymmetry.
+    real(wp), intent(in) :: volume
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: extent(mesh%dimension), x(mesh%dimension), measure
+
+    associate (corners => corners_of(mesh, cell))
+      extent = maxval(corners, dim=2) - minval(corners, dim=2)
+    end associate
+    measure = volume
+    if (axisymmetric) then
+      x = place_of(mesh, cell, local)
+      measure = volume/x(1)
     end if
-    list%count = list%count + 1
-    list%cell(list%count) = cell
-    list%body(list%count) = body
-    list%local(:, list%count) = local
-    list%volume(list%count) = volume
-  end subroutine add_seed
+    call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
+  end subroutine add_point
+
+  !> Half lengths of a box of given proportions and measure.
+  pure function half_of_box(extent, measure) result(half)
+    !> Lengths of a box (dimension).
+    real(wp), intent(in) :: extent(:)
+    !> Area in the plane, volume in 3D.
+    real(wp), intent(in) :: measure
+    real(wp) :: half(size(extent))
+
+    half = 0.5_wp*extent*(measure/product(extent))**(1.0_wp/size(extent))
+  end function half_of_box
+
+  !> Place of local coordinates in a cell.
+  pure function place_of(mesh, cell, local) result(x)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    real(wp) :: x(mesh%dimension)
+    real(wp) :: functions(max_nodes)
+    integer :: n
+
+    n = mesh%cell_first(cell + 1) - mesh%cell_first(cell)
+    call shape_functions(mesh%cell_kind(cell), local, functions(:n))
+    x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
+  end function place_of
+
+  !> One point for every piece of the body in the sub-cells of a regular pattern.
+  subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Bounds of the body, and its polyhedron by `solid_of`.
+    type(body_shape_type), intent(in) :: shape
+    type(polyhedron_type), intent(in) :: solid
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Share of the cell that the body occupies.
+    real(wp), intent(in) :: share
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    type(piece_list_type) :: pieces
+    real(wp), allocatable :: volume(:)
+    real(wp) :: local(mesh%dimension), ratio
+    logical :: ok
+    integer :: k, d
+
+    d = mesh%dimension
+    call find_pieces(mesh, shape, solid, cell, pattern%sub_cells, pieces)
+    call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
+      /(share*size(pattern%weights)))
+    allocate (volume(pieces%count))
+    do k = 1, pieces%count
+      volume(k) = pieces%measure(k)*merge(pieces%centroid(1, k), 1.0_wp, axisymmetric)
+    end do
+    ! Curved sides and faces: the pieces are those of straight ones.
+    ratio = share*volume_of(mesh, axisymmetric, cell)/sum(volume)
+    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
+    do k = 1, pieces%count
+      call inverse_map(mesh, cell, pieces%centroid(:d, k), local, ok)
+      if (.not. ok) local = local_centre(mesh%cell_kind(cell))
+      call add_seed(list, cell, body, local, volume(k), &
+        half_of_box(pieces%extent(:d, k), pieces%measure(k)))
+    end do
+  end subroutine seed_pieces
+
+  !> The pieces of the body in the sub-cells of a quadrilateral or brick.
+  pure subroutine find_pieces(mesh, shape, solid, cell, sub_cells, pieces)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body, and its polyhedron by `solid_of`.
+    type(body_shape_type), intent(in) :: shape
+    type(polyhedron_type), intent(in) :: solid
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Sub-cells a direction.
+    integer, intent(in) :: sub_cells
+    !> The pieces.
+    type(piece_list_type), intent(inout) :: pieces
+    real(wp), allocatable :: base(:, :)
+    real(wp) :: low, high
+    logical :: upright
+
+    call upright_prism(corners_of(mesh, cell), base, low, high, upright)
+    if (upright .and. .not. allocated(shape%solid)) then
+      call prism_pieces(shape%outline, base, [low, high], [shape%low, shape%high], sub_cells, pieces)
+    else
+      call solid_pieces(solid, allocated(shape%solid), corners_of(mesh, cell), sub_cells, pieces)
+    end if
+  end subroutine find_pieces
+
+  !> The points of the pattern inside the body, with the body's share of the cell's volume.
+  subroutine seed_cut_cell(mesh, axisymmetric, shape, cell, body, share, centre, pattern, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Share of the cell, and centroid of the occupied part (3).
+    real(wp), intent(in) :: share, centre(3)
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: volume(size(pattern%weights)), local(mesh%dimension), ratio
+    logical :: inside(size(pattern%weights)), ok
+    integer :: k
+
+    call pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
+    do k = 1, size(volume)
+      inside(k) = shape_contains(shape, place_of(mesh, cell, pattern%places(:, k)))
+    end do
+    if (.not. any(inside)) then
+      call inverse_map(mesh, cell, centre(:mesh%dimension), local, ok)
+      if (.not. ok) local = local_centre(mesh%cell_kind(cell))
+      call add_point(mesh, axisymmetric, cell, body, local, share*sum(volume), list)
+      return
+    end if
+    ratio = share*sum(volume)/sum(volume, mask=inside)
+    do k = 1, size(volume)
+      if (inside(k)) call add_point(mesh, axisymmetric, cell, body, pattern%places(:, k), &
+        ratio*volume(k), list)
+    end do
+  end subroutine seed_cut_cell
 end module qsmpm_seeding

@@ -1,14 +1,17 @@
 !> Seeding loaded surfaces with surface points: quadrature points on faces of occupied cells, or on
-!> straight segments that cut through plane cells.
+!> straight segments that cut through plane cells. Facets in 3D are left to `qsmpm_facet_seeding`.
 !>
 !> The rule on a face is exact for the shape functions of the element; a midpoint rule leaves
 !> errors of 1e-3 to 1e-2 in the traction and then loses the top row of a compressed body.
 module qsmpm_surface_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, face_rule, face_area_vector, shape_functions
+  use qsmpm_element_kinds, only: max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_seeding, only: seed_list_type, add_seed
+  use qsmpm_cell_share, only: corners_of
+  use qsmpm_surface_owner, only: owner_of_piece, exactly_on
+  use qsmpm_seed_list, only: seed_list_type, add_seed
   implicit none
   private
 
@@ -19,6 +22,8 @@ module qsmpm_surface_seeding
   !> Three Gauss points on a piece of a segment.
   real(wp), parameter :: gauss_place(3) = [-sqrt(0.6_wp), 0.0_wp, sqrt(0.6_wp)]
   real(wp), parameter :: gauss_weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
+  !> A shorter part of a segment in a cell, as a share of its length, is rounding.
+  real(wp), parameter :: shortest = 1.0e-13_wp
 
 contains
 
@@ -34,9 +39,10 @@ contains
     integer, intent(in) :: faces(:, :)
     !> Number of the surface.
     integer, intent(in) :: surface
-    !> Seeds; `volume` is the area (times radius in axisymmetry).
+    !> Seeds; `volume` is the area, `vector` the area vector (times radius in axisymmetry).
     type(seed_list_type), intent(inout) :: list
     real(wp), allocatable :: places(:, :), weights(:)
+    real(wp) :: vector(mesh%dimension)
     integer :: i, k, beyond
 
     do i = 1, size(faces, 2)
@@ -47,101 +53,169 @@ contains
       end if
       call face_rule(mesh%cell_kind(faces(1, i)), faces(2, i), face_degree, places, weights)
       do k = 1, size(weights)
-        call add_seed(list, faces(1, i), surface, places(:, k), &
-          weights(k)*area_at(mesh, axisymmetric, faces(1, i), faces(2, i), places(:, k)))
+        vector = area_at(mesh, axisymmetric, faces(1, i), faces(2, i), places(:, k))
+        call add_seed(list, faces(1, i), surface, places(:, k), weights(k)*norm2(vector), &
+          weights(k)*vector)
       end do
     end do
   end subroutine seed_faces
 
-  !> Area per reference area of a face at a place.
-  function area_at(mesh, axisymmetric, cell, face, local) result(area)
+  !> Outward area vector per reference area of a face at a place.
+  pure function area_at(mesh, axisymmetric, cell, face, local) result(vector)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
+    !> Number of the cell and of its face.
     integer, intent(in) :: cell, face
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
-    real(wp) :: area
-    real(wp) :: corner(mesh%dimension, 20), vector(mesh%dimension), functions(20)
+    real(wp) :: vector(mesh%dimension)
+    real(wp) :: corner(mesh%dimension, max_nodes), functions(max_nodes)
     integer :: n, first
 
     first = mesh%cell_first(cell)
     n = mesh%cell_first(cell + 1) - first
     corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1))
     call face_area_vector(mesh%cell_kind(cell), face, local, corner(:, :n), vector)
-    area = norm2(vector)
     if (.not. axisymmetric) return
     call shape_functions(mesh%cell_kind(cell), local, functions(:n))
-    area = area*dot_product(functions(:n), corner(1, :n))
+    vector = vector*dot_product(functions(:n), corner(1, :n))
   end function area_at
 
-  !> Surface points on a straight segment through the occupied cells of a plane mesh.
-  subroutine seed_segment(mesh, axisymmetric, occupied, segment, surface, list)
+  !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
+  !> right-hand side of the segment.
+  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
+    !> The segment bounds a body: parts in cells without material belong to a neighbour.
+    logical, intent(in) :: follow
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    real(wp) :: from, to, length, x(2), local(2), area
-    logical :: ok
-    integer :: c, k
+    real(wp) :: piece(2), box(2, 2)
+    integer :: c, owner
 
-    length = norm2(segment(3:4) - segment(1:2))
+    box(:, 1) = min(segment(:2), segment(3:))
+    box(:, 2) = max(segment(:2), segment(3:))
     do c = 1, mesh%cell_count
-      if (.not. occupied(c)) cycle
-      call piece_in_cell(mesh, c, segment, from, to)
-      if (to - from < 1.0e-9_wp) cycle
-      do k = 1, 3
-        x = segment(1:2) + (0.5_wp*(from + to) + 0.5_wp*(to - from)*gauss_place(k)) &
-          *(segment(3:4) - segment(1:2))
-        call inverse_map(mesh, c, x, local, ok)
-        if (.not. ok) cycle
-        area = gauss_weight(k)*(to - from)*length
-        if (axisymmetric) area = area*x(1)
-        call add_seed(list, c, surface, local, area)
-      end do
+      if (is_far(corners_of(mesh, c), box)) cycle
+      call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
+      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, surface, list)
     end do
   end subroutine seed_segment
 
-  !> Part of a segment, as parameters from 0 to 1, in a convex plane cell.
-  pure subroutine piece_in_cell(mesh, cell, segment, from, to)
+  !> True when a cell is apart from a box by more than what counts as touching.
+  pure logical function is_far(corners, box)
+    !> Corners of the cell (dimension, n).
+    real(wp), intent(in) :: corners(:, :)
+    !> Lower and upper corner (dimension, 2).
+    real(wp), intent(in) :: box(:, :)
+    real(wp) :: low(size(box, 1)), high(size(box, 1)), slack
+
+    low = minval(corners, dim=2)
+    high = maxval(corners, dim=2)
+    slack = 0.01_wp*maxval(high - low)
+    is_far = any(low - slack > box(:, 2)) .or. any(high + slack < box(:, 1))
+  end function is_far
+
+  !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
+  pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    !> As for `seed_segment`.
+    logical, intent(in) :: follow
     !> Number of the cell.
     integer, intent(in) :: cell
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
-    real(wp), intent(out) :: from, to
-    real(wp) :: a(2), b(2), start_side, end_side
-    integer :: i, j, n, first
+    !> Start and end of the part.
+    real(wp), intent(out) :: piece(2)
+    !> The cell, or a neighbour, or 0 when there is nothing to seed.
+    integer, intent(out) :: owner
+    real(wp), dimension(corner_count(mesh%cell_kind(cell))) :: from, to, facing, deviation
+    real(wp) :: corner(2, size(from))
+    integer :: i
 
-    first = mesh%cell_first(cell)
-    n = corner_count(mesh%cell_kind(cell))
-    from = 0.0_wp
-    to = 1.0_wp
-    do i = 1, n
-      j = mod(i, n) + 1
-      a = mesh%coordinates(:, mesh%cell_nodes(first + i - 1))
-      b = mesh%coordinates(:, mesh%cell_nodes(first + j - 1))
-      start_side = cross(b - a, segment(1:2) - a)/norm2(b - a)
-      end_side = cross(b - a, segment(3:4) - a)/norm2(b - a)
-      if (max(start_side, end_side) < -1.0e-9_wp*norm2(b - a)) to = from
-      if (abs(end_side - start_side) <= 1.0e-9_wp*norm2(b - a)) cycle
-      if (end_side > start_side) from = max(from, -start_side/(end_side - start_side))
-      if (end_side < start_side) to = min(to, -start_side/(end_side - start_side))
+    corner = corners_of(mesh, cell)
+    piece = [0.0_wp, 1.0_wp]
+    owner = 0
+    do i = 1, size(from)
+      call sides_of(corner(:, i), corner(:, mod(i, size(from)) + 1), segment, from(i), to(i), facing(i))
+      if (from(i) <= 0.0_wp .and. to(i) <= 0.0_wp .and. min(from(i), to(i)) < 0.0_wp) return
+      if (from(i) < 0.0_wp) piece(1) = max(piece(1), from(i)/(from(i) - to(i)))
+      if (to(i) < 0.0_wp) piece(2) = min(piece(2), from(i)/(from(i) - to(i)))
     end do
+    if (piece(2) - piece(1) < shortest) return
+    do i = 1, size(from)
+      deviation(i) = max(abs(from(i) + piece(1)*(to(i) - from(i))), &
+        abs(from(i) + piece(2)*(to(i) - from(i))))
+    end do
+    owner = owner_of_piece(mesh, occupied, follow, cell, segment(:2) &
+      + 0.5_wp*sum(piece)*(segment(3:) - segment(:2)), facing, deviation)
   end subroutine piece_in_cell
+
+  !> Distances of the ends of a segment from a side of a cell, inwards, as shares of its length.
+  pure subroutine sides_of(a, b, segment, from, to, facing)
+    !> Ends of the side, the cell to the left (2).
+    real(wp), intent(in) :: a(2), b(2)
+    !> x1, y1, x2, y2.
+    real(wp), intent(in) :: segment(4)
+    !> Distances of start and end; 0 when on the line.
+    real(wp), intent(out) :: from, to
+    !> Above 0 when the segment runs in the direction of the side.
+    real(wp), intent(out) :: facing
+
+    from = cross(b - a, segment(1:2) - a)/dot_product(b - a, b - a)
+    to = cross(b - a, segment(3:4) - a)/dot_product(b - a, b - a)
+    if (abs(from) <= exactly_on) from = 0.0_wp
+    if (abs(to) <= exactly_on) to = 0.0_wp
+    facing = dot_product(b - a, segment(3:4) - segment(1:2))
+  end subroutine sides_of
+
+  !> Three Gauss points on a part of a segment.
+  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, surface, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Areas per radian.
+    logical, intent(in) :: axisymmetric
+    !> Cell that owns the part.
+    integer, intent(in) :: cell
+    !> x1, y1, x2, y2.
+    real(wp), intent(in) :: segment(4)
+    !> Start and end of the part, from 0 to 1.
+    real(wp), intent(in) :: piece(2)
+    !> Number of the surface.
+    integer, intent(in) :: surface
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: along(2), x(2), local(2), weight
+    logical :: ok
+    integer :: k
+
+    along = segment(3:4) - segment(1:2)
+    do k = 1, 3
+      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*gauss_place(k))*along
+      call inverse_map(mesh, cell, x, local, ok)
+      if (.not. ok) cycle
+      weight = gauss_weight(k)*(piece(2) - piece(1))
+      if (axisymmetric) weight = weight*x(1)
+      call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
+    end do
+  end subroutine seed_piece
 
   !> Third component of the cross product of plane vectors.
   pure function cross(a, b) result(product)
+    !> Vectors (2).
     real(wp), intent(in) :: a(2), b(2)
     real(wp) :: product
 

@@ -2,15 +2,19 @@
 !> the step, the mesh is reset, and house-keeping finds the points again.
 !>
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
-!> Omega det F), also where the equations were integrated at Gauss points. With BASIS=FEM the mesh
+!> Omega det F; under the pressure of a group det F includes the volume change found there), also
+!> where the equations were integrated at Gauss points. With BASIS=FEM the mesh
 !> is carried along instead of being reset; with a moving mesh its rows follow the plate.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_analysis, only: basis_fem
+  use qsmpm_analysis, only: basis_fem, axisymmetric
+  use qsmpm_tensor, only: identity, cofactor
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
+  use qsmpm_integration, only: integration_type
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
@@ -39,6 +43,7 @@ contains
 
     call update_stresses(model, step, displacement, error)
     if (allocated(error)) return
+    call turn_areas(model, step, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
     if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
@@ -59,7 +64,8 @@ contains
     call find_again(model, error)
   end subroutine convect
 
-  !> Stress, state and volume of every material point by its own strain.
+  !> Stress, state and volume of every material point by its own strain, or under the pressure of its
+  !> group.
   subroutine update_stresses(model, step, displacement, error)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -69,26 +75,46 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
+    type(integration_type) :: grouped
+
+    if (allocated(step%patch)) then
+      call merge_groups(step%at_points, step%patch, grouped)
+      call update_at(model, grouped, displacement, error)
+    else
+      call update_at(model, step%at_points, displacement, error)
+    end if
+  end subroutine update_stresses
+
+  !> Stress, state and volume of the material points of groups.
+  subroutine update_at(model, at_points, displacement, error)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Material points in groups.
+    type(integration_type), intent(in) :: at_points
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> What went wrong, unallocated when nothing did.
+    type(error_type), allocatable, intent(out) :: error
     type(evaluation_type) :: evaluation
     character(len=100) :: text
     integer :: p, q
 
-    call prepare_evaluation(step%at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
-    call evaluate(step%at_points, model%laws, displacement, tangent_none, evaluation)
+    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
+    call evaluate(at_points, model%laws, displacement, tangent_none, evaluation)
     if (.not. evaluation%ok) then
-      write (text, '(a,i0,a)') 'material point ', step%at_points%source(evaluation%bad_point), &
+      write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
         ' turns inside out or its stress cannot be found'
       call fail(error, error_not_converged, trim(text))
       return
     end if
-    do q = 1, step%at_points%point_count
-      p = step%at_points%source(q)
+    do q = 1, at_points%point_count
+      p = at_points%source(q)
       model%state%points%stress(:, p) = evaluation%stress(:, q)
       model%state%points%state(:, p) = evaluation%state(:, q)
       model%state%points%plastic(p) = evaluation%plastic(q)
       model%state%points%volume(p) = model%state%points%volume(p)*evaluation%volume_change(q)
     end do
-  end subroutine update_stresses
+  end subroutine update_at
 
   !> Move material points.
   subroutine move_points(model, step, displacement)
@@ -130,6 +156,38 @@ contains
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
+
+  !> Areas and normals follow the deformation (Nanson): a <- det(F) F'^-1 a.
+  subroutine turn_areas(model, step, displacement)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    type(place_type) :: place
+    real(wp) :: f(3, 3), a(3), u(model%mesh%dimension)
+    integer :: i, k, d
+
+    d = model%mesh%dimension
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        call basis_at(model%mesh, model%space, step%activation, model%state%points, surface, i, place)
+        f = identity
+        do k = 1, place%count
+          f(:d, :d) = f(:d, :d) + spread(displacement(:, place%node(k)), 2, d) &
+            *spread(place%gradient(:d, k), 1, d)
+        end do
+        u = value_at(place, displacement)
+        if (model%analysis%model == axisymmetric .and. surface%position(1, i) > 0.0_wp) &
+          f(3, 3) = 1.0_wp + u(1)/surface%position(1, i)
+        a = 0.0_wp
+        a(:d) = surface%area_vector(:, i)
+        a = matmul(cofactor(f), a)
+        surface%area_vector(:, i) = a(:d)
+      end do
+    end associate
+  end subroutine turn_areas
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(model, step, displacement, error)

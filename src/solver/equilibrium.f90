@@ -15,6 +15,7 @@ module qsmpm_equilibrium
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluate
   use qsmpm_penalty_terms, only: add_stabilising_force
+  use qsmpm_supports, only: add_support_force
   use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
   implicit none
   private
@@ -137,6 +138,7 @@ contains
 
     extra = 0.0_wp
     call add_stabilising_force(step%stabilisation, solution%displacement, extra)
+    call add_support_force(step%supports, solution%displacement, .true., extra)
     if (goal%drag > 0.0_wp) extra = extra &
       + goal%drag*spread(step%lumped, 1, size(goal%force, 1))*solution%displacement
     imbalance = goal%force - step%evaluation%force - extra
@@ -274,6 +276,7 @@ contains
     force = goal%drag*spread(step%lumped, 1, size(force, 1))*solution%displacement
     solution%drag_share = relative(norm2(force), solution%load_norm)
     solution%internal_force = step%evaluation%force
+    call add_support_force(step%supports, solution%displacement, .true., solution%internal_force)
     solution%largest_move = maxval(abs(solution%displacement))
   end subroutine take_shares
 end module qsmpm_equilibrium

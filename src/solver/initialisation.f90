@@ -9,11 +9,15 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_space, only: cell_nodes_of_space, most_functions
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_pressure_groups, only: needs_patches, pressure_patches
+  use qsmpm_merged_groups, only: merge_groups
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
+  use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type
@@ -31,7 +35,11 @@ module qsmpm_initialisation
     type(domains_type) :: domains
     !> Basis at the material points, and what the equations are integrated with.
     type(integration_type) :: at_points, integration
+    !> Patch of cells that each group of at_points shares its pressure in; unallocated when cells are
+    !> all patches by themselves. The groups of `integration` are these patches.
+    integer, allocatable :: patch(:)
     type(stabilisation_type) :: stabilisation
+    type(supports_type) :: supports
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
     class(linear_solver_type), allocatable :: solver
@@ -71,16 +79,38 @@ contains
     end if
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
-    call join_patches(step%integration, step%stabilisation%patches, patches)
+    call build_supports(model, step%activation, step%supports)
+    call group_by_pressure(model, step)
+    call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
-    call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
+    call number_equations(step%equations, patches, model%loading%constrained .or. &
+      spread(out_of_reach(model, step%activation), 1, model%mesh%dimension), step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
     if (allocated(error)) return
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
+
+  !> Nodes that no touched cell sees. The domains of a group's points share one block of nodes: a
+  !> corner of it may be out of reach of every one of them and must get no equation.
+  pure function out_of_reach(model, activation) result(far)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    logical :: far(model%space%node_count)
+    integer :: nodes(most_functions), c, n
+
+    far = model%space%averaged
+    if (.not. model%space%averaged) return
+    do c = 1, model%mesh%cell_count
+      if (.not. activation%touched(c)) cycle
+      call cell_nodes_of_space(model%space, model%mesh, c, nodes, n)
+      far(nodes(:n)) = .false.
+    end do
+  end function out_of_reach
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
@@ -139,17 +169,42 @@ contains
       step%stabilisation)
   end subroutine stabilise
 
-  !> The patches of the groups, then those of the stabilisation.
-  pure subroutine join_patches(integration, extra, patches)
+  !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
+  subroutine group_by_pressure(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    type(integration_type) :: by_cells
+    logical :: wanted(step%at_points%group_count)
+    integer :: g, p
+
+    if (allocated(step%patch)) deallocate (step%patch)
+    wanted = .false.
+    do g = 1, step%at_points%group_count
+      if (.not. needs_patches(model%mesh%cell_kind(step%at_points%cell(g)))) cycle
+      do p = step%at_points%first(g), step%at_points%first(g + 1) - 1
+        wanted(g) = wanted(g) .or. model%laws(step%at_points%material(p))%pressure_factor > 0.0_wp
+      end do
+    end do
+    if (.not. any(wanted)) return
+    call pressure_patches(model%mesh, step%at_points%cell, wanted, step%patch)
+    by_cells = step%integration
+    call merge_groups(by_cells, step%patch, step%integration)
+  end subroutine group_by_pressure
+
+  !> The patches of the groups, then those of the stabilisation and of the supports.
+  pure subroutine join_patches(integration, extra, last, patches)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    type(patches_type), intent(in) :: extra
+    type(patches_type), intent(in) :: extra, last
     !> Node lists that couple.
     type(patches_type), intent(out) :: patches
 
-    patches%count = integration%group_count + extra%count
-    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes)]
-    patches%nodes = [integration%nodes, extra%nodes]
+    patches%count = integration%group_count + extra%count + last%count
+    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes), &
+      last%first(2:) + size(integration%nodes) + size(extra%nodes)]
+    patches%nodes = [integration%nodes, extra%nodes, last%nodes]
   end subroutine join_patches
 
   !> A solver for a new pattern.

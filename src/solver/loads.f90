@@ -45,7 +45,7 @@ contains
     value = start + fraction*(final - start)
   end function between
 
-  !> Weight of the material points: eq. 29 with the mass kept.
+  !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
   subroutine add_weight(model, at_points, gravity, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -55,20 +55,24 @@ contains
     real(wp), intent(in) :: gravity(:)
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    integer :: g, q, a, first
+    real(wp) :: vector(size(gravity))
+    integer :: g, q, p, a, first
 
     do g = 1, at_points%group_count
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
+        p = at_points%source(q)
+        vector = model%state%points%weight(p)*gravity
+        if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         do a = 1, at_points%node_first(g + 1) - 1 - first
           force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
-            + at_points%shape(a, q)*model%state%points%weight(at_points%source(q))*gravity
+            + at_points%shape(a, q)*vector
         end do
       end do
     end do
   end subroutine add_weight
 
-  !> Tractions on surface points.
+  !> Dead tractions on surface points, and pressures on their present areas (at the start of a step).
   subroutine add_surface_tractions(model, activation, fraction, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -79,16 +83,20 @@ contains
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     type(place_type) :: place
-    real(wp) :: traction(3)
-    integer :: i, s
+    real(wp) :: traction(3), pressure
+    integer :: i, s, d
 
+    d = model%mesh%dimension
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
-        if (model%loading%carrier(s) /= carrier_surface) cycle
+        pressure = between(model%loading%pressure_start(s), model%loading%pressure_final(s), fraction)
+        if (model%loading%carrier(s) /= carrier_surface .and. .not. abs(pressure) > 0.0_wp) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
-        traction = between(model%loading%traction_start(:, s), model%loading%traction_final(:, s), &
-          fraction)*surface%area(i)
+        traction = 0.0_wp
+        if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
+          model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
+        traction(:d) = traction(:d) - pressure*surface%area_vector(:, i)
         call spread_force(place, traction, force)
       end do
     end associate

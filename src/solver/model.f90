@@ -60,6 +60,12 @@ module qsmpm_model
     !> Traction vector of each surface (3, surfaces), and who carries it.
     real(wp), allocatable :: traction_start(:, :), traction_final(:, :)
     integer, allocatable :: carrier(:)
+    !> Pressure and kind of support of each surface (surfaces).
+    real(wp), allocatable :: pressure_start(:), pressure_final(:)
+    integer, allocatable :: support(:)
+    !> Forces an embedding program puts on the material points, as they stand (dimension, points);
+    !> unallocated without. Set them before each step.
+    real(wp), allocatable :: point_force(:, :)
   end type loading_type
 
   !> A model that can be advanced.
@@ -74,6 +80,8 @@ module qsmpm_model
     type(loading_type) :: loading
     !> Typical cell size: the smallest of the active cells at the start.
     real(wp) :: cell_size = 0.0_wp
+    !> Unit normals of the surface points at the start (dimension, surface points).
+    real(wp), allocatable :: surface_normal(:, :)
     !> Surface of each traction carried by material points: those points and their areas.
     integer, allocatable :: carrying_point(:), carrying_surface(:)
     real(wp), allocatable :: carrying_area(:)

@@ -5,18 +5,22 @@
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_analysis, only: analysis_type, three_dimensional, usual_factor
+  use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
+    cure_none, cure_auto, cure_uniform_pressure, usual_factor
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets
   use qsmpm_model_space, only: make_space
-  use qsmpm_model_bodies, only: make_points, make_surfaces
+  use qsmpm_model_bodies, only: make_points
+  use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_law_factory, only: new_law
   use qsmpm_law, only: law_type
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
+  use qsmpm_element, only: element_order
+  use qsmpm_text, only: real_text
   implicit none
   private
 
@@ -25,6 +29,8 @@ module qsmpm_model_builder
   !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular
   !> at the apex and costs no accuracy, only part of an iteration.
   real(wp), parameter :: elastic_blend = 1.0e-3_wp
+  !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
+  real(wp), parameter :: locking_poisson = 0.45_wp, linear_factor = 0.5_wp, smooth_factor = 0.1_wp
 
 contains
 
@@ -44,6 +50,7 @@ contains
     if (faults%count == 0) call make_sets(model, faults)
     if (faults%count == 0) call make_space(model, faults)
     call make_laws(model, faults)
+    if (faults%count == 0) call choose_cures(model)
     if (faults%count == 0) call make_points(model, faults)
     if (faults%count == 0) call make_surfaces(model, faults)
     if (faults%count == 0) call make_histories(model, faults)
@@ -98,6 +105,37 @@ contains
       end associate
     end do
   end subroutine make_laws
+
+  !> Resolve the cures of locking and tell the log which materials have one.
+  subroutine choose_cures(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    real(wp) :: factor
+    integer :: m
+
+    factor = linear_factor
+    if (any(element_order(model%mesh%cell_kind) > 1)) factor = smooth_factor
+    if (all(model%analysis%method%basis /= [basis_standard, basis_fem])) factor = smooth_factor
+    do m = 1, size(model%laws)
+      associate (material => model%analysis%materials(m))
+        if (material%cure == cure_auto) material%cure = merge(cure_uniform_pressure, cure_none, locks(material))
+        if (material%cure == cure_none) cycle
+        if (material%cure_factor < 0.0_wp) material%cure_factor = factor
+        model%laws(m)%pressure_factor = material%cure_factor
+        model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
+          'locking, factor '//real_text(material%cure_factor)//new_line('a')
+      end associate
+    end do
+  end subroutine choose_cures
+
+  !> Whether a material nearly keeps its volume, in elasticity or when it flows.
+  pure logical function locks(material)
+    !> The material.
+    type(material_type), intent(in) :: material
+
+    locks = material%poisson > locking_poisson &
+      .or. (material%mohr_coulomb .and. material%friction_angle <= 0.0_wp)
+  end function locks
 
   !> Fields of the state that start from what was built.
   subroutine finish(model)

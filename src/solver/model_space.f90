@@ -1,9 +1,10 @@
 !> The space of displacements that *METHOD asks for.
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_grid, basis_standard, basis_fem, basis_gimp, basis_spline2, &
-    basis_spline3, basis_spline2g
+  use qsmpm_analysis, only: source_line_type, mesh_grid, basis_standard, basis_fem, basis_gimp, basis_spline2, &
+    basis_spline3, basis_spline2g, quantity_reaction
   use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
   use qsmpm_space_builder, only: element_space, spline_space, is_structured
   implicit none
@@ -62,7 +63,8 @@ contains
     end select
   end function degree_of
 
-  !> Node sets that some phase constrains or that are the plate of a moving mesh.
+  !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
+  !> have no control points: nothing may be asked of them.
   subroutine mark_constrained(model, cells, constrained, faults)
     !> The model.
     type(model_type), intent(in) :: model
@@ -75,29 +77,46 @@ contains
     integer :: s, p, i
 
     constrained = .false.
-    do s = 1, size(constrained)
-      associate (name => model%mesh%node_sets(s)%name)
-        do p = 1, size(model%analysis%phases)
-          associate (phase => model%analysis%phases(p))
-            do i = 1, size(phase%fixities)
-              if (phase%fixities(i)%set /= name) cycle
-              if (.not. is_structured(model%mesh, cells, s) .and. .not. constrained(s)) &
-                call add_fault(faults, phase%fixities(i)%where, '*FIX', no_box(name))
-              constrained(s) = .true.
-            end do
-            do i = 1, size(phase%prescriptions)
-              if (phase%prescriptions(i)%set /= name) cycle
-              if (.not. is_structured(model%mesh, cells, s) .and. .not. constrained(s)) &
-                call add_fault(faults, phase%prescriptions(i)%where, '*PRESCRIBE', no_box(name))
-              constrained(s) = .true.
-            end do
-          end associate
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        do i = 1, size(phase%fixities)
+          call constrain(phase%fixities(i)%set, phase%fixities(i)%where, '*FIX')
         end do
-        if (model%analysis%moving_mesh%active) then
-          if (model%analysis%moving_mesh%set == name) constrained(s) = .true.
-        end if
+        do i = 1, size(phase%prescriptions)
+          call constrain(phase%prescriptions(i)%set, phase%prescriptions(i)%where, '*PRESCRIBE')
+        end do
       end associate
     end do
+    associate (moving => model%analysis%moving_mesh)
+      if (moving%active) call constrain(moving%set, moving%where, '*MOVING MESH')
+    end associate
+    do i = 1, size(model%analysis%histories)
+      associate (history => model%analysis%histories(i))
+        if (history%quantity /= quantity_reaction) cycle
+        s = find_set(model%mesh%node_sets, history%set)
+        if (s == 0) cycle
+        if (constrained(s) .or. is_structured(model%mesh, cells, s)) cycle
+        call add_fault(faults, history%where, '*HISTORY', no_box(history%set))
+      end associate
+    end do
+
+  contains
+
+    !> Mark a set; one that is no box is told once.
+    subroutine constrain(name, where, keyword)
+      !> Name of the set.
+      character(len=*), intent(in) :: name
+      !> Where it is named, and the card.
+      type(source_line_type), intent(in) :: where
+      character(len=*), intent(in) :: keyword
+      integer :: s
+
+      s = find_set(model%mesh%node_sets, name)
+      if (s == 0) return
+      if (.not. constrained(s) .and. .not. is_structured(model%mesh, cells, s)) &
+        call add_fault(faults, where, keyword, no_box(name))
+      constrained(s) = .true.
+    end subroutine constrain
   end subroutine mark_constrained
 
   !> Why a set cannot be constrained.

@@ -4,8 +4,9 @@
 !> value to the new one, a prescribed node stays where it is.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_analysis, only: phase_type, initial_k0, support_none
   use qsmpm_model, only: model_type, loading_type
+  use qsmpm_points, only: set_normals
   use qsmpm_mesh_sets, only: find_set
   implicit none
   private
@@ -26,6 +27,7 @@ contains
       progress%hold_tests_done = 0
     end associate
     call resume_phase(model)
+    call begin_supports(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%reset_displacements) then
         model%state%points%initial_position = model%state%points%position
@@ -34,6 +36,25 @@ contains
       if (phase%initial%kind == initial_k0) call start_k0(model, phase)
     end associate
   end subroutine start_phase
+
+  !> Supports that this phase changes begin at the present place and normal of their surface.
+  subroutine begin_supports(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    logical :: changed(model%state%surface%count)
+    integer :: i, s
+
+    changed = .false.
+    associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface)
+      do i = 1, size(phase%supports)
+        do s = 1, size(model%analysis%surfaces)
+          if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
+            changed = changed .or. surface%surface == s
+        end do
+      end do
+    end associate
+    call set_normals(model%state%surface, changed)
+  end subroutine begin_supports
 
   !> Loads and constraints of the model's current phase, by going through all phases up to it.
   subroutine resume_phase(model)
@@ -46,7 +67,10 @@ contains
     allocate (loading%prescribed(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
       loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
+    allocate (loading%pressure_start(size(model%analysis%surfaces)), &
+      loading%pressure_final(size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
+    allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
     do i = 1, model%state%progress%phase
       call apply_phase(model, model%analysis%phases(i), loading)
     end do
@@ -80,11 +104,20 @@ contains
     loading%gravity_start = loading%gravity_final
     if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector
     loading%traction_start = loading%traction_final
-    do i = 1, size(phase%tractions)
-      do s = 1, size(model%analysis%surfaces)
+    loading%pressure_start = loading%pressure_final
+    do s = 1, size(model%analysis%surfaces)
+      do i = 1, size(phase%tractions)
         if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle
-        loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
-        loading%carrier(s) = phase%tractions(i)%carrier
+        if (phase%tractions(i)%follows) then
+          loading%pressure_final(s) = phase%load_factor*phase%tractions(i)%pressure
+        else
+          loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
+          loading%carrier(s) = phase%tractions(i)%carrier
+        end if
+      end do
+      do i = 1, size(phase%supports)
+        if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
+          loading%support(s) = phase%supports(i)%kind
       end do
     end do
     if (phase%initial%kind == initial_k0) loading%gravity_start = loading%gravity_final

@@ -7,6 +7,7 @@ module qsmpm_system_matrix
   use qsmpm_equations, only: equations_type, add_block
   use qsmpm_initialisation, only: step_type
   use qsmpm_penalty_terms, only: add_stabilising_force
+  use qsmpm_supports, only: add_support_force, support_block
   implicit none
   private
 
@@ -14,7 +15,7 @@ module qsmpm_system_matrix
 
 contains
 
-  !> K^E + K^G of the last evaluation, the stabilisation and the proximal drag.
+  !> K^E + K^G of the last evaluation, the stabilisation, the supports and the proximal drag.
   subroutine build_matrix(step, drag, dimension)
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
@@ -38,6 +39,10 @@ contains
       end do
       call add_block(step%equations, step%integration%group_count + k, block, step%matrix)
       deallocate (block)
+    end do
+    do k = 1, step%supports%patches%count
+      call add_block(step%equations, step%integration%group_count + step%stabilisation%patches%count + k, &
+        support_block(step%supports, k), step%matrix)
     end do
     if (.not. drag > 0.0_wp) return
     do a = 1, size(step%lumped)
@@ -99,6 +104,7 @@ contains
     d = size(displacement, 1)
     nodal = 0.0_wp
     call add_stabilising_force(step%stabilisation, displacement, nodal)
+    call add_support_force(step%supports, displacement, .false., nodal)
     do g = 1, step%integration%group_count
       n = step%integration%node_first(g + 1) - step%integration%node_first(g)
       associate (nodes => step%integration%nodes(step%integration%node_first(g): &

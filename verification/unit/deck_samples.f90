@@ -47,8 +47,9 @@ contains
       '*NSET, NSET=some, GENERATE| 1, 9, 4| 20, 21|*ELSET, ELSET=Region 1| 1, 2, 3,| 4, 5|'// &
       '*ELSET, ELSET=box, BOX| 0, 1, 0, 1, 0, 1|*SURFACE, NAME=s1| 0, 1, 0, 1, 1, 1|'// &
       '*SURFACE, NAME=named, TYPE=MESH|*MATERIAL, NAME="a, b=c"|*ELASTIC| 1d4, 0.49|'// &
-      '*MOHR COULOMB| 0.1, 33.3, 3.3, 0.05|*UNIT WEIGHT| 17.3|*MATERIAL, NAME=Clay|*ELASTIC|'// &
-      ' 200, -0.2|*MOHR COULOMB| 7, 0, 0|*BODY, NAME=one, MATERIAL="a, b=c", SHAPE=POLYGON|'// &
+      '*MOHR COULOMB| 0.1, 33.3, 3.3, 0.05|*UNIT WEIGHT| 17.3|*LOCKING CURE, TYPE=UNIFORM PRESSURE,|'// &
+      ' FACTOR=0.123|*MATERIAL, NAME=Clay|*ELASTIC|'// &
+      ' 200, -0.2|*MOHR COULOMB| 7, 0, 0|*LOCKING CURE, TYPE=NONE|*BODY, NAME=one, MATERIAL="a, b=c", SHAPE=POLYGON|'// &
       ' 0, 0| 0, 1| 1.1, 0.3|*BODY, NAME=two, MATERIAL=Clay, SHAPE=BOX| 1, 2, 0, 1, 0, 0.3|'// &
       '*BODY, NAME=three, MATERIAL=Clay, SHAPE=REGION, REGION=Region  1|'// &
       '*POINTS, PER ELEMENT=18|*POINTS, BODY=two, PER ELEMENT=DEFAULT|'// &
@@ -259,9 +260,10 @@ contains
     call flag('material kind', a%mohr_coulomb .eqv. b%mohr_coulomb, field)
     call flag('material', all(same_bits( &
       [a%young, a%poisson, a%unit_weight, a%cohesion, a%friction_angle, a%dilatancy_angle, &
-      a%tensile_strength], &
+      a%tensile_strength, a%cure_factor], &
       [b%young, b%poisson, b%unit_weight, b%cohesion, b%friction_angle, b%dilatancy_angle, &
-      b%tensile_strength])), field)
+      b%tensile_strength, b%cure_factor])), field)
+    call flag('cure of locking', a%cure == b%cure, field)
   end subroutine compare_materials
 
   !> Histories.

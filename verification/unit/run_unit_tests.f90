@@ -26,6 +26,10 @@ program run_unit_tests
   use test_arguments, only: collect_arguments
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
+  use test_body_pieces, only: collect_body_pieces
+  use test_polyhedron, only: collect_polyhedron
+  use test_outline_seeding, only: collect_outline_seeding
+  use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
   use test_grid, only: collect_grid
@@ -35,6 +39,14 @@ program run_unit_tests
   use test_abaqus_reader, only: collect_abaqus_reader
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
+  use test_spline_axis, only: collect_spline_axis
+  use test_space, only: collect_space
+  use test_domains, only: collect_domains
+  use test_integration, only: collect_integration
+  use test_spline_ghost, only: collect_spline_ghost
+  use test_model_space, only: collect_model_space
+  use test_pressure_groups, only: collect_pressure_groups
+  use test_uniform_pressure, only: collect_uniform_pressure
   implicit none
 
   abstract interface
@@ -74,6 +86,10 @@ program run_unit_tests
   call register('arguments', collect_arguments)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
+  call register('body_pieces', collect_body_pieces)
+  call register('polyhedron', collect_polyhedron)
+  call register('outline_seeding', collect_outline_seeding)
+  call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('grid', collect_grid)
@@ -83,6 +99,14 @@ program run_unit_tests
   call register('abaqus_reader', collect_abaqus_reader)
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
+  call register('spline_axis', collect_spline_axis)
+  call register('space', collect_space)
+  call register('domains', collect_domains)
+  call register('integration', collect_integration)
+  call register('spline_ghost', collect_spline_ghost)
+  call register('model_space', collect_model_space)
+  call register('pressure_groups', collect_pressure_groups)
+  call register('uniform_pressure', collect_uniform_pressure)
 
   call read_arguments(wanted)
   if (any(wanted == '--list')) then

@@ -15,7 +15,7 @@ module test_output
   use qsmpm_number_text, only: real_text, short_text, duration_text, numbered
   use qsmpm_observer, only: step_record_type
   use qsmpm_pictures, only: write_points_picture
-  use qsmpm_points, only: allocate_points, allocate_carried
+  use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
   implicit none
@@ -148,6 +148,7 @@ contains
         .and. all(a%points%material == b%points%material) .and. &
         all(a%points%plastic == b%points%plastic))
       call tests%check('surface points come back', same_bits(a%surface%area, b%surface%area) &
+        .and. same_bits([a%surface%area_vector], [b%surface%area_vector]) &
         .and. all(a%surface%surface == b%surface%surface) .and. &
         same_bits([a%surface%position], [b%surface%position]))
       call tests%check('an empty set of tracers comes back', b%tracers%count == 0 .and. &
@@ -351,9 +352,9 @@ contains
     model%analysis%histories(2)%name = 'sigma'
     model%analysis%histories(2)%quantity = quantity_stress
     call allocate_points(model%state%points, 2, 3, 4, 2)
-    call allocate_carried(model%state%surface, 2, 2)
-    allocate (model%state%surface%surface(2), source=1)
-    allocate (model%state%surface%area(2), source=0.5_wp)
+    call allocate_surface_points(model%state%surface, 2, 2)
+    model%state%surface%surface = 1
+    model%state%surface%area = 0.5_wp
     call allocate_carried(model%state%tracers, 2, 0)
     model%state%points%position = reshape([0.5_wp, 0.5_wp, 1.5_wp, 0.5_wp, 0.25_wp, 1.5_wp], [2, 3])
     model%state%points%initial_position = model%state%points%position
@@ -415,6 +416,7 @@ contains
       s%points%plastic = [0, 1, 0]
       s%surface%position = 0.3_wp
       s%surface%area = [0.1_wp, 0.2_wp]
+      s%surface%area_vector = reshape([0.1_wp, 0.0_wp, -0.06_wp, 1.0_wp/7.0_wp], [2, 2])
       s%surface%surface = [2, 1]
       s%coordinates = s%coordinates*1.1_wp
       s%reactions = 1.0_wp/3.0_wp

@@ -31,6 +31,13 @@ contains
       call check_ghost(tests, trim(names(i)))
       call check_background(tests, trim(names(i)))
     end do
+    ! h_F = (|K1| + |K2|)/|F| on a grid of two cells a direction: whole cells 1, halves of them 1/2.
+    call check_jump(tests, 'QUAD4', 1.0_wp)
+    call check_jump(tests, 'QUAD8', 1.0_wp)
+    call check_jump(tests, 'HEX8', 1.0_wp)
+    call check_jump(tests, 'TRI3', 0.5_wp)
+    call check_jump(tests, 'TRI6', 0.5_wp)
+    call check_jump(tests, 'WEDGE6', 0.5_wp)
   end subroutine collect_stabilisation
 
   !> All cells of a small grid hold one point, so few that all are boundary cells.
@@ -83,6 +90,34 @@ contains
     call add_stabilising_force(stabilisation, field, force)
     call tests%check('ghost penalty on '//name//' resists a single node', force(1, 1) > 1.0e-3_wp)
   end subroutine check_ghost
+
+  !> A field of slope one on one side of the middle and zero on the other has the energy
+  !> g E h_F |F| summed over the faces between them, and nothing else; the terms are symmetric.
+  subroutine check_jump(tests, name, wanted)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    !> Energy for g = E = 1 and a middle of length (area) one.
+    real(wp), intent(in) :: wanted
+    type(mesh_type) :: mesh
+    type(stabilisation_type) :: stabilisation
+    real(wp), allocatable :: field(:, :), force(:, :)
+    real(wp) :: skew
+    integer :: k
+
+    call sample_grid(name, 2, 0.0_wp, mesh)
+    call thin_body(mesh, stabilise_ghost, stabilisation)
+    allocate (field(1, mesh%node_count), force(1, mesh%node_count))
+    field(1, :) = max(mesh%coordinates(1, :) - 0.5_wp, 0.0_wp)
+    force = 0.0_wp
+    call add_stabilising_force(stabilisation, field, force)
+    call tests%close('ghost penalty on '//name//' has the energy of a jump of slope', sum(force*field), wanted, &
+      1.0e-11_wp)
+    skew = 0.0_wp
+    do k = 1, stabilisation%patches%count
+      skew = max(skew, maxval(abs(stabilisation%matrix(:, :, k) - transpose(stabilisation%matrix(:, :, k)))))
+    end do
+    call tests%close('ghost penalty on '//name//' is symmetric', skew, 0.0_wp, 1.0e-11_wp)
+  end subroutine check_jump
 
   !> The background term lets a translation pass and is symmetric.
   subroutine check_background(tests, name)

@@ -1,0 +1,156 @@
+!> Integration points of several groups put together into one group over the union of their nodes.
+!>
+!> Used for patches of cells that share a pressure (qsmpm_pressure_groups); the groups keep their
+!> order, and whoever assembles sees no difference but larger groups.
+module qsmpm_merged_groups
+  use qsmpm_sorting, only: order_columns
+  use qsmpm_integration, only: integration_type, allocate_integration
+  implicit none
+  private
+
+  public :: merge_groups
+
+contains
+
+  !> Integration points by patches: a patch sees the nodes of all its groups, its points are sorted by
+  !> material, then group. Its cell is that of its first group.
+  pure subroutine merge_groups(integration, patch, merged)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Patch of each group, numbered in the order of their first groups (groups).
+    integer, intent(in) :: patch(:)
+    !> Integration points by patches.
+    type(integration_type), intent(out) :: merged
+    integer :: place(size(integration%nodes)), taken(size(integration%material))
+
+    call merge_nodes(integration, patch, merged, place)
+    call sort_points(integration, patch, merged, taken)
+    call allocate_integration(size(integration%gradient, 1), integration%point_count, &
+      size(integration%stress, 1), size(integration%state, 1), merged)
+    call take_points(integration, patch, place, taken, merged)
+  end subroutine merge_groups
+
+  !> Node lists of the patches, and the place of each listed node of the groups in its patch.
+  pure subroutine merge_nodes(integration, patch, merged, place)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Patch of each group (groups).
+    integer, intent(in) :: patch(:)
+    !> Integration points by patches.
+    type(integration_type), intent(inout) :: merged
+    !> (listed nodes)
+    integer, intent(out) :: place(:)
+    integer, allocatable :: first(:), member(:), nodes(:)
+    integer :: found(maxval([0, integration%nodes])), h, k, a, node, n
+
+    merged%axisymmetric = integration%axisymmetric
+    merged%group_count = maxval([0, patch])
+    call list_members(patch, merged%group_count, first, member)
+    allocate (merged%node_first(merged%group_count + 1), merged%cell(merged%group_count), &
+      nodes(size(integration%nodes)))
+    found = 0
+    n = 0
+    do h = 1, merged%group_count
+      merged%node_first(h) = n + 1
+      merged%cell(h) = integration%cell(member(first(h)))
+      do k = first(h), first(h + 1) - 1
+        do a = integration%node_first(member(k)), integration%node_first(member(k) + 1) - 1
+          node = integration%nodes(a)
+          if (found(node) <= merged%node_first(h) - 1) then
+            n = n + 1
+            found(node) = n
+            nodes(n) = node
+          end if
+          place(a) = found(node) - merged%node_first(h) + 1
+        end do
+      end do
+    end do
+    merged%node_first(merged%group_count + 1) = n + 1
+    allocate (merged%nodes, source=nodes(:n))
+  end subroutine merge_nodes
+
+  !> Groups of each patch, in compressed rows.
+  pure subroutine list_members(patch, count, first, member)
+    !> Patch of each group (groups).
+    integer, intent(in) :: patch(:)
+    !> Number of patches.
+    integer, intent(in) :: count
+    !> First places of the rows (count+1), and groups (groups).
+    integer, allocatable, intent(out) :: first(:)
+    integer, allocatable, intent(out) :: member(:)
+    integer :: filled(count), g
+
+    allocate (first(count + 1), member(size(patch)))
+    filled = 0
+    do g = 1, size(patch)
+      filled(patch(g)) = filled(patch(g)) + 1
+    end do
+    first(1) = 1
+    do g = 1, count
+      first(g + 1) = first(g) + filled(g)
+    end do
+    filled = first(:count)
+    do g = 1, size(patch)
+      member(filled(patch(g))) = g
+      filled(patch(g)) = filled(patch(g)) + 1
+    end do
+  end subroutine list_members
+
+  !> Order of the points by patch, material, group and their order there.
+  pure subroutine sort_points(integration, patch, merged, taken)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Patch of each group (groups).
+    integer, intent(in) :: patch(:)
+    !> Its first points are set.
+    type(integration_type), intent(inout) :: merged
+    !> Point that goes to each place (points).
+    integer, intent(out) :: taken(:)
+    integer :: key(2, size(taken)), g, q
+
+    allocate (merged%first(merged%group_count + 1), source=0)
+    merged%first(1) = 1
+    do g = 1, size(patch)
+      do q = integration%first(g), integration%first(g + 1) - 1
+        key(:, q) = [patch(g), integration%material(q)]
+      end do
+      merged%first(patch(g) + 1) = merged%first(patch(g) + 1) + integration%first(g + 1) - integration%first(g)
+    end do
+    do g = 1, merged%group_count
+      merged%first(g + 1) = merged%first(g) + merged%first(g + 1)
+    end do
+    call order_columns(key, taken)
+  end subroutine sort_points
+
+  !> Copy the points; functions of nodes that a point's own group does not have are zero.
+  pure subroutine take_points(integration, patch, place, taken, merged)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
+    integer, intent(in) :: patch(:)
+    integer, intent(in) :: place(:)
+    integer, intent(in) :: taken(:)
+    !> Integration points by patches, allocated with zeros.
+    type(integration_type), intent(inout) :: merged
+    integer :: group(size(taken)), g, a, q, k
+
+    do g = 1, size(patch)
+      group(integration%first(g):integration%first(g + 1) - 1) = g
+    end do
+    do k = 1, size(taken)
+      q = taken(k)
+      do a = integration%node_first(group(q)), integration%node_first(group(q) + 1) - 1
+        merged%shape(place(a), k) = integration%shape(a - integration%node_first(group(q)) + 1, q)
+        merged%gradient(:, place(a), k) = &
+          integration%gradient(:, a - integration%node_first(group(q)) + 1, q)
+      end do
+      merged%radius(k) = integration%radius(q)
+      merged%weight(k) = integration%weight(q)
+      merged%volume_ratio(k) = integration%volume_ratio(q)
+      merged%stress(:, k) = integration%stress(:, q)
+      merged%state(:, k) = integration%state(:, q)
+      merged%material(k) = integration%material(q)
+      merged%source(k) = integration%source(q)
+    end do
+  end subroutine take_points
+end module qsmpm_merged_groups

@@ -1,0 +1,218 @@
+!> Patches of one pressure: which cells are taken together so that one pressure a patch cures locking.
+!> The integration points are put together by qsmpm_merged_groups.
+!>
+!> One pressure a cell leaves about two equations of motion for each condition of constant volume on
+!> quads, bricks and quadratic elements. Linear triangles and wedges have twice, tetrahedra five times
+!> as many cells a node; their cells are joined over faces, the largest face first, in rounds that
+!> double the patch: triangles and wedges (over upright faces) to pairs, tetrahedra to fours. Patches
+!> that found no partner join the smallest neighbour. All of it depends on the active cells only, not
+!> on threads or on the order of points.
+module qsmpm_pressure_groups
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: tri3, wedge6, tet4, face_corners, face_corner_count
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_sorting, only: order_columns
+  implicit none
+  private
+
+  public :: needs_patches, pressure_patches
+
+  !> Faces whose logarithmic size differs by less than the inverse count as equal, so that rounding
+  !> does not choose between the edges of a regular mesh.
+  real(wp), parameter :: size_steps = 1.0e4_wp
+
+contains
+
+  !> Rounds of joining that cells of a kind need; 0 where the cell itself will do.
+  pure integer function rounds(kind)
+    !> Element kind.
+    integer, intent(in) :: kind
+
+    rounds = 0
+    if (kind == tri3 .or. kind == wedge6) rounds = 1
+    if (kind == tet4) rounds = 2
+  end function rounds
+
+  !> Whether cells of a kind are too small for a pressure of their own.
+  pure logical function needs_patches(kind)
+    !> Element kind.
+    integer, intent(in) :: kind
+
+    needs_patches = rounds(kind) > 0
+  end function needs_patches
+
+  !> Number the patches that the groups of cells belong to, in the order of their first groups.
+  pure subroutine pressure_patches(mesh, cells, wanted, patch)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Cell of each group, each cell at most once (groups).
+    integer, intent(in) :: cells(:)
+    !> Groups that hold a material under a common pressure (groups).
+    logical, intent(in) :: wanted(:)
+    !> Patch of each group (groups).
+    integer, allocatable, intent(out) :: patch(:)
+    integer, allocatable :: faces(:, :)
+    integer :: parent(size(cells)), members(size(cells))
+    integer :: g, round, count
+
+    call joinable_faces(mesh, cells, wanted, faces)
+    do g = 1, size(cells)
+      parent(g) = g
+    end do
+    members = 1
+    do round = 1, 2
+      call join_equals(mesh%cell_kind(cells), faces, round, parent, members)
+    end do
+    call join_leftovers(mesh%cell_kind(cells), faces, parent, members)
+    allocate (patch(size(cells)))
+    count = 0
+    do g = 1, size(cells)
+      if (parent(g) == g) count = count + 1
+      if (parent(g) == g) patch(g) = count
+      if (parent(g) /= g) patch(g) = patch(root(parent, g))
+    end do
+  end subroutine pressure_patches
+
+  !> Pairs of groups whose cells may be joined over a face, the largest face first.
+  pure subroutine joinable_faces(mesh, cells, wanted, faces)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Cell of each group (groups).
+    integer, intent(in) :: cells(:)
+    !> Groups that hold a material under a common pressure (groups).
+    logical, intent(in) :: wanted(:)
+    !> Groups on both sides of each face (2, faces).
+    integer, allocatable, intent(out) :: faces(:, :)
+    integer, allocatable :: found(:, :), key(:, :), order(:)
+    integer :: group(mesh%cell_count), g, f, n
+
+    group = 0
+    do g = 1, size(cells)
+      if (wanted(g) .and. needs_patches(mesh%cell_kind(cells(g)))) group(cells(g)) = g
+    end do
+    allocate (found(2, size(mesh%interior_face, 2)), key(1, size(mesh%interior_face, 2)))
+    n = 0
+    do f = 1, size(mesh%interior_face, 2)
+      associate (face => mesh%interior_face(:, f))
+        if (group(face(1)) == 0 .or. group(face(3)) == 0) cycle
+        if (mesh%cell_kind(face(1)) /= mesh%cell_kind(face(3))) cycle
+        if (mesh%cell_kind(face(1)) == wedge6 .and. face_corner_count(wedge6, face(2)) /= 4) cycle
+        n = n + 1
+        found(:, n) = [group(face(1)), group(face(3))]
+        key(1, n) = -nint(size_steps*log(face_size(mesh, face(1), face(2))))
+      end associate
+    end do
+    allocate (order(n), faces(2, n))
+    call order_columns(key(:, :n), order)
+    do f = 1, n
+      faces(:, f) = found(:, order(f))
+    end do
+  end subroutine joinable_faces
+
+  !> Length or area of a face; a measure of it for warped ones.
+  pure real(wp) function face_size(mesh, cell, face)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Cell and its local face.
+    integer, intent(in) :: cell
+    integer, intent(in) :: face
+    real(wp) :: a(3), b(3)
+    integer :: corner(4), n, d
+
+    n = face_corner_count(mesh%cell_kind(cell), face)
+    corner(:n) = mesh%cell_first(cell) - 1 + face_corners(mesh%cell_kind(cell), face)
+    corner(:n) = mesh%cell_nodes(corner(:n))
+    d = mesh%dimension
+    a = 0.0_wp
+    b = 0.0_wp
+    a(:d) = mesh%coordinates(:, corner(min(n, 3))) - mesh%coordinates(:, corner(1))
+    if (n == 2) then
+      face_size = norm2(a)
+    else
+      b(:d) = mesh%coordinates(:, corner(n)) - mesh%coordinates(:, corner(2))
+      if (n == 3) b(:d) = mesh%coordinates(:, corner(2)) - mesh%coordinates(:, corner(1))
+      face_size = 0.5_wp*norm2([a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)])
+    end if
+  end function face_size
+
+  !> One round: patches of the last round are joined in twos.
+  pure subroutine join_equals(kinds, faces, round, parent, members)
+    !> Element kinds of the groups (groups).
+    integer, intent(in) :: kinds(:)
+    !> Groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: faces(:, :)
+    !> Number of the round.
+    integer, intent(in) :: round
+    !> Group that stands for this one's patch, in steps; members of the patch, at that group.
+    integer, intent(inout) :: parent(:)
+    integer, intent(inout) :: members(:)
+    logical :: joined(size(parent))
+    integer :: f, p, q
+
+    joined = .false.
+    do f = 1, size(faces, 2)
+      if (rounds(kinds(faces(1, f))) < round) cycle
+      p = root(parent, faces(1, f))
+      q = root(parent, faces(2, f))
+      if (p == q .or. joined(p) .or. joined(q)) cycle
+      call join(p, q, parent, members)
+      joined(min(p, q)) = .true.
+    end do
+  end subroutine join_equals
+
+  !> Patches of at most half the size wanted join their smallest neighbour.
+  pure subroutine join_leftovers(kinds, faces, parent, members)
+    !> Element kinds of the groups (groups).
+    integer, intent(in) :: kinds(:)
+    !> Groups on both sides of each face, the largest first (2, faces).
+    integer, intent(in) :: faces(:, :)
+    !> As for join_equals.
+    integer, intent(inout) :: parent(:)
+    integer, intent(inout) :: members(:)
+    integer :: smallest(size(parent))
+    integer :: f, g, p, q, side
+
+    smallest = 0
+    do f = 1, size(faces, 2)
+      do side = 1, 2
+        p = root(parent, faces(side, f))
+        q = root(parent, faces(3 - side, f))
+        if (p == q) cycle
+        if (smallest(p) == 0) smallest(p) = q
+        if (members(q) < members(smallest(p))) smallest(p) = q
+      end do
+    end do
+    do g = 1, size(parent)
+      if (parent(g) /= g .or. smallest(g) == 0) cycle
+      if (2*members(g) > 2**rounds(kinds(g))) cycle
+      q = root(parent, smallest(g))
+      if (q /= g) call join(g, q, parent, members)
+    end do
+  end subroutine join_leftovers
+
+  !> Make one patch of two.
+  pure subroutine join(p, q, parent, members)
+    !> Groups that stand for the two patches.
+    integer, intent(in) :: p
+    integer, intent(in) :: q
+    !> As for join_equals.
+    integer, intent(inout) :: parent(:)
+    integer, intent(inout) :: members(:)
+
+    parent(max(p, q)) = min(p, q)
+    members(min(p, q)) = members(p) + members(q)
+  end subroutine join
+
+  !> The group that stands for a patch: its first one.
+  pure integer function root(parent, group)
+    !> As for join_equals.
+    integer, intent(in) :: parent(:)
+    !> A group of the patch.
+    integer, intent(in) :: group
+
+    root = group
+    do while (parent(root) /= root)
+      root = parent(root)
+    end do
+  end function root
+end module qsmpm_pressure_groups

@@ -1,0 +1,70 @@
+!> What bounds a body, independent of the mesh: an outline in the x-y plane, limits along z, a
+!> polyhedron, or a list of cells.
+module qsmpm_body_shape
+  use qsmpm_kinds, only: wp
+  use qsmpm_polygon, only: polygon_contains
+  use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains
+  implicit none
+  private
+
+  public :: body_shape_type, is_unbounded, shape_box, shape_contains
+
+  !> What bounds a body.
+  type :: body_shape_type
+    !> Vertices of the outline in the x-y plane, counter-clockwise (2,n); unallocated: no outline.
+    real(wp), allocatable :: outline(:, :)
+    !> Limits along z.
+    real(wp) :: low = -huge(1.0_wp), high = huge(1.0_wp)
+    !> Cells the body may occupy (cell_count); unallocated: all.
+    logical, allocatable :: region(:)
+    !> The body is the inside of this polyhedron; unallocated: it is none.
+    type(polyhedron_type), allocatable :: solid
+    !> Length by which the bounds are uncertain: that of a file with few digits.
+    real(wp) :: uncertainty = 0.0_wp
+  end type body_shape_type
+
+contains
+
+  !> True when the body fills every cell it may occupy.
+  pure logical function is_unbounded(shape)
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+
+    is_unbounded = .not. allocated(shape%outline) .and. .not. allocated(shape%solid) &
+      .and. shape%high >= huge(1.0_wp) .and. shape%low <= -huge(1.0_wp)
+  end function is_unbounded
+
+  !> Box around a body.
+  pure subroutine shape_box(shape, low, high)
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> Lower and upper corner (3).
+    real(wp), intent(out) :: low(3), high(3)
+
+    low = -huge(1.0_wp)
+    high = huge(1.0_wp)
+    if (allocated(shape%outline)) then
+      low(:2) = minval(shape%outline, dim=2)
+      high(:2) = maxval(shape%outline, dim=2)
+    end if
+    low(3) = shape%low
+    high(3) = shape%high
+    if (.not. allocated(shape%solid)) return
+    low = max(low, shape%solid%low)
+    high = min(high, shape%solid%high)
+  end subroutine shape_box
+
+  !> True when a place is inside of a body's outline, limits and polyhedron.
+  pure logical function shape_contains(shape, x) result(inside)
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+
+    inside = .true.
+    if (allocated(shape%outline)) inside = polygon_contains(shape%outline, x(:2))
+    if (size(x) == 2) return
+    inside = inside .and. x(3) >= shape%low .and. x(3) <= shape%high
+    if (allocated(shape%solid)) inside = inside .and. polyhedron_contains(shape%solid, x)
+  end function shape_contains
+end module qsmpm_body_shape

@@ -1,0 +1,210 @@
+!> The share of a cell that a body occupies, and the centroid of that part.
+!>
+!> Exact for plane cells with straight sides and for cells with plane faces; a brick whose faces are
+!> not plane is taken as six tetrahedra. In axisymmetry the share is one of volumes.
+module qsmpm_cell_share
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: corner_count
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_polygon, only: polygon_area, polygon_centroid, clip_by_convex
+  use qsmpm_body_shape, only: body_shape_type, is_unbounded, shape_box
+  use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, make_polyhedron, facets_over, &
+    moments_in_tets
+  use qsmpm_prism_facets, only: prism_caps
+  use qsmpm_tet_list, only: tet_list_type, cell_tets, add_moments
+  implicit none
+  private
+
+  public :: occupied_share, upright_prism, corners_of, solid_of
+
+contains
+
+  !> Coordinates of the corners of a cell (dimension, corners).
+  pure function corners_of(mesh, cell) result(corners)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: corners(mesh%dimension, corner_count(mesh%cell_kind(cell)))
+    integer :: first
+
+    first = mesh%cell_first(cell)
+    corners = mesh%coordinates(:, mesh%cell_nodes(first:first + size(corners, 2) - 1))
+  end function corners_of
+
+  !> The polyhedron of a body in 3D; the prism between its limits when it is given by an outline.
+  !> It has no facets in the plane and where the body is unbounded.
+  pure subroutine solid_of(mesh, shape, solid)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> The polyhedron; that of an outline serves for volumes only, it has no walls.
+    type(polyhedron_type), intent(out) :: solid
+    real(wp), allocatable :: facets(:, :, :), outline(:, :)
+    real(wp) :: low(3), high(3)
+
+    allocate (solid%facets(3, 3, 0))
+    if (mesh%dimension == 2 .or. is_unbounded(shape)) return
+    if (allocated(shape%solid)) then
+      solid = shape%solid
+      return
+    end if
+    low = minval(mesh%coordinates, dim=2)
+    high = maxval(mesh%coordinates, dim=2)
+    if (allocated(shape%outline)) then
+      allocate (outline, source=shape%outline)
+    else
+      allocate (outline(2, 4))
+      outline = reshape([low(:2), high(1), low(2), high(:2), low(1), high(2)], [2, 4])
+    end if
+    call prism_caps(outline, max(low(3) - 1.0_wp, shape%low), min(high(3) + 1.0_wp, shape%high), &
+      facets)
+    call make_polyhedron(facets, solid)
+  end subroutine solid_of
+
+  !> Share of a cell that a body occupies, and the centroid of that part.
+  pure subroutine occupied_share(mesh, axisymmetric, shape, solid, cell, share, centre)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Shares of volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> The polyhedron of the body, by `solid_of`.
+    type(polyhedron_type), intent(in) :: solid
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> From 0 to 1.
+    real(wp), intent(out) :: share
+    !> Centroid (3).
+    real(wp), intent(out) :: centre(3)
+    real(wp), allocatable :: base(:, :)
+    real(wp) :: low(3), high(3), corners(mesh%dimension, corner_count(mesh%cell_kind(cell)))
+    logical :: upright
+    integer :: d
+
+    share = 1.0_wp
+    centre = 0.0_wp
+    if (is_unbounded(shape)) return
+    call shape_box(shape, low, high)
+    d = mesh%dimension
+    corners = corners_of(mesh, cell)
+    share = 0.0_wp
+    if (any(minval(corners, dim=2) >= high(:d)) .or. any(maxval(corners, dim=2) <= low(:d))) return
+    call upright_prism(corners, base, low(3), high(3), upright)
+    if (upright .and. .not. allocated(shape%solid)) then
+      call share_of_prism(axisymmetric, shape, base, low(3), high(3), share, centre)
+    else
+      call share_in_solid(solid, corners, allocated(shape%solid), share, centre)
+    end if
+  end subroutine occupied_share
+
+  !> Corners of a plane cell, or the base and height of a wedge or brick standing along z.
+  pure subroutine upright_prism(corners, base, low, high, upright)
+    !> Corners (dimension, corners).
+    real(wp), intent(in) :: corners(:, :)
+    !> Base corners, counter-clockwise (2,n).
+    real(wp), allocatable, intent(out) :: base(:, :)
+    !> Limits along z; 0 in the plane.
+    real(wp), intent(out) :: low, high
+    !> False for any other cell; nothing else is set then.
+    logical, intent(out) :: upright
+    real(wp) :: tolerance
+    integer :: n, half
+
+    low = 0.0_wp
+    high = 0.0_wp
+    n = size(corners, 2)
+    upright = size(corners, 1) == 2
+    if (upright) then
+      allocate (base, source=corners)
+      return
+    end if
+    if (n == 4) return
+    half = n/2
+    low = minval(corners(3, :))
+    high = maxval(corners(3, :))
+    tolerance = 1.0e-9_wp*(maxval(abs(corners)) + high - low)
+    upright = maxval(abs(corners(:2, half + 1:) - corners(:2, :half))) <= tolerance &
+      .and. maxval(abs(corners(3, :half) - corners(3, 1))) <= tolerance &
+      .and. maxval(abs(corners(3, half + 1:) - corners(3, half + 1))) <= tolerance
+    if (.not. upright) return
+    allocate (base, source=corners(:2, :half))
+    if (polygon_area(base) < 0.0_wp) base(:, :) = corners(:2, half:1:-1)
+  end subroutine upright_prism
+
+  !> Exact share of a plane cell or an upright prism.
+  pure subroutine share_of_prism(axisymmetric, shape, base, low, high, share, centre)
+    !> Shares of volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+    !> Base corners (2,n).
+    real(wp), intent(in) :: base(:, :)
+    !> Limits of the prism along z.
+    real(wp), intent(in) :: low, high
+    !> From 0 to 1.
+    real(wp), intent(out) :: share
+    !> Centroid (3).
+    real(wp), intent(out) :: centre(3)
+    real(wp), allocatable :: clipped(:, :)
+    real(wp) :: middle(2)
+
+    share = 1.0_wp
+    middle = polygon_centroid(base)
+    centre(:2) = middle
+    centre(3) = 0.5_wp*(max(low, shape%low) + min(high, shape%high))
+    if (allocated(shape%outline)) then
+      call clip_by_convex(shape%outline, base, clipped)
+      share = 0.0_wp
+      if (size(clipped, 2) > 2) then
+        share = polygon_area(clipped)/polygon_area(base)
+        centre(:2) = polygon_centroid(clipped)
+        if (axisymmetric) share = share*centre(1)/middle(1)
+      end if
+    end if
+    if (high > low) share = share*max(0.0_wp, min(high, shape%high) - max(low, shape%low))/(high - low)
+  end subroutine share_of_prism
+
+  !> Share of a cell in 3D inside a polyhedron.
+  pure subroutine share_in_solid(solid, corners, closed, share, centre)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Corners of the cell (3,n).
+    real(wp), intent(in) :: corners(:, :)
+    !> The polyhedron has all its facets.
+    logical, intent(in) :: closed
+    !> From 0 to 1.
+    real(wp), intent(out) :: share
+    !> Centroid (3).
+    real(wp), intent(out) :: centre(3)
+    type(tet_list_type) :: tets
+    integer, allocatable :: candidates(:)
+    real(wp) :: low(3), high(3), volume, whole, moment(3)
+    logical :: crossed
+    integer :: i
+
+    low = minval(corners, dim=2)
+    high = maxval(corners, dim=2)
+    call facets_over(solid, low(:2), high(:2), candidates)
+    crossed = .not. closed
+    do i = 1, size(candidates)
+      associate (z => solid%facets(3, :, candidates(i)))
+        crossed = crossed .or. (minval(z) <= high(3) .and. maxval(z) >= low(3))
+      end associate
+    end do
+    centre = sum(corners, dim=2)/size(corners, 2)
+    if (.not. crossed) then
+      share = merge(1.0_wp, 0.0_wp, polyhedron_contains(solid, centre))
+      return
+    end if
+    call cell_tets(corners, tets)
+    whole = 0.0_wp
+    moment = 0.0_wp
+    call add_moments(tets, 1.0_wp, whole, moment)
+    call moments_in_tets(solid, candidates, tets, volume, moment)
+    share = volume/whole
+    if (share > tiny(share)) centre = moment/volume
+  end subroutine share_in_solid
+end module qsmpm_cell_share

@@ -1,0 +1,218 @@
+!> The separate pieces of a simple polygon inside a convex cell.
+!>
+!> The polygon is cut by one line of the cell after the other. Where a line cuts it, the kept parts of
+!> its boundary are chains that end on the line; in the order along the line the end of a chain is
+!> joined to the start of the next, which closes one polygon for every connected piece. The area and
+!> the first moment of the pieces together do not depend on who is joined to whom, so they are right
+!> to rounding even where vertices lie on the line.
+module qsmpm_polygon_pieces
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: polygon_list_type, pieces_in_convex, begin_list
+
+  !> Polygons in compressed rows: vertices(:, first(i) : first(i+1)-1), i = 1 ... count.
+  type :: polygon_list_type
+    integer :: count = 0
+    integer, allocatable :: first(:)
+    !> (2, room), the first first(count+1)-1 are used.
+    real(wp), allocatable :: vertices(:, :)
+  end type polygon_list_type
+
+contains
+
+  !> A list with one polygon.
+  pure subroutine begin_list(polygon, list)
+    !> Vertices in order (2,n).
+    real(wp), intent(in) :: polygon(:, :)
+    !> The list.
+    type(polygon_list_type), intent(out) :: list
+    integer :: i
+
+    call make_empty(list)
+    do i = 1, size(polygon, 2)
+      call add_vertex(list, polygon(:, i))
+    end do
+    call close_polygon(list)
+  end subroutine begin_list
+
+  !> Pieces of polygons inside a convex cell.
+  pure subroutine pieces_in_convex(subjects, cell, pieces)
+    !> Simple polygons, counter-clockwise.
+    type(polygon_list_type), intent(in) :: subjects
+    !> Vertices of the cell, counter-clockwise (2,m).
+    real(wp), intent(in) :: cell(:, :)
+    !> The pieces; none when there is nothing inside.
+    type(polygon_list_type), intent(out) :: pieces
+    type(polygon_list_type) :: next
+    integer :: edge, i
+
+    pieces = subjects
+    do edge = 1, size(cell, 2)
+      call make_empty(next)
+      do i = 1, pieces%count
+        call cut_by_line(pieces%vertices(:, pieces%first(i):pieces%first(i + 1) - 1), &
+          cell(:, edge), cell(:, mod(edge, size(cell, 2)) + 1), next)
+      end do
+      pieces = next
+    end do
+  end subroutine pieces_in_convex
+
+  !> Forget all polygons.
+  pure subroutine make_empty(list)
+    !> The list.
+    type(polygon_list_type), intent(inout) :: list
+
+    list%count = 0
+    if (.not. allocated(list%first)) allocate (list%first(8), list%vertices(2, 32))
+    list%first(1) = 1
+    list%first(2) = 1
+  end subroutine make_empty
+
+  !> Append a vertex to the polygon that is not closed yet.
+  pure subroutine add_vertex(list, vertex)
+    !> The list.
+    type(polygon_list_type), intent(inout) :: list
+    !> Place (2).
+    real(wp), intent(in) :: vertex(2)
+    real(wp), allocatable :: longer(:, :)
+    integer :: n
+
+    n = list%first(list%count + 2)
+    if (n > size(list%vertices, 2)) then
+      allocate (longer(2, 2*n))
+      longer(:, :n - 1) = list%vertices(:, :n - 1)
+      call move_alloc(longer, list%vertices)
+    end if
+    list%vertices(:, n) = vertex
+    list%first(list%count + 2) = n + 1
+  end subroutine add_vertex
+
+  !> End the polygon whose vertices were added last.
+  pure subroutine close_polygon(list)
+    !> The list.
+    type(polygon_list_type), intent(inout) :: list
+    integer, allocatable :: longer(:)
+
+    list%count = list%count + 1
+    if (list%count + 2 > size(list%first)) then
+      allocate (longer(2*(list%count + 2)))
+      longer(:list%count + 1) = list%first(:list%count + 1)
+      call move_alloc(longer, list%first)
+    end if
+    list%first(list%count + 2) = list%first(list%count + 1)
+  end subroutine close_polygon
+
+  !> Append the parts of a polygon to the left of a directed line, the line included.
+  pure subroutine cut_by_line(polygon, from, to, list)
+    !> Vertices, counter-clockwise (2,n).
+    real(wp), intent(in) :: polygon(:, :)
+    !> Two points of the line (2).
+    real(wp), intent(in) :: from(2), to(2)
+    !> Gains the parts.
+    type(polygon_list_type), intent(inout) :: list
+    real(wp) :: side(size(polygon, 2)), enter(2, size(polygon, 2)), leave(2, size(polygon, 2))
+    integer :: start(size(polygon, 2)), i, j, k, n, chains
+
+    n = size(polygon, 2)
+    side = (to(1) - from(1))*(polygon(2, :) - from(2)) - (to(2) - from(2))*(polygon(1, :) - from(1))
+    if (all(side < 0.0_wp)) return
+    chains = 0
+    do i = 1, n
+      j = mod(i, n) + 1
+      if (side(i) >= 0.0_wp .or. side(j) < 0.0_wp) cycle
+      chains = chains + 1
+      start(chains) = j
+      enter(:, chains) = crossing(i, j)
+      k = j
+      do while (side(mod(k, n) + 1) >= 0.0_wp)
+        k = mod(k, n) + 1
+      end do
+      leave(:, chains) = crossing(mod(k, n) + 1, k)
+    end do
+    if (chains == 0) then
+      do i = 1, n
+        call add_vertex(list, polygon(:, i))
+      end do
+      call close_polygon(list)
+    else
+      call join_chains(polygon, side, start(:chains), enter(:, :chains), leave(:, :chains), &
+        to - from, list)
+    end if
+
+  contains
+
+    !> Where the edge from an outer to an inner vertex meets the line.
+    pure function crossing(outer, inner) result(x)
+      !> Numbers of the vertices.
+      integer, intent(in) :: outer, inner
+      real(wp) :: x(2)
+
+      x = polygon(:, inner) + side(inner)/(side(inner) - side(outer)) &
+        *(polygon(:, outer) - polygon(:, inner))
+    end function crossing
+  end subroutine cut_by_line
+
+  !> Close chains along the line: the end of the k-th in its order goes to the k-th start.
+  pure subroutine join_chains(polygon, side, start, enter, leave, along, list)
+    !> Vertices (2,n) and their side of the line (n).
+    real(wp), intent(in) :: polygon(:, :), side(:)
+    !> First inner vertex of each chain.
+    integer, intent(in) :: start(:)
+    !> Where each chain starts and ends on the line (2, chains).
+    real(wp), intent(in) :: enter(:, :), leave(:, :)
+    !> Direction of the line (2).
+    real(wp), intent(in) :: along(2)
+    !> Gains the closed polygons.
+    type(polygon_list_type), intent(inout) :: list
+    integer :: entry_order(size(start)), exit_rank(size(start)), order(size(start)), k, m, vertex
+    logical :: done(size(start))
+
+    call sort_along(enter, along, entry_order)
+    call sort_along(leave, along, order)
+    do k = 1, size(start)
+      exit_rank(order(k)) = k
+    end do
+    done = .false.
+    do k = 1, size(start)
+      m = k
+      if (done(m)) cycle
+      do while (.not. done(m))
+        done(m) = .true.
+        call add_vertex(list, enter(:, m))
+        vertex = start(m)
+        do while (side(vertex) >= 0.0_wp)
+          call add_vertex(list, polygon(:, vertex))
+          vertex = mod(vertex, size(side)) + 1
+        end do
+        call add_vertex(list, leave(:, m))
+        m = entry_order(exit_rank(m))
+      end do
+      call close_polygon(list)
+    end do
+  end subroutine join_chains
+
+  !> Order of places along a direction.
+  pure subroutine sort_along(places, along, order)
+    !> Places (2,n).
+    real(wp), intent(in) :: places(:, :)
+    !> Direction (2).
+    real(wp), intent(in) :: along(2)
+    !> Numbers of the places in rising order (n).
+    integer, intent(out) :: order(:)
+    real(wp) :: distance(size(order))
+    integer :: i, k
+
+    do i = 1, size(order)
+      distance(i) = dot_product(places(:, i), along)
+      k = i
+      do while (k > 1)
+        if (distance(order(k - 1)) <= distance(i)) exit
+        order(k) = order(k - 1)
+        k = k - 1
+      end do
+      order(k) = i
+    end do
+  end subroutine sort_along
+end module qsmpm_polygon_pieces

@@ -1,0 +1,249 @@
+!> Polyhedra bounded by triangles: total volume and centroid, containment, and the part inside a cell.
+!>
+!> A facet that looks up (or down) along z counts +1 (or -1) for every place below it. Over all
+!> facets of a closed surface the counts add up to 1 inside and 0 outside. So the volume of the
+!> polyhedron in a convex cell is the signed sum over the facets of the volume of the cell below
+!> the facet, a convex solid cut off by four planes, and the same holds for the first moment.
+!> Nothing is tested for lying on a face, so nothing can be tested wrongly; facets that stand along
+!> z count nothing. The surface need not be convex or in one piece.
+module qsmpm_polyhedron
+  use qsmpm_kinds, only: wp
+  use qsmpm_sorting, only: sort
+  use qsmpm_polygon, only: polygon_contains
+  use qsmpm_tet_list, only: tet_list_type, cut_tets, add_moments
+  implicit none
+  private
+
+  public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, &
+    facets_over, moments_in_tets, facet_normal
+
+  !> A closed surface of triangles, and bins in the x-y plane to find those above a place.
+  type :: polyhedron_type
+    !> Corners, counter-clockwise seen from outside (3, 3, n).
+    real(wp), allocatable :: facets(:, :, :)
+    !> Box around all (3).
+    real(wp) :: low(3) = 0.0_wp, high(3) = 0.0_wp
+    !> Bins a direction.
+    integer :: bins = 1
+    !> Facets whose box meets bin (i, j): member(first(k) : first(k+1)-1), k = i + bins*(j-1).
+    integer, allocatable :: first(:), member(:)
+  end type polyhedron_type
+
+  integer, parameter :: most_bins = 256
+
+contains
+
+  !> A polyhedron of facets, with its bins.
+  pure subroutine make_polyhedron(facets, solid)
+    !> Corners, counter-clockwise seen from outside (3, 3, n).
+    real(wp), intent(in) :: facets(:, :, :)
+    !> The polyhedron.
+    type(polyhedron_type), intent(out) :: solid
+    integer :: f, i, j, k, pass, range(2, 2)
+    integer, allocatable :: place(:)
+
+    allocate (solid%facets, source=facets)
+    if (size(facets, 3) == 0) return
+    solid%low = minval(minval(facets, dim=3), dim=2)
+    solid%high = maxval(maxval(facets, dim=3), dim=2)
+    solid%bins = max(1, min(most_bins, int(sqrt(0.5_wp*size(facets, 3)))))
+    allocate (solid%first(solid%bins**2 + 1), place(solid%bins**2), source=0)
+    do pass = 1, 2
+      do f = 1, size(facets, 3)
+        range(:, 1) = bin_of(solid, minval(facets(:2, :, f), dim=2))
+        range(:, 2) = bin_of(solid, maxval(facets(:2, :, f), dim=2))
+        do j = range(2, 1), range(2, 2)
+          do i = range(1, 1), range(1, 2)
+            k = i + solid%bins*(j - 1)
+            place(k) = place(k) + 1
+            if (pass == 2) solid%member(place(k)) = f
+          end do
+        end do
+      end do
+      if (pass == 2) exit
+      solid%first(1) = 1
+      do k = 1, size(place)
+        solid%first(k + 1) = solid%first(k) + place(k)
+        place(k) = solid%first(k) - 1
+      end do
+      allocate (solid%member(solid%first(size(place) + 1) - 1))
+    end do
+  end subroutine make_polyhedron
+
+  !> Bin of a place.
+  pure function bin_of(solid, x) result(bin)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Place in the x-y plane (2).
+    real(wp), intent(in) :: x(2)
+    integer :: bin(2)
+    real(wp) :: share(2)
+
+    share = (x - solid%low(:2))/max(solid%high(:2) - solid%low(:2), tiny(1.0_wp))
+    bin = 1 + int(min(max(share, 0.0_wp), 1.0_wp)*solid%bins)
+    bin = min(bin, solid%bins)
+  end function bin_of
+
+  !> Facets whose box in the x-y plane meets a box, each once, in rising order.
+  pure subroutine facets_over(solid, low, high, found)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Lower and upper corner of the box (2).
+    real(wp), intent(in) :: low(2), high(2)
+    !> Numbers of the facets.
+    integer, allocatable, intent(out) :: found(:)
+    integer, allocatable :: near(:)
+    integer :: i, j, k, f, n, bins(2, 2)
+
+    allocate (found(0))
+    if (any(low > solid%high(:2)) .or. any(high < solid%low(:2))) return
+    if (size(solid%facets, 3) == 0) return
+    bins(:, 1) = bin_of(solid, low)
+    bins(:, 2) = bin_of(solid, high)
+    n = 0
+    do j = bins(2, 1), bins(2, 2)
+      k = solid%bins*(j - 1)
+      n = n + solid%first(bins(1, 2) + k + 1) - solid%first(bins(1, 1) + k)
+    end do
+    allocate (near(n))
+    n = 0
+    do j = bins(2, 1), bins(2, 2)
+      do i = bins(1, 1), bins(1, 2)
+        k = i + solid%bins*(j - 1)
+        do f = solid%first(k), solid%first(k + 1) - 1
+          associate (x => solid%facets(:2, :, solid%member(f)))
+            if (any(minval(x, dim=2) > high) .or. any(maxval(x, dim=2) < low)) cycle
+          end associate
+          n = n + 1
+          near(n) = solid%member(f)
+        end do
+      end do
+    end do
+    call sort(near(:n))
+    deallocate (found)
+    k = 0
+    do i = 1, n
+      if (k > 0) then
+        if (near(k) == near(i)) cycle
+      end if
+      k = k + 1
+      near(k) = near(i)
+    end do
+    allocate (found, source=near(:k))
+  end subroutine facets_over
+
+  !> Normal of a facet, as long as twice its area.
+  pure function facet_normal(corners) result(normal)
+    !> Corners (3,3).
+    real(wp), intent(in) :: corners(3, 3)
+    real(wp) :: normal(3)
+    real(wp) :: a(3), b(3)
+
+    a = corners(:, 2) - corners(:, 1)
+    b = corners(:, 3) - corners(:, 1)
+    normal = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function facet_normal
+
+  !> Volume and centroid by the divergence theorem; positive when the normals look outward.
+  pure subroutine polyhedron_volume(facets, volume, centroid)
+    !> Corners (3, 3, n).
+    real(wp), intent(in) :: facets(:, :, :)
+    !> The volume.
+    real(wp), intent(out) :: volume
+    !> The centroid (3); the middle of the corners when the volume vanishes.
+    real(wp), intent(out) :: centroid(3)
+    real(wp) :: origin(3), part, x(3, 3)
+    integer :: f
+
+    origin = sum(sum(facets, dim=3), dim=2)/max(1, 3*size(facets, 3))
+    volume = 0.0_wp
+    centroid = 0.0_wp
+    do f = 1, size(facets, 3)
+      x = facets(:, :, f) - spread(origin, 2, 3)
+      part = dot_product(x(:, 1), facet_normal(x))/6.0_wp
+      volume = volume + part
+      centroid = centroid + 0.25_wp*part*sum(x, dim=2)
+    end do
+    if (abs(volume) > tiny(volume)) centroid = centroid/volume
+    centroid = origin + centroid
+  end subroutine polyhedron_volume
+
+  !> True when a place is inside.
+  pure logical function polyhedron_contains(solid, x) result(inside)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Place (3).
+    real(wp), intent(in) :: x(3)
+    integer :: i, k, bin(2), total
+    real(wp) :: normal(3)
+
+    inside = .false.
+    if (any(x < solid%low) .or. any(x > solid%high)) return
+    bin = bin_of(solid, x(:2))
+    k = bin(1) + solid%bins*(bin(2) - 1)
+    total = 0
+    do i = solid%first(k), solid%first(k + 1) - 1
+      associate (corners => solid%facets(:, :, solid%member(i)))
+        if (.not. polygon_contains(corners(:2, :), x(:2))) cycle
+        normal = facet_normal(corners)
+        if (.not. normal(3)*dot_product(normal, x - corners(:, 1)) < 0.0_wp) cycle
+        total = total + merge(1, -1, normal(3) > 0.0_wp)
+      end associate
+    end do
+    inside = total > 0
+  end function polyhedron_contains
+
+  !> Volume and first moment of the polyhedron inside a convex solid.
+  pure subroutine moments_in_tets(solid, candidates, tets, volume, moment)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Facets over the convex solid.
+    integer, intent(in) :: candidates(:)
+    !> The convex solid.
+    type(tet_list_type), intent(in) :: tets
+    !> The volume.
+    real(wp), intent(out) :: volume
+    !> Integral of the place (3).
+    real(wp), intent(out) :: moment(3)
+    type(tet_list_type) :: part, next
+    real(wp) :: low(3), high(3), normal(3), corners(3, 3), wall(3)
+    integer :: i, k
+
+    volume = 0.0_wp
+    moment = 0.0_wp
+    low = minval(minval(tets%corners(:, :, :tets%count), dim=3), dim=2)
+    high = maxval(maxval(tets%corners(:, :, :tets%count), dim=3), dim=2)
+    do i = 1, size(candidates)
+      corners = solid%facets(:, :, candidates(i))
+      if (any(minval(corners(:2, :), dim=2) >= high(:2))) cycle
+      if (any(maxval(corners(:2, :), dim=2) <= low(:2))) cycle
+      if (maxval(corners(3, :)) <= low(3)) cycle
+      normal = facet_normal(corners)
+      if (.not. abs(normal(3)) > 0.0_wp) cycle
+      if (normal(3) < 0.0_wp) corners = corners(:, [1, 3, 2])
+      call cut_tets(tets, corners(:, 1), sign(1.0_wp, normal(3))*normal, part)
+      do k = 1, 3
+        wall(:2) = corners(:2, mod(k, 3) + 1) - corners(:2, k)
+        wall = [wall(2), -wall(1), 0.0_wp]
+        call cut_tets(part, corners(:, k), wall, next)
+        call swap(part, next)
+      end do
+      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment)
+    end do
+  end subroutine moments_in_tets
+
+  !> Exchange two lists.
+  pure subroutine swap(a, b)
+    !> The lists.
+    type(tet_list_type), intent(inout) :: a, b
+    real(wp), allocatable :: corners(:, :, :)
+    integer :: count
+
+    call move_alloc(a%corners, corners)
+    call move_alloc(b%corners, a%corners)
+    call move_alloc(corners, b%corners)
+    count = a%count
+    a%count = b%count
+    b%count = count
+  end subroutine swap
+end module qsmpm_polyhedron

@@ -1,0 +1,78 @@
+!> A growing list of seeds: the places where material points and surface points start.
+module qsmpm_seed_list
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: seed_list_type, add_seed
+
+  !> Growing list of seeds; the first `count` are used.
+  type :: seed_list_type
+    integer :: count = 0
+    !> Owner cell, and number of the body or surface (count).
+    integer, allocatable :: cell(:), body(:)
+    !> Local coordinates in the cell (dimension, count).
+    real(wp), allocatable :: local(:, :)
+    !> Volume of a material point, area of a surface point; per radian in axisymmetry (count).
+    real(wp), allocatable :: volume(:)
+    !> Half lengths of the box a material point stands for; area vector of a surface point, outward
+    !> and as long as its area (dimension, count).
+    real(wp), allocatable :: vector(:, :)
+  end type seed_list_type
+
+contains
+
+  !> Append one seed.
+  pure subroutine add_seed(list, cell, body, local, volume, vector)
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    !> Owner cell.
+    integer, intent(in) :: cell
+    !> Number of the body or surface.
+    integer, intent(in) :: body
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    !> Volume or area.
+    real(wp), intent(in) :: volume
+    !> Half lengths or area vector (dimension).
+    real(wp), intent(in) :: vector(:)
+
+    call make_room(list, size(local))
+    list%count = list%count + 1
+    list%cell(list%count) = cell
+    list%body(list%count) = body
+    list%local(:, list%count) = local
+    list%volume(list%count) = volume
+    list%vector(:, list%count) = vector
+  end subroutine add_seed
+
+  !> Room for one more seed.
+  pure subroutine make_room(list, dimension)
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    type(seed_list_type) :: longer
+    integer :: room, n
+
+    room = 0
+    if (allocated(list%cell)) room = size(list%cell)
+    n = list%count
+    if (n < room) return
+    room = max(256, 2*room)
+    allocate (longer%cell(room), longer%body(room), longer%local(dimension, room), &
+      longer%volume(room), longer%vector(dimension, room))
+    if (n > 0) then
+      longer%cell(:n) = list%cell(:n)
+      longer%body(:n) = list%body(:n)
+      longer%local(:, :n) = list%local(:, :n)
+      longer%volume(:n) = list%volume(:n)
+      longer%vector(:, :n) = list%vector(:, :n)
+    end if
+    call move_alloc(longer%cell, list%cell)
+    call move_alloc(longer%body, list%body)
+    call move_alloc(longer%local, list%local)
+    call move_alloc(longer%volume, list%volume)
+    call move_alloc(longer%vector, list%vector)
+  end subroutine make_room
+end module qsmpm_seed_list

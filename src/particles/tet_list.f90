@@ -1,0 +1,165 @@
+!> Convex solids as lists of tetrahedra: cutting them by planes, volume and first moment.
+!>
+!> A plane cuts a tetrahedron into at most a tetrahedron and a solid with the corners of a wedge, and
+!> that is three tetrahedra again; so any number of cuts stays exact to rounding.
+module qsmpm_tet_list
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: tet_list_type, cell_tets, cut_tets, add_moments
+
+  !> Tetrahedra of positive volume; corners(:, :, i), i = 1 ... count.
+  type :: tet_list_type
+    integer :: count = 0
+    !> (3, 4, room)
+    real(wp), allocatable :: corners(:, :, :)
+  end type tet_list_type
+
+  !> Tetrahedra of a wedge, and of a brick about its diagonal from corner 1 to corner 7.
+  integer, parameter :: of_wedge(4, 3) = reshape([1, 2, 3, 4, 2, 3, 4, 5, 3, 4, 5, 6], [4, 3])
+  integer, parameter :: of_brick(4, 6) = reshape([1, 2, 3, 7, 1, 3, 4, 7, 1, 4, 8, 7, 1, 8, 5, 7, &
+    1, 5, 6, 7, 1, 6, 2, 7], [4, 6])
+
+contains
+
+  !> The tetrahedra of a cell by its corners; plane faces are assumed.
+  pure subroutine cell_tets(corners, list)
+    !> Corners of a tetrahedron, wedge or brick in the order of the elements (3, 4, 6 or 8).
+    real(wp), intent(in) :: corners(:, :)
+    !> The tetrahedra.
+    type(tet_list_type), intent(inout) :: list
+    integer :: i
+
+    list%count = 0
+    select case (size(corners, 2))
+    case (4)
+      call add_tet(list, corners)
+    case (6)
+      do i = 1, 3
+        call add_tet(list, corners(:, of_wedge(:, i)))
+      end do
+    case default
+      do i = 1, 6
+        call add_tet(list, corners(:, of_brick(:, i)))
+      end do
+    end select
+  end subroutine cell_tets
+
+  !> Append a tetrahedron.
+  pure subroutine add_tet(list, corners)
+    !> The list.
+    type(tet_list_type), intent(inout) :: list
+    !> Corners in any order (3,4).
+    real(wp), intent(in) :: corners(:, :)
+    real(wp), allocatable :: longer(:, :, :)
+
+    if (.not. allocated(list%corners)) allocate (list%corners(3, 4, 32))
+    if (list%count == size(list%corners, 3)) then
+      allocate (longer(3, 4, 2*list%count))
+      longer(:, :, :list%count) = list%corners
+      call move_alloc(longer, list%corners)
+    end if
+    list%count = list%count + 1
+    list%corners(:, :, list%count) = corners
+  end subroutine add_tet
+
+  !> Keep what lies on the side of a plane where normal . (x - origin) <= 0.
+  pure subroutine cut_tets(list, origin, normal, kept)
+    !> Tetrahedra.
+    type(tet_list_type), intent(in) :: list
+    !> Point of the plane (3).
+    real(wp), intent(in) :: origin(3)
+    !> Normal of any length (3).
+    real(wp), intent(in) :: normal(3)
+    !> What is kept.
+    type(tet_list_type), intent(inout) :: kept
+    real(wp) :: height(4), x(3, 4)
+    integer :: i, k, n, order(4)
+
+    kept%count = 0
+    do i = 1, list%count
+      n = 0
+      do k = 1, 4
+        height(k) = dot_product(normal, list%corners(:, k, i) - origin)
+        if (height(k) > 0.0_wp) cycle
+        n = n + 1
+        order(n) = k
+      end do
+      if (n == 4) call add_tet(kept, list%corners(:, :, i))
+      if (n == 4 .or. n == 0) cycle
+      do k = 1, 4
+        if (height(k) <= 0.0_wp) cycle
+        n = n + 1
+        order(n) = k
+      end do
+      x = list%corners(:, order, i)
+      call cut_one(x, height(order), count(height <= 0.0_wp), kept)
+    end do
+  end subroutine cut_tets
+
+  !> The kept part of a tetrahedron whose first corners are inside.
+  pure subroutine cut_one(x, height, inside, kept)
+    !> Corners, those inside first (3,4).
+    real(wp), intent(in) :: x(3, 4)
+    !> Heights above the plane (4).
+    real(wp), intent(in) :: height(4)
+    !> Number of corners inside, 1 to 3.
+    integer, intent(in) :: inside
+    !> Gains the part.
+    type(tet_list_type), intent(inout) :: kept
+    real(wp) :: wedge(3, 6)
+    integer :: i
+
+    select case (inside)
+    case (1)
+      call add_tet(kept, reshape([x(:, 1), on_plane(1, 2), on_plane(1, 3), on_plane(1, 4)], [3, 4]))
+      return
+    case (2)
+      wedge = reshape([x(:, 1), on_plane(1, 3), on_plane(1, 4), &
+        x(:, 2), on_plane(2, 3), on_plane(2, 4)], [3, 6])
+    case default
+      wedge = reshape([x(:, :3), on_plane(1, 4), on_plane(2, 4), on_plane(3, 4)], [3, 6])
+    end select
+    do i = 1, 3
+      call add_tet(kept, wedge(:, of_wedge(:, i)))
+    end do
+
+  contains
+
+    !> Where an edge meets the plane.
+    pure function on_plane(inner, outer) result(place)
+      !> Numbers of the corners.
+      integer, intent(in) :: inner, outer
+      real(wp) :: place(3)
+
+      place = x(:, inner) + height(inner)/(height(inner) - height(outer))*(x(:, outer) - x(:, inner))
+    end function on_plane
+  end subroutine cut_one
+
+  !> Add volume and first moment, times a sign.
+  pure subroutine add_moments(list, sign, volume, moment)
+    !> Tetrahedra.
+    type(tet_list_type), intent(in) :: list
+    !> Factor.
+    real(wp), intent(in) :: sign
+    !> Gains the volume.
+    real(wp), intent(inout) :: volume
+    !> Gains the integral of the place (3).
+    real(wp), intent(inout) :: moment(3)
+    real(wp) :: a(3), b(3), c(3), part
+    integer :: i
+
+    do i = 1, list%count
+      associate (x => list%corners(:, :, i))
+        a = x(:, 2) - x(:, 1)
+        b = x(:, 3) - x(:, 1)
+        c = x(:, 4) - x(:, 1)
+        part = sign*abs(a(1)*(b(2)*c(3) - b(3)*c(2)) + a(2)*(b(3)*c(1) - b(1)*c(3)) &
+          + a(3)*(b(1)*c(2) - b(2)*c(1)))/6.0_wp
+        volume = volume + part
+        moment = moment + 0.25_wp*part*sum(x, dim=2)
+      end associate
+    end do
+  end subroutine add_moments
+end module qsmpm_tet_list

@@ -1,0 +1,182 @@
+!> Surface points of a model: the surfaces of the deck on the mesh and on the bounds of bodies.
+module qsmpm_model_surfaces
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
+    select_outline, support_normal
+  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_model, only: model_type
+  use qsmpm_model_bodies, only: place_seeds
+  use qsmpm_model_shapes, only: shape_of
+  use qsmpm_points, only: allocate_surface_points, set_normals
+  use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_surface_seeding, only: seed_faces, seed_segment
+  use qsmpm_outline_seeding, only: seed_outline
+  use qsmpm_mesh_sets, only: faces_in_box, set_tolerance
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  implicit none
+  private
+
+  public :: make_surfaces
+
+  !> Normals of a plane differ less than this.
+  real(wp), parameter :: plane_tolerance = 1.0e-6_wp
+
+contains
+
+  !> Surface points of all surfaces, and the points that carry tractions in the paper's way.
+  subroutine make_surfaces(model, faults)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    type(seed_list_type) :: list
+    logical :: occupied(model%mesh%cell_count)
+    integer, allocatable :: faces(:, :)
+    integer :: s, k, before
+
+    occupied = .false.
+    occupied(model%state%points%cell) = .true.
+    do s = 1, size(model%analysis%surfaces)
+      associate (surface => model%analysis%surfaces(s))
+        before = list%count
+        select case (surface%selection)
+        case (select_box)
+          call faces_in_box(model%mesh, surface%box, faces)
+          call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
+        case (select_segment)
+          if (model%mesh%dimension == 3) then
+            call add_fault(faults, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
+            cycle
+          end if
+          do k = 1, size(surface%segments, 2)
+            call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, &
+              .false., surface%segments(:, k), s, list)
+          end do
+        case (select_outline)
+          call outline_points(model, surface, s, list, faults)
+        case (select_mesh)
+          call mesh_faces(model, surface%name, faces)
+          call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
+        end select
+        if (list%count == before) call add_fault(faults, surface%where, '*SURFACE', &
+          "surface '"//surface%name//"' touches no element that holds material")
+      end associate
+    end do
+    if (faults%count > 0) return
+    call allocate_surface_points(model%state%surface, model%mesh%dimension, list%count)
+    if (list%count > 0) then
+      call place_seeds(model, list, model%state%surface)
+      model%state%surface%surface = list%body(:list%count)
+      model%state%surface%area = list%volume(:list%count)
+      model%state%surface%area_vector = list%vector(:, :list%count)
+      call set_normals(model%state%surface, [(.true., k=1, list%count)])
+    end if
+    call choose_carrying_points(model)
+    call check_planes(model, faults)
+  end subroutine make_surfaces
+
+  !> A surface that slides on its plane must be plane.
+  subroutine check_planes(model, faults)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    integer :: i, p, s, first
+
+    do p = 1, size(model%analysis%phases)
+      do i = 1, size(model%analysis%phases(p)%supports)
+        associate (support => model%analysis%phases(p)%supports(i), points => model%state%surface)
+          if (support%kind /= support_normal) cycle
+          do s = 1, size(model%analysis%surfaces)
+            if (model%analysis%surfaces(s)%name /= support%surface) cycle
+            first = first_point(points%surface, s)
+            if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
+              points%count), dim=1) > plane_tolerance)) call add_fault(faults, support%where, '*SUPPORT', &
+              "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
+          end do
+        end associate
+      end do
+    end do
+  end subroutine check_planes
+
+  !> First point of a surface.
+  pure integer function first_point(surface, s)
+    !> Surface of each point, and the one looked for, which has points.
+    integer, intent(in) :: surface(:), s
+    integer :: i
+
+    first_point = 1
+    do i = size(surface), 1, -1
+      if (surface(i) == s) first_point = i
+    end do
+  end function first_point
+
+  !> Surface points on the bounds of a body; the deck has checked that it exists.
+  subroutine outline_points(model, surface, number, list, faults)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The surface and its number.
+    type(surface_type), intent(in) :: surface
+    integer, intent(in) :: number
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    real(wp) :: box(3, 2)
+    logical :: occupied(model%mesh%cell_count)
+    integer :: b, d, p
+
+    d = model%mesh%dimension
+    box(:, 1) = -1.0_wp
+    box(:, 2) = 1.0_wp
+    box(:d, 1) = box(:d, 1) + minval(model%mesh%coordinates, dim=2)
+    box(:d, 2) = box(:d, 2) + maxval(model%mesh%coordinates, dim=2)
+    if (surface%boxed) then
+      box(:, 1) = surface%box(:, 1) - set_tolerance(model%mesh)
+      box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)
+    end if
+    do b = 1, size(model%analysis%bodies)
+      if (model%analysis%bodies(b)%name /= surface%body) cycle
+      occupied = .false.
+      do p = 1, model%state%points%count
+        if (model%state%points%body(p) == b) occupied(model%state%points%cell(p)) = .true.
+      end do
+      call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
+        shape_of(model, model%analysis%bodies(b), faults), box, number, list)
+    end do
+  end subroutine outline_points
+
+  !> Faces of a surface named by the mesh.
+  subroutine mesh_faces(model, name, faces)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Name.
+    character(len=*), intent(in) :: name
+    !> Cell and local face, (2,n).
+    integer, allocatable, intent(out) :: faces(:, :)
+    integer :: s
+
+    allocate (faces(2, 0))
+    do s = 1, size(model%mesh%face_sets)
+      if (model%mesh%face_sets(s)%name == name) faces = model%mesh%face_sets(s)%faces
+    end do
+  end subroutine mesh_faces
+
+  !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.
+  subroutine choose_carrying_points(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    type(point_bins_type) :: bins
+    integer :: i
+
+    call make_bins(model%state%points%position, bins)
+    allocate (model%carrying_point(model%state%surface%count), model%carrying_surface(model%state%surface%count))
+    allocate (model%carrying_area(model%state%surface%count))
+    do i = 1, model%state%surface%count
+      model%carrying_point(i) = nearest_in_bins(bins, model%state%points%position, &
+        model%state%surface%position(:, i))
+      model%carrying_surface(i) = model%state%surface%surface(i)
+      model%carrying_area(i) = model%state%surface%area(i)
+    end do
+  end subroutine choose_carrying_points
+end module qsmpm_model_surfaces

@@ -1,0 +1,344 @@
+!> The balance of a group of points under one pressure: the extra volume changes omega for which
+!>   pi + c omega = pbar at all points,   sum V omega = 0
+!> (qsmpm_uniform_pressure says what for). Newton's method for all points together takes two or three
+!> calls of the law; a search in brackets takes over where corners of the yield surface defeat it.
+module qsmpm_pressure_balance
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent
+  use qsmpm_tensor, only: gradient_row
+  implicit none
+  private
+
+  public :: pressure_type, allocate_pressure, even_out_volumes, balance, search, packed_determinant
+
+  !> Passes of Newton's method before the search takes over, and the search's: pressures tried, and
+  !> passes for each.
+  integer, parameter :: most_passes = 10, most_pressures = 40, most_tries = 60
+  !> Largest change of omega in a pass of the search.
+  real(wp), parameter :: largest_change = 0.1_wp
+  !> Spread of pi + c omega that is left, relative to shear modulus and stress, and the rounding of a
+  !> stress whose volume change is known to some eps.
+  real(wp), parameter :: spread = 1.0e-13_wp, rounding = 5.0e-14_wp
+  !> A pass has overshot when the slope along it has turned round to more than this share of the first.
+  real(wp), parameter :: overshoot = 0.5_wp
+
+  !> Work space of one group, and what the stiffness needs of it. Arrays may be longer than the group.
+  type :: pressure_type
+    !> Volumetric direction m (3).
+    real(wp) :: direction(3) = 1.0_wp/3.0_wp
+    !> c.
+    real(wp) :: resistance = 0.0_wp
+    !> F of the points as the displacements give it, packed (5 or 9, n).
+    real(wp), allocatable :: gradient(:, :)
+    !> Extra volume change omega, and its last correction (n).
+    real(wp), allocatable :: omega(:), correction(:)
+    !> Where omega is known to lie (n).
+    real(wp), allocatable :: low(:), high(:)
+    !> pi + c omega and k (n).
+    real(wp), allocatable :: pressure(:), stiffness(:)
+    !> r and l, packed (5 or 9, n).
+    real(wp), allocatable :: right(:, :), left(:, :)
+    !> CR and CL of the group's nodes (dimension*nodes).
+    real(wp), allocatable :: right_vector(:), left_vector(:)
+    !> Calls of the law that the last balance took.
+    integer :: passes = 0
+  end type pressure_type
+
+contains
+
+  !> Room for groups of some size.
+  pure subroutine allocate_pressure(components, points, unknowns, hoop, pressure)
+    !> Packed components of a gradient, 5 or 9.
+    integer, intent(in) :: components
+    !> Points and displacement components of the largest group.
+    integer, intent(in) :: points
+    integer, intent(in) :: unknowns
+    !> The third direction strains: axisymmetry and 3D.
+    logical, intent(in) :: hoop
+    !> The work space.
+    type(pressure_type), intent(out) :: pressure
+
+    if (.not. hoop) pressure%direction = [0.5_wp, 0.5_wp, 0.0_wp]
+    allocate (pressure%gradient(components, points), pressure%right(components, points), &
+      pressure%left(components, points))
+    allocate (pressure%omega(points), pressure%correction(points), pressure%pressure(points), &
+      pressure%stiffness(points), pressure%low(points), pressure%high(points))
+    allocate (pressure%right_vector(unknowns), pressure%left_vector(unknowns))
+  end subroutine allocate_pressure
+
+  !> First guess: all points have the mean logarithmic volume change.
+  pure subroutine even_out_volumes(weight, batch, pressure, ok)
+    !> Start volumes (n).
+    real(wp), intent(in) :: weight(:)
+    !> Points; they get Fbar.
+    type(batch_type), intent(inout) :: batch
+    !> Work space with F.
+    type(pressure_type), intent(inout) :: pressure
+    !> False when a point is turned inside out.
+    logical, intent(out) :: ok
+    real(wp) :: determinant
+    integer :: p
+
+    ok = .true.
+    do p = 1, batch%count
+      determinant = packed_determinant(pressure%gradient(:, p))
+      ok = ok .and. determinant > 0.0_wp .and. determinant <= huge(determinant)
+      if (.not. ok) return
+      pressure%omega(p) = -log(determinant)
+    end do
+    associate (omega => pressure%omega(:batch%count))
+      omega = omega - sum(weight*omega)/sum(weight)
+    end associate
+    call strain_points(batch, pressure)
+  end subroutine even_out_volumes
+
+  !> Newton's method for omega. With the correction d, sum V d = 0, the slope -sum V (pi + c omega) d
+  !> falls along d (pi rises with omega), so that a step too long is seen by its sign and shortened.
+  !> Deviations from the mean enter the slope, else rounding in sum V d would hide it.
+  subroutine balance(law, weight, batch, pressure, found)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> Start volumes (n).
+    real(wp), intent(in) :: weight(:)
+    !> Points with Fbar of the first guess.
+    type(batch_type), intent(inout) :: batch
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+    !> All points have the same pressure.
+    logical, intent(out) :: found
+    logical :: ok
+    real(wp) :: slope, first_slope, length, common
+    integer :: n, pass
+
+    n = batch%count
+    pressure%correction(:n) = 0.0_wp
+    pressure%passes = 0
+    found = .false.
+    first_slope = 0.0_wp
+    length = 0.0_wp
+    do pass = 1, most_passes
+      call call_law(law, batch, pressure, ok)
+      if (ok) then
+        common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n))/sum(weight/pressure%stiffness(:n))
+        slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
+        if (pass == 1 .or. slope >= -overshoot*first_slope) then
+          found = is_even(law, common, batch, pressure)
+          if (found) return
+          pressure%correction(:n) = (common - pressure%pressure(:n))/pressure%stiffness(:n)
+          first_slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
+          length = 1.0_wp
+          pressure%omega(:n) = pressure%omega(:n) + pressure%correction(:n)
+        else
+          call shorten(length*max(first_slope/(first_slope - slope), 0.1_wp), n, length, pressure)
+        end if
+      else
+        if (pass == 1) return
+        call shorten(0.5_wp*length, n, length, pressure)
+      end if
+      call strain_points(batch, pressure)
+    end do
+  end subroutine balance
+
+  !> Where Newton's method for all points together fails: pbar is bracketed, and for each pbar tried
+  !> the omega of every point. pi + c omega rises with omega, and sum V omega with pbar, so that
+  !> brackets and halving find what is there, whatever corners the law has on the way.
+  subroutine search(law, weight, batch, pressure, found)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> Start volumes (n).
+    real(wp), intent(in) :: weight(:)
+    !> Points.
+    type(batch_type), intent(inout) :: batch
+    !> Work space with F.
+    type(pressure_type), intent(inout) :: pressure
+    !> All points have the same pressure.
+    logical, intent(out) :: found
+    real(wp) :: low, high, common, next, excess
+    integer :: n, trial
+
+    n = batch%count
+    low = -huge(low)
+    high = huge(high)
+    call even_out_volumes(weight, batch, pressure, found)
+    if (found) call call_law(law, batch, pressure, found)
+    if (.not. found) return
+    common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n))/sum(weight/pressure%stiffness(:n))
+    do trial = 1, most_pressures
+      call reach(law, common, batch, pressure, found)
+      if (.not. found) return
+      excess = sum(weight*pressure%omega(:n))
+      if (abs(excess) <= rounding*sum(weight)) return
+      if (excess > 0.0_wp) high = common
+      if (excess < 0.0_wp) low = common
+      next = common - excess/sum(weight/pressure%stiffness(:n))
+      if (is_better_halved(next, low, high, trial)) next = low + 0.5_wp*(high - low)
+      pressure%omega(:n) = pressure%omega(:n) + limited((next - common)/pressure%stiffness(:n))
+      common = next
+    end do
+    found = .false.
+  end subroutine search
+
+  !> Omega of every point for one pressure.
+  subroutine reach(law, common, batch, pressure, reached)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> pbar.
+    real(wp), intent(in) :: common
+    !> Points.
+    type(batch_type), intent(inout) :: batch
+    !> Work space with a first guess.
+    type(pressure_type), intent(inout) :: pressure
+    !> All points have the pressure.
+    logical, intent(out) :: reached
+    real(wp) :: next
+    integer :: p, trial
+
+    pressure%low(:batch%count) = -huge(1.0_wp)
+    pressure%high(:batch%count) = huge(1.0_wp)
+    do trial = 1, most_tries
+      call strain_points(batch, pressure)
+      call call_law(law, batch, pressure, reached)
+      if (.not. reached) return
+      reached = is_even(law, common, batch, pressure)
+      if (reached) return
+      do p = 1, batch%count
+        associate (y => pressure%pressure(p), omega => pressure%omega(p))
+          if (y > common) pressure%high(p) = omega
+          if (y <= common) pressure%low(p) = omega
+          next = omega + limited((common - y)/pressure%stiffness(p))
+          if (is_better_halved(next, pressure%low(p), pressure%high(p), trial)) &
+            next = pressure%low(p) + 0.5_wp*(pressure%high(p) - pressure%low(p))
+          omega = next
+        end associate
+      end do
+    end do
+  end subroutine reach
+
+  !> Answer of the law at Fbar; false when a point has none or k is not positive.
+  subroutine call_law(law, batch, pressure, ok)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> Points with Fbar.
+    type(batch_type), intent(inout) :: batch
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+    !> pi + c omega and k are there.
+    logical, intent(out) :: ok
+
+    pressure%passes = pressure%passes + 1
+    call law%update(batch, tangent_consistent)
+    ok = all(batch%status(:batch%count) == status_ok)
+    if (.not. ok) return
+    call linearise(batch, pressure)
+    ok = all(pressure%stiffness(:batch%count) > 0.0_wp)
+  end subroutine call_law
+
+  !> Whether the middle of a bracket is a better try than Newton's: that one lies outside, or it is
+  !> time to make sure that the bracket shrinks.
+  pure logical function is_better_halved(next, low, high, trial) result(halved)
+    !> Newton's try.
+    real(wp), intent(in) :: next
+    !> Bracket; huge where there is no bound yet.
+    real(wp), intent(in) :: low
+    real(wp), intent(in) :: high
+    !> Number of the try.
+    integer, intent(in) :: trial
+
+    halved = low > -huge(low) .and. high < huge(high)
+    if (halved) halved = next <= low .or. next >= high .or. modulo(trial, 4) == 0
+  end function is_better_halved
+
+  !> A change of omega of limited size.
+  elemental real(wp) function limited(change)
+    !> The change wanted.
+    real(wp), intent(in) :: change
+
+    limited = max(-largest_change, min(largest_change, change))
+  end function limited
+
+  !> Go back along the last correction.
+  pure subroutine shorten(new_length, count, length, pressure)
+    !> Length wanted, in corrections.
+    real(wp), intent(in) :: new_length
+    !> Points of the group.
+    integer, intent(in) :: count
+    !> Length before and after.
+    real(wp), intent(inout) :: length
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+
+    pressure%omega(:count) = pressure%omega(:count) &
+      + (new_length - length)*pressure%correction(:count)
+    length = new_length
+  end subroutine shorten
+
+  !> Fbar = exp(omega M) F.
+  pure subroutine strain_points(batch, pressure)
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Work space.
+    type(pressure_type), intent(in) :: pressure
+    real(wp) :: scale(3)
+    integer :: p, i, d
+
+    d = merge(2, 3, size(pressure%gradient, 1) == 5)
+    do p = 1, batch%count
+      scale = exp(pressure%omega(p)*pressure%direction)
+      do i = 1, size(pressure%gradient, 1)
+        batch%gradient(i, p) = scale(gradient_row(i, d))*pressure%gradient(i, p)
+      end do
+    end do
+  end subroutine strain_points
+
+  !> pi + c omega and k of all points, from the law's answer at Fbar:
+  !> pi = Qbar : h, kappa = (M Qbar + Abar h) : h with h = M Fbar.
+  pure subroutine linearise(batch, pressure)
+    !> The points.
+    type(batch_type), intent(in) :: batch
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+    real(wp) :: m(size(pressure%gradient, 1)), h(size(pressure%gradient, 1))
+    integer :: p, j, n
+
+    n = size(m)
+    m = pressure%direction(gradient_row(:n, merge(2, 3, n == 5)))
+    do p = 1, batch%count
+      h = m*batch%gradient(:, p)
+      pressure%pressure(p) = dot_product(batch%piola(:, p), h) + pressure%resistance*pressure%omega(p)
+      pressure%stiffness(p) = pressure%resistance + dot_product(m*batch%piola(:, p), h)
+      do j = 1, n
+        pressure%stiffness(p) = pressure%stiffness(p) + dot_product(h, batch%tangent(:, j, p))*h(j)
+      end do
+    end do
+  end subroutine linearise
+
+  !> Whether all points have the common pressure up to rounding.
+  pure logical function is_even(law, common, batch, pressure)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> pbar.
+    real(wp), intent(in) :: common
+    !> The points.
+    type(batch_type), intent(in) :: batch
+    !> Work space.
+    type(pressure_type), intent(in) :: pressure
+
+    associate (y => pressure%pressure(:batch%count), k => pressure%stiffness(:batch%count))
+      is_even = all(abs(y - common) <= spread*(law%shear_scale + abs(y)) + rounding*k)
+    end associate
+  end function is_even
+
+  !> Determinant of a packed deformation gradient.
+  pure function packed_determinant(f) result(determinant)
+    !> (5) or (9)
+    real(wp), intent(in) :: f(:)
+    real(wp) :: determinant
+
+    if (size(f) == 5) then
+      determinant = (f(1)*f(4) - f(2)*f(3))*f(5)
+    else
+      determinant = f(1)*(f(5)*f(9) - f(6)*f(8)) - f(4)*(f(2)*f(9) - f(3)*f(8)) &
+        + f(7)*(f(2)*f(6) - f(3)*f(5))
+    end if
+  end function packed_determinant
+end module qsmpm_pressure_balance

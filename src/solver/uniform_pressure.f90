@@ -1,0 +1,99 @@
+!> Uniform cell pressure: the points of a group share one pressure, which cures volumetric locking.
+!>
+!> Two fields, displacement and a pressure that is constant in the group, with the pressure and what
+!> belongs to it condensed inside the group. A point of start volume V gets an extra volume change
+!> omega; its law is called at Fbar = S F, S = exp(omega M), M = diag(m), sum m = 1. With the law's
+!> answer Qbar, Abar the chain rule gives
+!>   Q = S Qbar,  A = S Abar S,  pi = Q : M F  (the mean stress, per start volume),
+!>   r = dQ/domega = M Q + A (M F),  l = dpi/dF = M Q + A^T (M F),  kappa = dpi/domega = (M F) : r.
+!> The group is in balance when
+!>   pi + c omega = pbar for all points,   sum V omega = 0,   c = factor * shear modulus.
+!> The condition makes sum V Q : dF stationary in omega, so that Q is the force's stress as it stands,
+!> and with k = kappa + c > 0
+!>   dQ = (A - r l^T/k) dF + r/k dpbar,   dpbar = sum (V/k) l : dF / sum (V/k).
+!> c -> infinity is no cure at all; a group of one point has omega = 0. A and the whole are symmetric
+!> together. The volume of a point changes by det Fbar = det F exp(omega).
+!>
+!> qsmpm_pressure_balance finds omega; this module condenses stress and tangent of the points; the
+!> rank-one part of the stiffness is `add_pressure_stiffness` of qsmpm_group_stiffness.
+!> docs/theory.md, section 11.
+module qsmpm_uniform_pressure
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
+  use qsmpm_pressure_balance, only: pressure_type, even_out_volumes, balance, search
+  use qsmpm_tensor, only: gradient_row
+  implicit none
+  private
+
+  public :: find_pressure
+
+contains
+
+  !> Stress, state and, when asked for, condensed tangent A - r l^T/k of points under one pressure.
+  !> Where there is none in the passes allowed, all points get a status.
+  subroutine find_pressure(law, resistance, weight, tangent, batch, pressure)
+    !> The law of the points.
+    class(law_type), intent(in) :: law
+    !> c.
+    real(wp), intent(in) :: resistance
+    !> Start volumes V (n).
+    real(wp), intent(in) :: weight(:)
+    !> tangent_none, tangent_consistent or tangent_elastic.
+    integer, intent(in) :: tangent
+    !> In: F. Out: Fbar, results of the law, Q and condensed tangent.
+    type(batch_type), intent(inout) :: batch
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+    logical :: sound, found
+
+    pressure%resistance = resistance
+    pressure%gradient(:, :batch%count) = batch%gradient(:, :batch%count)
+    call even_out_volumes(weight, batch, pressure, sound)
+    found = .false.
+    if (sound) call balance(law, weight, batch, pressure, found)
+    if (sound .and. .not. found) call search(law, weight, batch, pressure, found)
+    if (.not. found) then
+      batch%status(:batch%count) = status_failed
+      return
+    end if
+    if (tangent == tangent_elastic) call law%update(batch, tangent)
+    if (any(batch%status(:batch%count) /= status_ok)) return
+    call condense(batch, pressure, tangent /= tangent_none)
+  end subroutine find_pressure
+
+  !> Q and, when asked for, r, l, k and A - r l^T/k of all points.
+  pure subroutine condense(batch, pressure, with_tangent)
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Work space.
+    type(pressure_type), intent(inout) :: pressure
+    !> A tangent is wanted.
+    logical, intent(in) :: with_tangent
+    real(wp) :: m(size(pressure%gradient, 1)), h(size(pressure%gradient, 1)), s(size(pressure%gradient, 1))
+    integer :: row(size(pressure%gradient, 1)), p, j, n
+
+    n = size(m)
+    row = gradient_row(:n, merge(2, 3, n == 5))
+    m = pressure%direction(row)
+    do p = 1, batch%count
+      s = exp(pressure%omega(p)*m)
+      h = m*pressure%gradient(:, p)
+      batch%piola(:, p) = s*batch%piola(:, p)
+      if (.not. with_tangent) cycle
+      associate (a => batch%tangent(:, :, p), r => pressure%right(:, p), l => pressure%left(:, p))
+        r = m*batch%piola(:, p)
+        l = r
+        do j = 1, n
+          a(:, j) = s*a(:, j)*s(j)
+          r = r + a(:, j)*h(j)
+          l(j) = l(j) + dot_product(a(:, j), h)
+        end do
+        pressure%stiffness(p) = pressure%resistance + dot_product(h, r)
+        do j = 1, n
+          a(:, j) = a(:, j) - r*(l(j)/pressure%stiffness(p))
+        end do
+      end associate
+    end do
+  end subroutine condense
+
+end module qsmpm_uniform_pressure

@@ -1,0 +1,415 @@
+!> Uniform cell pressure: stiffness against differences of the force, symmetry, the limits where it
+!> must change nothing, the condition it enforces, and the volume it keeps.
+!>
+!> A group is made of pseudo-random gradients, volumes and start stresses; no mesh is behind it.
+module test_uniform_pressure
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type
+  use qsmpm_integration, only: integration_type, allocate_integration
+  use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
+  use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, search, packed_determinant
+  use qsmpm_uniform_pressure, only: find_pressure
+  use qsmpm_law, only: law_slot_type, law_type, batch_type, status_ok, tangent_consistent, tangent_elastic, &
+    tangent_none
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
+  use qsmpm_material_parameters, only: material_parameters_type
+  use law_trials, only: elastic, make_law, random_batch
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_uniform_pressure
+
+  character(len=*), parameter :: model_names(3) = [character(len=12) :: 'plane strain', 'axisymmetry', '3D']
+  character(len=*), parameter :: soil_names(4) = [character(len=10) :: 'elastic', 'phi = 0', 'phi = psi', 'phi > psi']
+
+contains
+
+  !> All checks.
+  subroutine collect_uniform_pressure(tests)
+    type(tests_type), intent(inout) :: tests
+    integer :: model, soil
+
+    call tests%start('uniform_pressure')
+    do model = 1, 3
+      do soil = 1, 4
+        call check_tangent(tests, model, soil, kinematics_logarithmic, 'logarithmic')
+        call check_tangent(tests, model, soil, kinematics_jaumann, 'Jaumann')
+      end do
+      call check_condition(tests, model)
+      call check_limits(tests, model)
+      call check_elastic_tangent(tests, model)
+      call check_two_materials(tests, model)
+    end do
+    call check_one_point(tests)
+    call check_search(tests)
+    call check_failure(tests)
+  end subroutine collect_uniform_pressure
+
+  !> A soil of the list, nearly incompressible, in a slot with a pressure factor.
+  subroutine make_slot(soil, dimension, kinematics, factor, slot)
+    integer, intent(in) :: soil
+    integer, intent(in) :: dimension
+    integer, intent(in) :: kinematics
+    real(wp), intent(in) :: factor
+    type(law_slot_type), intent(out) :: slot
+    type(material_parameters_type) :: p
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+
+    p = elastic(100.0_wp, 0.495_wp)
+    p%mohr_coulomb = soil > 1
+    p%cohesion = 1.0_wp
+    if (soil > 2) p%friction_angle = 25.0_wp
+    if (soil == 3) p%dilatancy_angle = 25.0_wp
+    if (soil == 4) p%dilatancy_angle = 5.0_wp
+    call new_law(p, dimension, kinematics, rate_midpoint, law, error)
+    allocate (slot%law, source=law)
+    slot%pressure_factor = factor
+  end subroutine make_slot
+
+  !> Pseudo-random number from -1 to 1 (Park and Miller).
+  real(wp) function random(seed)
+    integer(long), intent(inout) :: seed
+
+    seed = modulo(48271_long*seed, 2147483647_long)
+    random = 2.0_wp*real(seed, wp)/2147483647.0_wp - 1.0_wp
+  end function random
+
+  !> One group of some nodes and points, all of material 1.
+  subroutine make_group(model, law, nodes, points, integration)
+    !> 1 plane strain, 2 axisymmetry, 3 three dimensions.
+    integer, intent(in) :: model
+    class(law_type), intent(in) :: law
+    integer, intent(in) :: nodes
+    integer, intent(in) :: points
+    type(integration_type), intent(out) :: integration
+    integer(long) :: seed
+    integer :: q, a, i
+
+    seed = 815
+    integration%axisymmetric = model == 2
+    integration%group_count = 1
+    integration%cell = [1]
+    integration%first = [1, points + 1]
+    integration%node_first = [1, nodes + 1]
+    integration%nodes = [(a, a=1, nodes)]
+    call allocate_integration(law%dimension, points, merge(4, 6, law%dimension == 2), law%state_count, &
+      integration)
+    integration%material = 1
+    integration%volume_ratio = 1.1_wp
+    do q = 1, points
+      do a = 1, nodes
+        integration%shape(a, q) = 1.0_wp/nodes + 0.1_wp*random(seed)
+        do i = 1, law%dimension
+          integration%gradient(i, a, q) = random(seed)
+        end do
+      end do
+      integration%radius(q) = 2.0_wp + random(seed)
+      integration%weight(q) = 1.0_wp + 0.5_wp*random(seed)
+      do i = 1, size(integration%stress, 1)
+        integration%stress(i, q) = 0.5_wp*random(seed)
+      end do
+      integration%stress(:3, q) = integration%stress(:3, q) - 2.0_wp
+      call law%start(integration%stress(:, q), integration%state(:, q))
+    end do
+  end subroutine make_group
+
+  !> Displacements of some size.
+  subroutine make_displacement(size_of, start, u)
+    real(wp), intent(in) :: size_of
+    integer(long), intent(in) :: start
+    real(wp), intent(out) :: u(:, :)
+    integer(long) :: seed
+    integer :: a, i
+
+    seed = start
+    do a = 1, size(u, 2)
+      do i = 1, size(u, 1)
+        u(i, a) = size_of*random(seed)
+      end do
+    end do
+  end subroutine make_displacement
+
+  !> Differences of the force in many directions, and the symmetry of the block.
+  subroutine check_tangent(tests, model, soil, kinematics, law_name)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: model
+    integer, intent(in) :: soil
+    integer, intent(in) :: kinematics
+    character(len=*), intent(in) :: law_name
+    type(integration_type) :: integration
+    type(evaluation_type) :: evaluation
+    type(law_slot_type) :: laws(1)
+    character(len=:), allocatable :: name
+    real(wp), allocatable :: u(:, :), block(:, :)
+    real(wp) :: error
+    integer :: d, n, compared, plastic
+
+    d = merge(3, 2, model == 3)
+    n = merge(8, 4, d == 3)
+    name = trim(model_names(model))//', '//trim(soil_names(soil))//', '//law_name
+    call make_slot(soil, d, kinematics, 0.1_wp, laws(1))
+    call make_group(model, laws(1)%law, n, 7, integration)
+    allocate (u(d, n))
+    call make_displacement(0.02_wp, 99_long, u)
+    call prepare_evaluation(integration, d, n, .true., evaluation)
+    call evaluate(integration, laws, u, tangent_consistent, evaluation)
+    call tests%check(name//': the group finds its pressure', evaluation%ok)
+    if (.not. evaluation%ok) return
+    plastic = sum(evaluation%plastic)
+    allocate (block, source=reshape(evaluation%block(:(d*n)**2, 1), [d*n, d*n]))
+    call compare_differences(integration, laws, u, block, evaluation, error, compared)
+    ! Differences of fourth order with step 5e-6: the balance of the group is exact to 5e-14 of k.
+    call tests%close(name//': stiffness is the derivative of the force', error, 0.0_wp, 1.0e-7_wp)
+    call tests%check(name//': most directions cross no corner of the yield surface', compared >= 15)
+    if (soil > 1) call tests%check(name//': points yield', plastic >= 3)
+    error = maxval(abs(block - transpose(block)))/maxval(abs(block))
+    if (laws(1)%law%symmetric) then
+      call tests%close(name//': symmetric with the law', error, 0.0_wp, 1.0e-13_wp)
+    else if (soil == 4) then
+      call tests%check(name//': unsymmetric with the law', error > 1.0e-4_wp)
+    end if
+  end subroutine check_tangent
+
+  !> Largest error in twenty directions, those left out in which the force has a corner: there
+  !> forward and backward differ by the step, elsewhere by its square.
+  subroutine compare_differences(integration, laws, u, block, evaluation, error, compared)
+    type(integration_type), intent(in) :: integration
+    type(law_slot_type), intent(in) :: laws(:)
+    real(wp), intent(in) :: u(:, :)
+    real(wp), intent(in) :: block(:, :)
+    type(evaluation_type), intent(inout) :: evaluation
+    real(wp), intent(out) :: error
+    integer, intent(out) :: compared
+    real(wp), parameter :: step = 5.0e-6_wp, corner = 1.0e-7_wp
+    real(wp), dimension(size(u, 1), size(u, 2)) :: direction, linear, slope
+    real(wp) :: force(size(u, 1), size(u, 2), -2:2), scale
+    integer :: k, i
+
+    error = 0.0_wp
+    compared = 0
+    do k = 1, 20
+      call make_displacement(1.0_wp, 1000_long + k, direction)
+      linear = reshape(matmul(block, reshape(direction, [size(direction)])), shape(direction))
+      scale = norm2(linear)
+      do i = -2, 2
+        call evaluate(integration, laws, u + i*step*direction, tangent_none, evaluation)
+        force(:, :, i) = evaluation%force
+      end do
+      if (norm2(force(:, :, 2) + force(:, :, -2) - 2.0_wp*force(:, :, 0)) > corner*scale) cycle
+      compared = compared + 1
+      slope = (8.0_wp*(force(:, :, 1) - force(:, :, -1)) - force(:, :, 2) + force(:, :, -2))/(12.0_wp*step)
+      error = max(error, norm2(slope - linear)/scale)
+    end do
+  end subroutine compare_differences
+
+  !> The law's results of a group, without stiffness.
+  subroutine update(integration, laws, u, evaluation)
+    type(integration_type), intent(in) :: integration
+    type(law_slot_type), intent(in) :: laws(:)
+    real(wp), intent(in) :: u(:, :)
+    type(evaluation_type), intent(out) :: evaluation
+
+    call prepare_evaluation(integration, size(u, 1), size(u, 2), .true., evaluation)
+    call evaluate(integration, laws, u, tangent_consistent, evaluation)
+  end subroutine update
+
+  !> From the results alone: mean stresses plus c omega are equal, and sum V omega = 0.
+  subroutine check_condition(tests, model)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: model
+    type(integration_type) :: integration
+    type(evaluation_type) :: cured, plain
+    type(law_slot_type) :: laws(1)
+    real(wp), allocatable :: u(:, :)
+    real(wp) :: m(3), pressure(7), omega(7), c
+    integer :: d, n
+
+    d = merge(3, 2, model == 3)
+    n = merge(8, 4, d == 3)
+    m = 1.0_wp/3.0_wp
+    if (model == 1) m = [0.5_wp, 0.5_wp, 0.0_wp]
+    call make_slot(4, d, kinematics_logarithmic, 0.1_wp, laws(1))
+    call make_group(model, laws(1)%law, n, 7, integration)
+    allocate (u(d, n))
+    call make_displacement(0.02_wp, 99_long, u)
+    call update(integration, laws, u, cured)
+    laws(1)%pressure_factor = 0.0_wp
+    call update(integration, laws, u, plain)
+    omega = log(cured%volume_change/plain%volume_change)
+    c = 0.1_wp*100.0_wp/(2.0_wp*1.495_wp)
+    pressure = cured%volume_change*matmul(m, cured%stress(:3, :)) + c*omega
+    call tests%check(trim(model_names(model))//': the cure changes the volumes', maxval(abs(omega)) > 1.0e-3_wp)
+    ! Bulk modulus 3333: a volume change is known to 1e-16, a pressure to some 1e-13 of the modulus.
+    call tests%close(trim(model_names(model))//': one pressure in the group', &
+      maxval(pressure) - minval(pressure), 0.0_wp, 1.0e-9_wp)
+    call tests%close(trim(model_names(model))//': the logarithmic volume of the group is kept', &
+      sum(integration%weight*omega), 0.0_wp, 1.0e-14_wp)
+  end subroutine check_condition
+
+  !> Large factors lead to no cure, in proportion to their inverse.
+  subroutine check_limits(tests, model)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: model
+    type(integration_type) :: integration
+    type(evaluation_type) :: cured, plain
+    type(law_slot_type) :: laws(1)
+    real(wp), allocatable :: u(:, :)
+    real(wp) :: force(3), block(3)
+    integer :: d, n, k
+
+    d = merge(3, 2, model == 3)
+    n = merge(8, 4, d == 3)
+    call make_slot(1, d, kinematics_logarithmic, 0.0_wp, laws(1))
+    call make_group(model, laws(1)%law, n, 7, integration)
+    allocate (u(d, n))
+    call make_displacement(0.02_wp, 99_long, u)
+    call update(integration, laws, u, plain)
+    do k = 1, 3
+      laws(1)%pressure_factor = 1.0e4_wp*100.0_wp**(k - 1)
+      call update(integration, laws, u, cured)
+      force(k) = norm2(cured%force - plain%force)/norm2(plain%force)
+      block(k) = norm2(cured%block - plain%block)/norm2(plain%block)
+    end do
+    ! Differences of first order in 1/c: a hundredth for a hundred times the factor.
+    call tests%close(trim(model_names(model))//': a large factor is no cure, force', force(3)/force(2), 0.01_wp, &
+      1.0e-4_wp)
+    call tests%close(trim(model_names(model))//': a large factor is no cure, stiffness', block(3)/block(2), &
+      0.01_wp, 1.0e-4_wp)
+    call tests%check(trim(model_names(model))//': the limit is near', force(3) < 1.0e-5_wp .and. block(3) < 1.0e-5_wp)
+  end subroutine check_limits
+
+  !> The elastic tangent of a modified Newton method: symmetric, with the forces of the consistent one;
+  !> in elasticity the same as the consistent one.
+  subroutine check_elastic_tangent(tests, model)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: model
+    type(integration_type) :: integration
+    type(evaluation_type) :: consistent, frozen
+    type(law_slot_type) :: laws(1)
+    real(wp), allocatable :: u(:, :), block(:, :)
+    integer :: d, n, soil
+
+    d = merge(3, 2, model == 3)
+    n = merge(8, 4, d == 3)
+    allocate (u(d, n))
+    call make_displacement(0.02_wp, 99_long, u)
+    do soil = 1, 4, 3
+      call make_slot(soil, d, kinematics_logarithmic, 0.1_wp, laws(1))
+      call make_group(model, laws(1)%law, n, 7, integration)
+      call update(integration, laws, u, consistent)
+      call prepare_evaluation(integration, d, n, .true., frozen)
+      call evaluate(integration, laws, u, tangent_elastic, frozen)
+      call tests%close(trim(model_names(model))//', '//trim(soil_names(soil))//': force with the elastic tangent', &
+        norm2(frozen%force - consistent%force)/norm2(consistent%force), 0.0_wp, 1.0e-13_wp)
+      if (soil == 1) call tests%close(trim(model_names(model))//': elastic tangent is that of elasticity', &
+        norm2(frozen%block - consistent%block)/norm2(consistent%block), 0.0_wp, 1.0e-12_wp)
+    end do
+    allocate (block, source=reshape(frozen%block(:(d*n)**2, 1), [d*n, d*n]))
+    call tests%close(trim(model_names(model))//': elastic tangent of phi > psi is symmetric', &
+      maxval(abs(block - transpose(block)))/maxval(abs(block)), 0.0_wp, 1.0e-13_wp)
+  end subroutine check_elastic_tangent
+
+  !> Points 1 to 3 have a material without a cure; they know nothing of the others, nor these of them.
+  subroutine check_two_materials(tests, model)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: model
+    type(integration_type) :: integration
+    type(evaluation_type) :: both, plain
+    type(law_slot_type) :: laws(2)
+    real(wp), allocatable :: u(:, :), jumps(:)
+    integer :: d, n
+
+    d = merge(3, 2, model == 3)
+    n = merge(8, 4, d == 3)
+    call make_slot(2, d, kinematics_logarithmic, 0.1_wp, laws(1))
+    call make_slot(4, d, kinematics_logarithmic, 0.0_wp, laws(2))
+    call make_group(model, laws(1)%law, n, 7, integration)
+    integration%material = [2, 2, 2, 1, 1, 1, 1]
+    allocate (u(d, n))
+    call make_displacement(0.02_wp, 99_long, u)
+    call update(integration, laws, u, both)
+    laws(1)%pressure_factor = 0.0_wp
+    call update(integration, laws, u, plain)
+    allocate (jumps, source=log(both%volume_change/plain%volume_change))
+    call tests%check(trim(model_names(model))//': points without a cure are left alone', &
+      all(abs(both%stress(:, :3) - plain%stress(:, :3)) <= 0.0_wp) .and. all(abs(jumps(:3)) <= 0.0_wp))
+    call tests%close(trim(model_names(model))//': points with a cure keep their volume among them', &
+      sum(integration%weight(4:)*jumps(4:)), 0.0_wp, 1.0e-14_wp)
+    call tests%check(trim(model_names(model))//': points with a cure share it', all(abs(jumps(4:)) > 1.0e-6_wp))
+  end subroutine check_two_materials
+
+  !> A group of one point has no extra volume change and the stress and tangent of the law.
+  subroutine check_one_point(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch, plain
+    type(pressure_type) :: pressure
+
+    call make_law(elastic(100.0_wp, 0.49_wp), 3, kinematics_logarithmic, rate_midpoint, law)
+    call random_batch(law, 1, 0.03_wp, 1.0_wp, batch)
+    plain = batch
+    call law%update(plain, tangent_consistent)
+    call allocate_pressure(9, 1, 3, .true., pressure)
+    call find_pressure(law, 1.0_wp, [0.7_wp], tangent_consistent, batch, pressure)
+    ! Rounding of a weighted mean of one value, times the bulk modulus of 1667.
+    call tests%close('one point: no extra volume change', pressure%omega(1), 0.0_wp, 1.0e-16_wp)
+    call tests%close('one point: the stress of the law', maxval(abs(batch%piola - plain%piola)), 0.0_wp, 1.0e-12_wp)
+    call tests%check('one point: one call of the law', pressure%passes == 1)
+    ! A - r l^T/k + r l^T/k
+    call tests%close('one point: the tangent of the law', maxval(abs(batch%tangent(:, :, 1) &
+      + spread(pressure%right(:, 1), 2, 9)*spread(pressure%left(:, 1), 1, 9)/pressure%stiffness(1) &
+      - plain%tangent(:, :, 1))), 0.0_wp, 1.0e-10_wp)
+  end subroutine check_one_point
+
+  !> The search finds what Newton's method finds, and takes over where corners defeat that.
+  subroutine check_search(tests)
+    type(tests_type), intent(inout) :: tests
+    type(law_slot_type) :: slot
+    type(batch_type) :: batch
+    type(pressure_type) :: pressure
+    real(wp), parameter :: weight(9) = [0.5_wp, 1.0_wp, 1.5_wp, 0.7_wp, 0.9_wp, 1.1_wp, 1.3_wp, 1.0_wp, 2.0_wp]
+    real(wp) :: omega(9)
+    integer :: soil, taken
+    logical :: found
+
+    do soil = 1, 4
+      call make_slot(soil, 3, kinematics_logarithmic, 0.1_wp, slot)
+      call random_batch(slot%law, 9, 0.03_wp, 1.0_wp, batch)
+      call allocate_pressure(9, 9, 3, .true., pressure)
+      pressure%resistance = 0.1_wp*slot%law%shear_scale
+      pressure%gradient = batch%gradient
+      call search(slot%law, weight, batch, pressure, found)
+      call tests%check(trim(soil_names(soil))//': the search finds a pressure', found)
+      call tests%close(trim(soil_names(soil))//': the search keeps the volume', sum(weight*pressure%omega), 0.0_wp, &
+        1.0e-12_wp)
+      ! 5e-14 of k, with k at most the bulk modulus of 3333.
+      call tests%close(trim(soil_names(soil))//': the search makes one pressure', maxval(pressure%pressure) &
+        - minval(pressure%pressure), 0.0_wp, 1.0e-9_wp)
+      omega = pressure%omega
+      taken = pressure%passes
+      batch%gradient = pressure%gradient
+      call find_pressure(slot%law, pressure%resistance, weight, tangent_none, batch, pressure)
+      call tests%close(trim(soil_names(soil))//': both ways lead to one state', maxval(abs(pressure%omega - omega)), &
+        0.0_wp, 1.0e-11_wp)
+      if (soil == 1) call tests%check('elasticity takes few calls of the law', pressure%passes <= 3 .and. taken <= 6)
+    end do
+  end subroutine check_search
+
+  !> A point turned inside out fails its group and no number comes out wrong.
+  subroutine check_failure(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch
+    type(pressure_type) :: pressure
+
+    call make_law(elastic(100.0_wp, 0.49_wp), 2, kinematics_logarithmic, rate_midpoint, law)
+    call random_batch(law, 3, 0.03_wp, 1.0_wp, batch)
+    call allocate_pressure(5, 3, 2, .false., pressure)
+    batch%gradient(1, 2) = -1.0_wp
+    call tests%check('the second point is turned inside out', packed_determinant(batch%gradient(:, 2)) < 0.0_wp)
+    call find_pressure(law, 1.0_wp, [1.0_wp, 1.0_wp, 1.0_wp], tangent_consistent, batch, pressure)
+    call tests%check('a point inside out fails the group', all(batch%status /= status_ok))
+  end subroutine check_failure
+end module test_uniform_pressure
