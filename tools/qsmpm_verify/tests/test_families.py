@@ -10,6 +10,8 @@ import numpy as np
 from qsmpm_verify.cases import Case, CaseError, Quantity, load_all, load_file
 from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.measures import MEASURES
+from qsmpm_verify.plots import column_figure
+from qsmpm_verify.report import write_markdown
 from qsmpm_verify.results import Points
 from qsmpm_verify.runner import Run
 
@@ -157,6 +159,19 @@ class Measures(unittest.TestCase):
         points = self.points(stress=[[0, -9, 0], [0, -9.9, 0]], volume=[0.1, 0.4], initial_volume=[1, 2])
         self.assertAlmostEqual(MEASURES["uniform_stress_error"](points, component=2, stress=-9.0), 0.1, 12)
         self.assertAlmostEqual(MEASURES["confined_strain_error"](points, strain=0.9), 0.1 / 0.9, 12)
+
+
+class Page(unittest.TestCase):
+    """Pictures on the page of figures."""
+
+    def test_pictures_are_named_from_the_page(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            page = Path(name) / "docs" / "v.md"
+            write_markdown([], "c", page, [page.parent / "figures" / "column_error.png"])
+            self.assertTrue(page.read_text().endswith("|\n\n![column error](figures/column_error.png)\n"))
+
+    def test_no_run_no_chart(self) -> None:
+        self.assertIsNone(column_figure({"other_16": Path("x")}, Path("nowhere.png")))
 
 
 if __name__ == "__main__":
