@@ -47,10 +47,13 @@ for deck, dimension in DECKS.items():
         with h5py.File(folder / "out" / "results.h5") as file:
             last = file["steps"][sorted(file["steps"])[-1]]["points"]
             place, stress = last["position"][...], last["stress"][...]
+            start, now = last["initial_volume"][...], last["volume"][...]
         check(f"{deck}: VTK reads every point", grid.GetNumberOfPoints() == len(place) > 0)
         check(f"{deck}: positions agree with HDF5", np.array_equal(vtk_to_numpy(grid.GetPoints().GetData())[:, :dimension], place[:, :dimension]))
         read_stress = vtk_to_numpy(grid.GetPointData().GetArray("stress"))
         check(f"{deck}: stresses agree with HDF5", np.array_equal(read_stress, stress))
+        read_start = vtk_to_numpy(grid.GetPointData().GetArray("initial_volume"))
+        check(f"{deck}: initial volumes agree with HDF5 and are not the present ones", np.array_equal(read_start, start) and start.min() > 0 and not np.array_equal(start, now))
         check(f"{deck}: VTK reads the mesh", mesh.GetNumberOfCells() > 0 and mesh.GetNumberOfPoints() > 0)
 print(f"{passed} passed, {failed} failed")
 sys.exit(1 if failed or not passed else 0)

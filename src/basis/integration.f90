@@ -88,7 +88,41 @@ contains
         call take_point(points, p, 1.0_wp, q, integration)
       end do
     end do
+    if (space%averaged) call drop_unseen(integration)
   end subroutine integrate_at_points
+
+  !> Take the nodes out of the groups that none of their points sees: when one domain reaches to the
+  !> left and another one upwards, the block of both has a corner that belongs to neither, and an
+  !> equation for it would be empty.
+  pure subroutine drop_unseen(integration)
+    !> Integration points in groups.
+    type(integration_type), intent(inout) :: integration
+    integer :: g, a, n, first, next, from, to
+
+    next = 1
+    do g = 1, integration%group_count
+      first = integration%node_first(g)
+      n = integration%node_first(g + 1) - first
+      from = integration%first(g)
+      to = integration%first(g + 1) - 1
+      integration%node_first(g) = next
+      do a = 1, n
+        if (.not. any(abs(integration%shape(a, from:to)) > 0.0_wp)) cycle
+        associate (row => next - integration%node_first(g) + 1)
+          integration%nodes(next) = integration%nodes(first + a - 1)
+          integration%shape(row, from:to) = integration%shape(a, from:to)
+          integration%gradient(:, row, from:to) = integration%gradient(:, a, from:to)
+        end associate
+        next = next + 1
+      end do
+      do a = next - integration%node_first(g) + 1, n
+        integration%shape(a, from:to) = 0.0_wp
+        integration%gradient(:, a, from:to) = 0.0_wp
+      end do
+    end do
+    integration%node_first(integration%group_count + 1) = next
+    integration%nodes = integration%nodes(:next - 1)
+  end subroutine drop_unseen
 
   !> Volume and start state of a material point, or of a share of it.
   pure subroutine take_point(points, p, share, q, integration)

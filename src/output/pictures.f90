@@ -39,6 +39,8 @@ contains
       call add_reals(vtu, section_point_data, 'stress', reals)
       allocate (reals, source=reshape(points%volume, [1, points%count]))
       call add_reals(vtu, section_point_data, 'volume', reals)
+      allocate (reals, source=reshape(points%initial_volume, [1, points%count]))
+      call add_reals(vtu, section_point_data, 'initial_volume', reals)
       allocate (integers, source=points%plastic)
       call add_integers(vtu, section_point_data, 'plastic', integers)
       allocate (integers, source=points%material)

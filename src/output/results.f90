@@ -83,6 +83,7 @@ contains
       call padded(points%stress, 6, reals)
       call put_array(image, '/step/points/stress', reals)
       call put_array(image, '/step/points/volume', points%volume)
+      call put_array(image, '/step/points/initial_volume', points%initial_volume)
       call put_array(image, '/step/points/plastic', points%plastic)
       call put_array(image, '/step/points/material', points%material)
       call save_image(image, part_path(directory, progress%step), error)

@@ -13,6 +13,7 @@ A file describes one deck and its variants:
     exit_code = 0                 what the program must return
     time_limit = 60               wall seconds until it is stopped
     replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
+    each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)
     [[case.quantity]]             asked of this variant only
 
 A quantity is a column of curves.csv at a place, or a measure of the material points at the end:
@@ -26,6 +27,11 @@ A quantity is a column of curves.csv at a place, or a measure of the material po
                                   or {case = "FILE/NAME"}: the same quantity of another case
     tolerance = 1e-6              with error = "relative" (default) or "absolute"
     at_least = 17.8               a bound (or at_most, or both) in place of reference and tolerance
+    order_from = {case = "FILE/NAME", refinement = 64}
+                                  the figure is the order of convergence, log(other/own)/log(refinement);
+                                  judged by a bound
+    growth_from = {case = "FILE/NAME"}
+                                  the figure is own/other; judged by a bound
     print = true                  the figure is printed and not asserted
     reason = "..."                why this tolerance
     source = "..."                overrides the file's
@@ -33,12 +39,14 @@ A quantity is a column of curves.csv at a place, or a measure of the material po
 
 from __future__ import annotations
 
+import math
 import tomllib
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
+from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
 
@@ -66,6 +74,8 @@ class Quantity:
     error: str = "relative"
     at_least: float | None = None
     at_most: float | None = None
+    order_from: dict[str, Any] | None = None
+    growth_from: dict[str, Any] | None = None
     print: bool = False
     reason: str = ""
     source: str = ""
@@ -86,11 +96,8 @@ class Case:
 
     def needs(self) -> set[str]:
         """Names of the cases this one is compared with."""
-        return {
-            q.reference["case"]
-            for q in self.quantities
-            if isinstance(q.reference, dict) and "case" in q.reference
-        }
+        tables = [t for q in self.quantities for t in (q.reference, q.order_from, q.growth_from)]
+        return {table["case"] for table in tables if isinstance(table, dict) and "case" in table}
 
 
 def _check_keys(table: dict[str, Any], allowed: set[str], where: str) -> None:
@@ -108,6 +115,26 @@ def _check_reference(reference: Any, where: str) -> None:
         raise CaseError(f"{where}: reference needs a case or a function out of {', '.join(REFERENCES)}")
 
 
+def _check_comparison(quantity: Quantity, where: str) -> None:
+    """An order or a growth: another case, one figure each, a bound or print."""
+    if quantity.order_from is None and quantity.growth_from is None:
+        return
+    if quantity.order_from is not None and quantity.growth_from is not None:
+        raise CaseError(f"{where}: give either order_from or growth_from")
+    word = "growth_from" if quantity.order_from is None else "order_from"
+    keys = {"case"} if quantity.order_from is None else {"case", "refinement"}
+    table = quantity.growth_from if quantity.order_from is None else quantity.order_from
+    if not isinstance(table, dict) or set(table) != keys or not isinstance(table["case"], str):
+        raise CaseError(f"{where}: {word} takes {' and '.join(sorted(keys))}, case is FILE/NAME")
+    ratio = table.get("refinement", 2)
+    if isinstance(ratio, bool) or not isinstance(ratio, (int, float)) or not 1 < ratio < math.inf:
+        raise CaseError(f"{where}: refinement is a number above 1")
+    if quantity.reference is not None or quantity.tolerance is not None:
+        raise CaseError(f"{where}: {word} is judged by at_least or at_most, not by a reference")
+    if quantity.at == "every":
+        raise CaseError(f"{where}: {word} compares one figure, not every row")
+
+
 def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     where = f"{where}, quantity '{table.get('name', '?')}'"
     _check_keys(table, set(Quantity.__dataclass_fields__), where)
@@ -123,6 +150,7 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     if quantity.error not in ("relative", "absolute"):
         raise CaseError(f"{where}: error is relative or absolute")
     _check_reference(quantity.reference, where)
+    _check_comparison(quantity, where)
     bounded = quantity.at_least is not None or quantity.at_most is not None
     if bounded and quantity.tolerance is not None:
         raise CaseError(f"{where}: a bound takes no tolerance")
@@ -132,6 +160,34 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     if asserted and not (quantity.reason and quantity.source):
         raise CaseError(f"{where}: an asserted figure names its reason and its source")
     return quantity
+
+
+def _case(
+    entry: dict[str, Any], table: dict[str, Any], common: tuple[Quantity, ...], stem: str, top: Path, where: str
+) -> Case:
+    """One case out of its table and the file's."""
+    _check_keys(
+        entry,
+        {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity"},
+        where,
+    )
+    own = tuple(_quantity(q, table.get("source", ""), where) for q in entry.get("quantity", []))
+    if entry.get("effort", "quick") not in EFFORTS:
+        raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
+    if any(len(pair) != 2 for pair in entry.get("replace", [])):
+        raise CaseError(f"{where}: replace takes pairs of old and new text")
+    if "name" not in entry:
+        raise CaseError(f"{where}: 'name' is missing")
+    return Case(
+        name=f"{stem}/{entry['name']}",
+        title=entry.get("title", table["title"]),
+        deck=top / entry.get("deck", table["deck"]),
+        quantities=common + own,
+        effort=entry.get("effort", "quick"),
+        exit_code=entry.get("exit_code", 0),
+        time_limit=entry.get("time_limit", 120.0),
+        replace=tuple((old, str(new)) for old, new in entry.get("replace", [])),
+    )
 
 
 def load_file(path: Path, top: Path) -> list[Case]:
@@ -144,35 +200,14 @@ def load_file(path: Path, top: Path) -> list[Case]:
     for key in ("title", "deck", "case"):
         if key not in table:
             raise CaseError(f"{path}: '{key}' is missing")
-    source = table.get("source", "")
-    common = tuple(_quantity(q, source, str(path)) for q in table.get("quantity", []))
-    cases = []
+    common = tuple(_quantity(q, table.get("source", ""), str(path)) for q in table.get("quantity", []))
+    cases: list[Case] = []
     for entry in table["case"]:
         where = f"{path}, case '{entry.get('name', '?')}'"
-        _check_keys(
-            entry,
-            {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity"},
-            where,
-        )
-        own = tuple(_quantity(q, source, where) for q in entry.get("quantity", []))
-        if entry.get("effort", "quick") not in EFFORTS:
-            raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
-        if any(len(pair) != 2 for pair in entry.get("replace", [])):
-            raise CaseError(f"{where}: replace takes pairs of old and new text")
-        if "name" not in entry:
-            raise CaseError(f"{where}: 'name' is missing")
-        cases.append(
-            Case(
-                name=f"{path.stem}/{entry['name']}",
-                title=entry.get("title", table["title"]),
-                deck=top / entry.get("deck", table["deck"]),
-                quantities=common + own,
-                effort=entry.get("effort", "quick"),
-                exit_code=entry.get("exit_code", 0),
-                time_limit=entry.get("time_limit", 120.0),
-                replace=tuple((old, new) for old, new in entry.get("replace", [])),
-            )
-        )
+        try:
+            cases += [_case(one, table, common, path.stem, top, where) for one in expand(entry)]
+        except FamilyError as error:
+            raise CaseError(f"{where}: {error}") from error
     return cases
 
 

@@ -70,13 +70,29 @@ class Place:
         )
 
 
-def _values(run: Run, quantity: Quantity) -> Array:
-    """The figure, or the figures for `every`."""
+def _plain_values(run: Run, quantity: Quantity) -> Array:
+    """The figure as the run has it, or the figures for `every`."""
     if quantity.measure is not None:
         points = read_points(run.directory)
         return np.array([quantity.scale * MEASURES[quantity.measure](points, **quantity.arguments)])
     place = Place(read_curves(run.directory), quantity)
     return quantity.scale * place.take(str(quantity.column))
+
+
+def _values(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Array:
+    """The figure to judge: the run's own, its order of convergence or its growth from another run."""
+    own = _plain_values(run, quantity)
+    table = quantity.order_from or quantity.growth_from
+    if table is None:
+        return own
+    other = runs.get(table["case"])
+    if other is None:
+        raise ResultError(f"case {table['case']} was not run")
+    before = _plain_values(other, quantity)
+    ratio = float(own[0]) / float(before[0])
+    if not (math.isfinite(ratio) and ratio > 0):
+        raise ResultError(f"{own[0]:g} against {before[0]:g} of case {table['case']}: no ratio of errors")
+    return np.array([ratio if quantity.order_from is None else -math.log(ratio) / math.log(table["refinement"])])
 
 
 def _references(run: Run, quantity: Quantity, runs: Mapping[str, Run], count: int) -> Array:
@@ -88,7 +104,7 @@ def _references(run: Run, quantity: Quantity, runs: Mapping[str, Run], count: in
         other = runs.get(reference["case"])
         if other is None:
             raise ResultError(f"case {reference['case']} was not run")
-        found = _values(other, quantity)
+        found = _plain_values(other, quantity)
         if len(found) != count:
             raise ResultError(f"{count} rows against {len(found)} of case {reference['case']}")
         return found
@@ -134,7 +150,7 @@ def judge_quantity(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Ver
     cpu = cpu_seconds(run)
     name = run.case.name
     try:
-        values = _values(run, quantity)
+        values = _values(run, quantity, runs)
         if quantity.at_least is not None or quantity.at_most is not None:
             index, held = _bounded(quantity, values)
             low = "" if quantity.at_least is None else f">= {quantity.at_least:g}"

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from qsmpm_verify.reference import column_position_hencky
 from qsmpm_verify.results import Points
 
 Measure = Callable[..., float]
@@ -30,16 +31,47 @@ def mean_stress(points: Points, component: int) -> float:
 def column_stress_error(points: Points, height: float, unit_weight: float, axis: int = 2) -> float:
     """Stress error of the self-weight column, sum |s - s(X)| V / (g l0 sum V) [-].
 
-    s(X) = -g (l0 - X) with X the height of the point at the start, V its volume.
-    Source of the measure: AMPLE's column (Coombs & Augarde 2020), there with the volumes at the start.
+    s(X) = -g (l0 - X) with X the height of the point at the start, V its volume at the start.
+    Source of the measure: AMPLE's column (Coombs & Augarde 2020). It sees neither the law nor the
+    integration in time: the column is statically determinate. See column_position_error.
     """
     start = points.field("position")[:, axis - 1] - points.field("displacement")[:, axis - 1]
     error = np.abs(points.field("stress")[:, axis - 1] + unit_weight * (height - start))
-    volume = points.field("volume")
-    return float((error * volume).sum() / (unit_weight * height * volume.sum()))
+    return float(np.average(error, weights=points.field("initial_volume")) / (unit_weight * height))
+
+
+def column_position_error(points: Points, height: float, unit_weight: float, young: float, axis: int = 2) -> float:
+    """Position error of the self-weight column, Hencky's law, sum |x - x(X)| V / (l0 sum V) [-].
+
+    x(X) is where the closed form has a point that was at X, V its volume at the start.
+    """
+    now = points.field("position")[:, axis - 1]
+    start = now - points.field("displacement")[:, axis - 1]
+    exact = np.array([column_position_hencky(float(x), height, young, unit_weight) for x in start])
+    return float(np.average(np.abs(now - exact), weights=points.field("initial_volume")) / height)
+
+
+def uniform_stress_error(points: Points, component: int, stress: float) -> float:
+    """Largest error of a stress component over all points, |s - stress| / |stress|, 1 = 11, 2 = 22 ... [-]."""
+    return float(np.abs(points.field("stress")[:, component - 1] - stress).max() / abs(stress))
+
+
+def confined_strain_error(points: Points, strain: float) -> float:
+    """Largest error of the strain over all points in confined compression, |1 - V/V0 - e| / e [-]."""
+    own = 1 - points.field("volume") / points.field("initial_volume")
+    return float(np.abs(own - strain).max() / abs(strain))
 
 
 MEASURES: dict[str, Measure] = {
-    f.__name__: f for f in (total_volume, extreme_stress, mean_stress, column_stress_error)
+    f.__name__: f
+    for f in (
+        total_volume,
+        extreme_stress,
+        mean_stress,
+        column_stress_error,
+        column_position_error,
+        uniform_stress_error,
+        confined_strain_error,
+    )
 }
 """The functions a case file may name."""

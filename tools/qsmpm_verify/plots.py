@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import matplotlib
@@ -10,6 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+from qsmpm_verify.measures import column_stress_error  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
 from qsmpm_verify.results import Curves, ResultError, read_curves, read_points  # noqa: E402
 
@@ -117,6 +119,39 @@ def mesh_figure(runs: dict[str, Path], out: Path) -> Path | None:
     if settle_axes(axes, runs, (("coarse", ":", "coarse"), ("medium", "--", "medium"), ("fine", "-", "fine"))) < 3:
         plt.close(figure)
         return None
+    return save(figure, out)
+
+
+COLUMN_KINDS = (
+    ("standard", "s:", "STANDARD, 4 points a cell"),
+    ("gimp", "o--", "GIMP, 4 points a cell"),
+    ("spline", "D-", "SPLINE2G, CELL, 36 points a cell"),
+)  # fmt: skip
+
+
+def column_figure(runs: dict[str, Path], out: Path) -> Path | None:
+    """Stress error of the self-weight column over cells and over CPU seconds; runs are called KIND_CELLS."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 4.2), sharey=True)
+    drawn = 0
+    for kind, line, text in COLUMN_KINDS:
+        cells = sorted(int(name[len(kind) + 1 :]) for name in runs if re.fullmatch(kind + r"_\d+", name))
+        if not cells:
+            continue
+        drawn += 1
+        folders = [runs[f"{kind}_{n}"] for n in cells]
+        errors = [column_stress_error(read_points(folder), height=50.0, unit_weight=0.8) for folder in folders]
+        seconds = [float(read_curves(folder).column("cpu_seconds")[-1]) for folder in folders]
+        left.loglog(cells, errors, line, label=text)
+        right.loglog(seconds, errors, line, label=text)
+    if not drawn:
+        plt.close(figure)
+        return None
+    left.set_xlabel("cells over the height")
+    left.set_ylabel("stress error, share of the base stress")
+    right.set_xlabel("CPU seconds, 40 steps")
+    left.legend(fontsize=8)
+    for axes in (left, right):
+        axes.grid(alpha=0.3, which="both")
     return save(figure, out)
 
 

@@ -82,6 +82,17 @@ def column_height_hencky(height: float, young: float, unit_weight: float) -> flo
     return young / unit_weight * (w + w * w / 2)
 
 
+def column_position_hencky(place: float, height: float, young: float, unit_weight: float) -> float:
+    """Height at which a point of the column ends that was at height X, Hencky law, nu = 0 [length].
+
+    x(X) = (E/g) (G(g l0 / E) - G(g (l0 - X) / E)) with G(q) = W(q) + W(q)^2 / 2: the integral of the
+    stretch exp(-W(q)), for G'(q) = W'(q) (1 + W(q)) = exp(-W(q)). Source: own derivation.
+    """
+    below = lambert_w(unit_weight * (height - place) / young)
+    foot = lambert_w(unit_weight * height / young)
+    return young / unit_weight * (foot + foot * foot / 2 - below - below * below / 2)
+
+
 def column_height_rate(height: float, young: float, unit_weight: float) -> float:
     """Height of a column under its own weight, Jaumann law, nu = 0 [length].
 
@@ -234,6 +245,7 @@ REFERENCES: dict[str, Reference] = {
         van_langen_paper_steps,
         hencky_oedometer,
         column_height_hencky,
+        column_position_hencky,
         column_height_rate,
         column_height_paper_steps,
         column_base_stress,

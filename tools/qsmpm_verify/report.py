@@ -70,13 +70,15 @@ def write_json(verdicts: Sequence[Verdict], path: Path) -> None:
     path.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
 
 
-def write_markdown(verdicts: Sequence[Verdict], command: str, path: Path) -> None:
-    """The figures as a page; the command that made it stands at its head."""
+def write_markdown(verdicts: Sequence[Verdict], command: str, path: Path, pictures: Sequence[Path] = ()) -> None:
+    """The figures as a page; the command that made it stands at its head, pictures beside the page at its end."""
     lines = ["# Verification figures", "", f"Written by `{command}`; do not edit. CPU seconds are of the machine it ran on.", "",
              "| case | quantity | value | reference | error | tolerance | verdict | CPU s |", "|---|---|---|---|---|---|---|---|"]  # fmt: skip
     for v in verdicts:
         error = "-" if v.error is None else f"{v.error:.2e}"
         cpu = "-" if v.cpu_seconds is None else f"{v.cpu_seconds:.2f}"
         lines.append(f"| {v.case} | {v.quantity} | {v.value:.7g} | {v.reference} | {error} | {v.tolerance} | {WORDS[v.held]} | {cpu} |")
+    for picture in pictures:
+        lines += ["", f"![{picture.stem.replace('_', ' ')}]({picture.relative_to(path.parent).as_posix()})"]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

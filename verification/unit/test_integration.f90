@@ -65,6 +65,7 @@ contains
     end do
     call check_radius(tests)
     call check_plain_points(tests)
+    call check_seen_nodes(tests)
   end subroutine collect_integration
 
   !> A box of points with domains under a uniform stress.
@@ -284,4 +285,43 @@ contains
     call tests%close('volume and stress are those of the point', worst(2), 0.0_wp, rounding)
     call tests%check('each point is taken once', sum(integration%source) == s%points%count*(s%points%count + 1)/2)
   end subroutine check_plain_points
+
+  !> Domains of one cell that reach out of it on different sides leave corners of their common block that
+  !> none of them sees: such nodes have no place in the group, for their equations would be empty.
+  subroutine check_seen_nodes(tests)
+    type(tests_type), intent(inout) :: tests
+    type(sample_type) :: s
+    type(integration_type) :: jagged
+    integer :: dimension, degree, p, g, n, from, to, unseen
+    real(wp) :: worst
+    logical :: shorter
+
+    do dimension = 2, 3
+      do degree = 1, 3
+        call make_sample(dimension, degree, [0.5_wp, 0.6_wp, 0.7_wp], [2.6_wp, 2.1_wp, 2.2_wp], [9, 9, 7], s)
+        do p = 1, s%points%count
+          s%domains%low(:, p) = s%points%position(:, p) - 1.0e-3_wp
+          s%domains%high(:, p) = s%points%position(:, p) + 1.0e-3_wp
+          if (mod(p, 2) == 0) s%domains%low(1, p) = s%domains%low(1, p) - 0.3_wp
+          if (mod(p, 2) == 1) s%domains%high(2, p) = s%domains%high(2, p) + 0.3_wp
+        end do
+        call integrate_at_points(s%mesh, s%space, .false., s%activation, s%points, s%domains, jagged)
+        unseen = 0
+        worst = 0.0_wp
+        shorter = .false.
+        do g = 1, jagged%group_count
+          n = jagged%node_first(g + 1) - jagged%node_first(g)
+          from = jagged%first(g)
+          to = jagged%first(g + 1) - 1
+          unseen = unseen + count(maxval(jagged%shape(:n, from:to), dim=2) <= 0.0_wp)
+          worst = max(worst, maxval(abs(sum(jagged%shape(:n, from:to), dim=1) - 1.0_wp)))
+          shorter = shorter .or. n < size(jagged%shape, 1)
+        end do
+        call tests%check('every node of a group is seen by one of its points', unseen == 0 .and. shorter)
+        call tests%close('the functions left still sum to one', worst, 0.0_wp, rounding)
+        call tests%check('the node list ends with the last group', &
+          size(jagged%nodes) == jagged%node_first(jagged%group_count + 1) - 1)
+      end do
+    end do
+  end subroutine check_seen_nodes
 end module test_integration
