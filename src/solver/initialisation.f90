@@ -9,7 +9,6 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_house_keeping, only: activation_type, activate
-  use qsmpm_space, only: cell_nodes_of_space, most_functions
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
@@ -84,33 +83,13 @@ contains
     call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
-    call number_equations(step%equations, patches, model%loading%constrained .or. &
-      spread(out_of_reach(model, step%activation), 1, model%mesh%dimension), step%matrix, changed, error)
+    call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
     if (allocated(error)) return
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
-
-  !> Nodes that no touched cell sees. The domains of a group's points share one block of nodes: a
-  !> corner of it may be out of reach of every one of them and must get no equation.
-  pure function out_of_reach(model, activation) result(far)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    logical :: far(model%space%node_count)
-    integer :: nodes(most_functions), c, n
-
-    far = model%space%averaged
-    if (.not. model%space%averaged) return
-    do c = 1, model%mesh%cell_count
-      if (.not. activation%touched(c)) cycle
-      call cell_nodes_of_space(model%space, model%mesh, c, nodes, n)
-      far(nodes(:n)) = .false.
-    end do
-  end function out_of_reach
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
