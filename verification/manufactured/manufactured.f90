@@ -76,8 +76,8 @@ contains
     call sweep('BASIS=SPLINE2, INTEGRATION=CELL', 9, 2, 20, pick(long, [16, 32], [16, 32, 64]), 2.0_wp)
     call sweep('BASIS=SPLINE2G, INTEGRATION=CELL', 9, 2, 20, pick(long, [16, 32], [16, 32, 64]), 2.0_wp)
     call sweep('BASIS=SPLINE3, INTEGRATION=CELL', 16, 2, 20, pick(long, [16, 32], [16, 32, 64]), 2.5_wp)
-    call sweep('BASIS=SPLINE2, INTEGRATION=CELL', 27, 3, 5, pick(long, [4, 8], [8, 12, 16]), 2.0_wp)
-    call sweep('BASIS=SPLINE3, INTEGRATION=CELL', 64, 3, 5, pick(long, [4, 8], [8, 12, 16]), 2.5_wp)
+    call sweep('BASIS=SPLINE2, INTEGRATION=CELL', 27, 3, 5, pick(long, [8, 12], [8, 12, 16]), 2.0_wp)
+    call sweep('BASIS=SPLINE3, INTEGRATION=CELL', 64, 3, 5, pick(long, [6, 8], [8, 12, 16]), 2.5_wp)
   end subroutine table
 
   !> The quick or the long list.
@@ -159,7 +159,7 @@ contains
 
     field%dimension = dimension
     field%amplitude = [0.08_wp, 0.08_wp, 0.0_wp]
-    if (dimension == 3) field%amplitude = [0.12_wp, -0.09_wp, 0.06_wp]
+    if (dimension == 3) field%amplitude = [0.06_wp, -0.045_wp, 0.03_wp]
     call make_model(method, points, dimension, n, model)
     call cpu_time(start)
     call start_phase(model)
