@@ -12,7 +12,7 @@
 !> The ridge r fades the slope out when the points of a cell lie in line. docs/theory.md, section 6.
 module qsmpm_cell_average
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, full_rule, gauss_rule, local_centre
+  use qsmpm_element, only: corner_count, local_dimension, full_rule, gauss_rule, local_centre
   use qsmpm_mesh, only: mesh_type
   use qsmpm_space, only: space_type, cell_block
   use qsmpm_points, only: points_type
@@ -314,7 +314,8 @@ contains
     if (order == 2) monomial_count = monomial_count + dimension*(dimension + 1)/2
   end function monomial_count
 
-  !> Gauss points of a full cell: the element's own, for splines as many a direction as the degree.
+  !> Gauss points of a full cell: the element's own, for splines as many a direction as the degree. A
+  !> grid one cell wide gets one more: there no neighbour holds the polynomials that vanish at them.
   pure subroutine cell_rule(space, kind, places, weights)
     !> The space of displacements.
     type(space_type), intent(in) :: space
@@ -324,9 +325,11 @@ contains
     real(wp), allocatable, intent(out) :: places(:, :)
     !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
+    logical :: one
 
     if (space%tensor .and. space%degree > 1) then
-      call gauss_rule(kind, 2*space%degree - 1, places, weights)
+      one = local_dimension(kind) > 1 .and. any(space%axis(:local_dimension(kind))%cell_count == 1)
+      call gauss_rule(kind, 2*space%degree + merge(1, -1, one), places, weights)
     else
       call full_rule(kind, places, weights)
     end if
