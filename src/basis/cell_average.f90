@@ -9,7 +9,7 @@
 !>
 !>   ( sum V z z' / sum V + diag(0, r, .., r) ) c = sum V z y / sum V,   z = (1, centred local coordinates)
 !>
-!> The ridge r fades the slope out when the points of a cell lie in line. docs/theory.md, section 6.
+!> The ridge r fades the slope out when the points of a cell lie in line. docs/methods/cell_integration.md.
 module qsmpm_cell_average
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, local_dimension, full_rule, gauss_rule, local_centre

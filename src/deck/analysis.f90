@@ -43,7 +43,7 @@ module qsmpm_analysis
   !> Cure of volumetric locking of a material; auto is resolved by the model builder.
   integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
   !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
-  !> of GIMP and quadratic splines (least error of the elastic column, docs/theory.md), and of cubic
+  !> of GIMP and quadratic splines (least error of the elastic column, docs/methods/ghost.md), and of cubic
   !> ones, whose jumps of third derivatives weigh (3!)^2 times as much: with 0.002 already the share
   !> of a coarse block does not come below its bound.
   real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &

@@ -5,7 +5,8 @@
 !> cell belongs to the *boundary* when a cell sharing a corner with it is inactive or its fill is
 !> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4. The outside
 !> of the mesh does not count as inactive: there the fixities speak, and where nothing is held the fill
-!> must be above 0.8. Constants: docs/theory.md.
+!> must be above 0.8. Constants:
+!> docs/methods/cell_integration.md and ghost.md.
 module qsmpm_house_keeping
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type

@@ -1,7 +1,7 @@
 !> Stabilisation of boundary cells, acting on the displacement of the step in residual and tangent.
 !>
 !> A body ends somewhere inside a cell; the smaller the piece, the worse the equations. Two cures,
-!> both bounding the condition number for any cut (docs/theory.md, section 7):
+!> both bounding the condition number for any cut (docs/methods/ghost.md):
 !>   background   a soft material in each boundary cell (`qsmpm_background`),
 !>   ghost        a penalty on the jumps of derivatives over the faces of boundary cells
 !>                (`qsmpm_element_ghost`, `qsmpm_spline_ghost`).

@@ -21,7 +21,7 @@ module qsmpm_stepping
 
   public :: outcome_type, take_step, hold_until_quiet
 
-  !> Residual allowed in proximal sub-steps, at the least (docs/theory.md, section 8).
+  !> Residual allowed in proximal sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: proximal_tolerance = 1.0e-3_wp
   !> The drag grows by this factor on failure, shrinks and grows by those after a good sub-step.
   real(wp), parameter :: drag_on_failure = 4.0_wp, drag_shrinks = 0.5_wp, drag_grows = 1.5_wp

@@ -5,7 +5,7 @@
 !>
 !> with the point's area A, its place x at the start of the step, its place x0 and unit normal n when
 !> the support began. The gap is the total one, so that nothing creeps from step to step: it stays below
-!> traction h/(strength E). The spring's force is a reaction, not a stabilisation. docs/theory.md.
+!> traction h/(strength E). The spring's force is a reaction, not a stabilisation. docs/methods/supports.md.
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all

@@ -16,7 +16,7 @@
 !>
 !> qsmpm_pressure_balance finds omega; this module condenses stress and tangent of the points; the
 !> rank-one part of the stiffness is `add_pressure_stiffness` of qsmpm_group_stiffness.
-!> docs/theory.md, section 11.
+!> docs/methods/uniform_pressure.md.
 module qsmpm_uniform_pressure
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
