@@ -8,8 +8,8 @@
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_analysis, only: basis_fem, axisymmetric, integrate_cells
-  use qsmpm_tensor, only: identity, cofactor
+  use qsmpm_analysis, only: basis_fem, integrate_cells
+  use qsmpm_tensor, only: cofactor
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
@@ -18,7 +18,8 @@ module qsmpm_convection
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
-  use qsmpm_deformation, only: grow_deformation
+  use qsmpm_deformation, only: grow_deformation, step_gradient
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_points, only: carried_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
@@ -169,7 +170,9 @@ contains
     end do
   end subroutine move_carried
 
-  !> Areas and normals follow the deformation (Nanson): a <- det(F) F'^-1 a.
+  !> Areas and normals follow the deformation (Nanson): a <- det(F) F'^-1 a with F of the nearest
+  !> material point. The gradient at the surface itself, of functions cut off there, feeds a following
+  !> pressure back into its own wrinkles (verification/cases/pressure.toml).
   subroutine turn_areas(model, step, displacement)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -177,25 +180,21 @@ contains
     type(step_type), intent(in) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    type(place_type) :: place
-    real(wp) :: f(3, 3), a(3), u(model%mesh%dimension)
-    integer :: i, k, d
+    type(point_bins_type) :: bins
+    integer :: place(model%state%points%count), i, p, d
+    real(wp) :: a(3)
 
+    if (model%state%surface%count == 0) return
     d = model%mesh%dimension
+    place(step%at_points%source) = [(i, i=1, step%at_points%point_count)]
+    call make_bins(model%state%points%position, bins)
     associate (surface => model%state%surface)
       do i = 1, surface%count
-        call basis_at(model%mesh, model%space, step%activation, model%state%points, surface, i, place)
-        f = identity
-        do k = 1, place%count
-          f(:d, :d) = f(:d, :d) + spread(displacement(:, place%node(k)), 2, d) &
-            *spread(place%gradient(:d, k), 1, d)
-        end do
-        u = value_at(place, displacement)
-        if (model%analysis%model == axisymmetric .and. surface%position(1, i) > 0.0_wp) &
-          f(3, 3) = 1.0_wp + u(1)/surface%position(1, i)
+        p = nearest_in_bins(bins, model%state%points%position, surface%position(:, i))
         a = 0.0_wp
         a(:d) = surface%area_vector(:, i)
-        a = matmul(cofactor(f), a)
+        a = matmul(cofactor(step_gradient(step%at_points, displacement, &
+          step%activation%active_number(model%state%points%cell(p)), place(p))), a)
         surface%area_vector(:, i) = a(:d)
       end do
     end associate
