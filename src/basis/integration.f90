@@ -42,6 +42,9 @@ module qsmpm_integration
     integer, allocatable :: material(:)
     !> Material point behind the integration point; 0 for a Gauss point.
     integer, allocatable :: source(:)
+    !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
+    !> rule (dimension, dimension, n).
+    real(wp), allocatable :: given(:, :, :)
   end type integration_type
 
 contains

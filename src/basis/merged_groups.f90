@@ -134,6 +134,7 @@ contains
     type(integration_type), intent(inout) :: merged
     integer :: group(size(taken)), g, a, q, k
 
+    if (allocated(integration%given)) allocate (merged%given, mold=integration%given)
     do g = 1, size(patch)
       group(integration%first(g):integration%first(g + 1) - 1) = g
     end do
@@ -151,6 +152,7 @@ contains
       merged%state(:, k) = integration%state(:, q)
       merged%material(k) = integration%material(q)
       merged%source(k) = integration%source(q)
+      if (allocated(integration%given)) merged%given(:, :, k) = integration%given(:, :, q)
     end do
   end subroutine take_points
 end module qsmpm_merged_groups

@@ -3,13 +3,12 @@
 !>
 !> A cell is active when it owns a point, never because a shape function reaches into it. An active
 !> cell belongs to the *boundary* when a cell sharing a corner with it is inactive or its fill is
-!> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4, or 0.8 when it
-!> lies at the edge of the mesh. The outside
-!> of the mesh does not count as inactive: there the fixities speak. Constants: docs/theory.md.
+!> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4. The outside
+!> of the mesh does not count as inactive: there the fixities speak, and where nothing is held the fill
+!> must be above 0.8. Constants: docs/theory.md.
 module qsmpm_house_keeping
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_element, only: face_count
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_error, only: error_type, fail, error_left_mesh
@@ -21,7 +20,7 @@ module qsmpm_house_keeping
   !> Fill below which an active cell needs stabilising, and above which it may be integrated whole.
   real(wp), parameter, public :: boundary_fill = 0.6_wp
   real(wp), parameter :: full_fill = 0.4_wp
-  !> The same for a cell with a face on the outside of the mesh: there the body may end inside of it
+  !> The same for a cell with a free face on the outside of the mesh: there the body may end inside of it
   !> without an inactive neighbour that would tell.
   real(wp), parameter :: edge_fill = 0.8_wp
   !> A point beyond the mesh by more than this share of the cell size is lost; by less it stays where
@@ -45,18 +44,8 @@ module qsmpm_house_keeping
 
 contains
 
-  !> True when a face of a cell is on the outside of the mesh.
-  pure logical function at_edge(mesh, cell)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-
-    at_edge = any(mesh%face_neighbour(:face_count(mesh%cell_kind(cell)), cell) == 0)
-  end function at_edge
-
   !> Sort points into cells and classify the cells.
-  pure subroutine activate(mesh, cell_volume, points, activation)
+  pure subroutine activate(mesh, cell_volume, points, activation, open_edge)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
@@ -65,6 +54,9 @@ contains
     type(points_type), intent(in) :: points
     !> What house-keeping found.
     type(activation_type), intent(out) :: activation
+    !> Cells with a free face on the outside of the mesh (cell_count); none when absent.
+    logical, intent(in), optional :: open_edge(:)
+    real(wp) :: least
     integer :: k, c, p
 
     call sort_by_cell(mesh%cell_count, points, activation)
@@ -84,8 +76,9 @@ contains
       associate (around => mesh%vertex_neighbour(mesh%vertex_first(c):mesh%vertex_first(c + 1) - 1))
         activation%full(k) = all(activation%active_number(around) > 0)
         activation%boundary(k) = .not. activation%full(k) .or. activation%fill(k) < boundary_fill
-        activation%full(k) = activation%full(k) .and. activation%fill(k) > &
-          merge(edge_fill, full_fill, at_edge(mesh, c))
+        least = full_fill
+        if (present(open_edge)) least = merge(edge_fill, full_fill, open_edge(c))
+        activation%full(k) = activation%full(k) .and. activation%fill(k) > least
       end associate
     end do
   end subroutine activate

@@ -8,7 +8,7 @@
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_analysis, only: basis_fem, axisymmetric
+  use qsmpm_analysis, only: basis_fem, axisymmetric, integrate_cells
   use qsmpm_tensor, only: identity, cofactor
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
@@ -21,6 +21,7 @@ module qsmpm_convection
   use qsmpm_deformation, only: grow_deformation
   use qsmpm_points, only: carried_type
   use qsmpm_house_keeping, only: relocate
+  use qsmpm_recovered_gradient, only: recover_gradients
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
   private
@@ -34,7 +35,7 @@ contains
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
-    type(step_type), intent(in) :: step
+    type(step_type), intent(inout) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> A point that cannot be updated or has left the mesh, or a tangled mesh.
@@ -70,13 +71,15 @@ contains
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
-    type(step_type), intent(in) :: step
+    type(step_type), intent(inout) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(integration_type) :: grouped
 
+    if (recovers(model)) call recover_gradients(model%mesh, step%activation, step%volumes, model%laws, &
+      displacement, step%at_points)
     if (allocated(step%patch)) then
       call merge_groups(step%at_points, step%patch, grouped)
       call update_at(model, grouped, displacement, error)
@@ -84,6 +87,15 @@ contains
       call update_at(model, step%at_points, displacement, error)
     end if
   end subroutine update_stresses
+
+  !> Cells of elements are integrated apart from their points; their points follow a continuous gradient.
+  pure logical function recovers(model)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    recovers = model%analysis%method%integration == integrate_cells .and. .not. model%space%tensor &
+      .and. model%analysis%method%basis /= basis_fem
+  end function recovers
 
   !> Stress, state and volume of the material points of groups.
   subroutine update_at(model, at_points, displacement, error)

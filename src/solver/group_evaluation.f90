@@ -210,6 +210,7 @@ contains
             + u(:, a)*integration%gradient(j, a, q)
         end do
       end do
+      if (allocated(integration%given)) batch%gradient(:d*d, k) = reshape(integration%given(:, :, q), [d*d])
       do j = 1, d
         batch%gradient((j - 1)*d + j, k) = batch%gradient((j - 1)*d + j, k) + 1.0_wp
       end do

@@ -100,7 +100,8 @@ contains
 
     if (.not. allocated(step%volumes)) allocate (step%volumes(model%mesh%cell_count))
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, step%volumes)
-    call activate(model%mesh, step%volumes, model%state%points, step%activation)
+    call activate(model%mesh, step%volumes, model%state%points, step%activation, &
+      model%loading%open_edge)
   end subroutine keep_house
 
   !> Lumped volume of every node.

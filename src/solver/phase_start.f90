@@ -7,6 +7,8 @@ module qsmpm_phase_start
   use qsmpm_analysis, only: phase_type, initial_k0, support_none
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals
+  use qsmpm_element, only: face_count, face_corners
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
   implicit none
   private
@@ -65,6 +67,7 @@ contains
 
     allocate (loading%constrained(model%mesh%dimension, model%space%node_count), source=.false.)
     allocate (loading%prescribed(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    allocate (loading%held(model%mesh%node_count), source=.false.)
     allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
       loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%pressure_start(size(model%analysis%surfaces)), &
@@ -74,8 +77,32 @@ contains
     do i = 1, model%state%progress%phase
       call apply_phase(model, model%analysis%phases(i), loading)
     end do
+    allocate (loading%open_edge(model%mesh%cell_count))
+    call find_open_edges(model%mesh, loading%held, loading%open_edge)
     model%loading = loading
   end subroutine resume_phase
+
+  !> Cells with a face on the outside of the mesh of which a corner is not held.
+  pure subroutine find_open_edges(mesh, held, open_edge)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Nodes held (node_count).
+    logical, intent(in) :: held(:)
+    !> (cell_count)
+    logical, intent(out) :: open_edge(:)
+    integer :: c, f, kind
+
+    open_edge = .false.
+    do c = 1, mesh%cell_count
+      kind = mesh%cell_kind(c)
+      do f = 1, face_count(kind)
+        if (mesh%face_neighbour(f, c) /= 0) cycle
+        associate (corners => face_corners(kind, f))
+          open_edge(c) = open_edge(c) .or. .not. all(held(mesh%cell_nodes(mesh%cell_first(c) - 1 + corners)))
+        end associate
+      end do
+    end do
+  end subroutine find_open_edges
 
   !> What one phase changes.
   subroutine apply_phase(model, phase, loading)
@@ -94,11 +121,13 @@ contains
         loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
           (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
       end do
+      loading%held(model%mesh%node_sets(s)%items) = any(phase%fixities(i)%fixed)
     end do
     do i = 1, size(phase%prescriptions)
       s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
       c = phase%prescriptions(i)%component
       loading%constrained(c, model%space%sets(s)%items) = .true.
+      loading%held(model%mesh%node_sets(s)%items) = .true.
       loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
     end do
     loading%gravity_start = loading%gravity_final

@@ -1,8 +1,8 @@
 !> Manufactured fields: a displacement chosen, its Cauchy stress and the body force that makes it an
 !> equilibrium of Hencky's elastic law.
 !>
-!>   plane   u_i = a_i sin(2 pi X_i)                         unit square, rollers on all sides
-!>   space   u_i = a_i sin(pi X_1) sin(pi X_2) sin(pi X_3)   unit cube, all faces held
+!>   plane   u_i = a_i sin(2 pi X_i)                                unit square, rollers on all sides
+!>   space   u_i = a_i sin(2 pi X_1) sin(2 pi X_2) sin(2 pi X_3)   unit cube, all faces held
 !>
 !>   F = I + du/dX,  tau = lambda tr(e) I + 2 mu e,  e = 1/2 ln(F F'),  P = tau F'^-1,  b = -Div P
 !>
@@ -39,7 +39,7 @@ contains
     if (field%dimension == 2) then
       u = [sin(2.0_wp*pi*x(1:2)), 0.0_wp]
     else
-      u = product(sin(pi*x))
+      u = product(sin(2.0_wp*pi*x))
     end if
     u = share*field%amplitude*u
   end function displacement
@@ -58,8 +58,8 @@ contains
       if (field%dimension == 2 .and. j < 3) f(j, j) = &
         share*field%amplitude(j)*2.0_wp*pi*cos(2.0_wp*pi*x(j))
       if (field%dimension == 2) cycle
-      slope = sin(pi*x)
-      slope(j) = pi*cos(pi*x(j))
+      slope = sin(2.0_wp*pi*x)
+      slope(j) = 2.0_wp*pi*cos(2.0_wp*pi*x(j))
       f(:, j) = share*field%amplitude*product(slope)
     end do
     do i = 1, 3

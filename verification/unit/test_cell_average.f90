@@ -5,7 +5,7 @@ module test_cell_average
   use qsmpm_error, only: error_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: interpolate
-  use qsmpm_element, only: shape_functions
+  use qsmpm_element, only: shape_functions, element_order
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
@@ -15,6 +15,7 @@ module test_cell_average
   use qsmpm_domains, only: domains_type
   use qsmpm_integration, only: integration_type, integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_recovered_gradient, only: recover_gradients
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_law, only: law_slot_type, law_type, tangent_consistent, tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
@@ -69,9 +70,40 @@ contains
     call tests%check('full cells of '//name//' go to their Gauss points', all(in_cells%source == 0))
     call tests%close('cells of '//name//' keep the volume', sum(in_cells%weight), sum(volumes), 1.0e-13_wp)
     call check_fit(tests, mesh, name, at_points, in_cells)
+    call check_recovery(tests, mesh, activation, volumes, laws, name, points, at_points)
     call check_tangent(tests, mesh, laws, name//' at points', at_points)
     call check_tangent(tests, mesh, laws, name//' in cells', in_cells)
   end subroutine check_model
+
+  !> Recovered gradients of a field the element holds are exact: each cell has the right one at its nodes.
+  subroutine check_recovery(tests, mesh, activation, volumes, laws, name, points, at_points)
+    type(tests_type), intent(inout) :: tests
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    real(wp), intent(in) :: volumes(:)
+    type(law_slot_type), intent(in) :: laws(:)
+    character(len=*), intent(in) :: name
+    type(points_type), intent(in) :: points
+    type(integration_type), intent(inout) :: at_points
+    real(wp) :: displacement(mesh%dimension, mesh%node_count), bent, expected, worst
+    integer :: q, p, last
+
+    last = mesh%dimension
+    ! Serendipity elements of uneven shape hold no full quadratic.
+    bent = merge(0.3_wp, 0.0_wp, element_order(mesh%cell_kind(1)) > 1 .and. name /= 'QUAD8')
+    displacement = 0.0_wp
+    displacement(1, :) = 0.1_wp*mesh%coordinates(last, :) + bent*mesh%coordinates(last, :)**2
+    call recover_gradients(mesh, activation, volumes, laws, displacement, at_points)
+    worst = 0.0_wp
+    do q = 1, at_points%point_count
+      p = at_points%source(q)
+      expected = 0.1_wp + 2.0_wp*bent*points%position(last, p)
+      worst = max(worst, abs(at_points%given(1, last, q) - expected), abs(at_points%given(last, 1, q)))
+    end do
+    ! Rounding of gradients of the order of one.
+    call tests%close('recovered gradients of '//name//' are exact', worst, 0.0_wp, 1.0e-12_wp)
+    deallocate (at_points%given)
+  end subroutine check_recovery
 
   !> A Mohr-Coulomb soil.
   subroutine make_laws(dimension, kinematics, laws)

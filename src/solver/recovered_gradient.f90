@@ -1,0 +1,105 @@
+!> Displacement gradients of a step recovered at the nodes: the mean over the cells at a node of what
+!> each has there, weighted by volume, and interpolated in between by the elements' functions.
+!>
+!> The gradient of an element jumps across faces. A material point that crosses cells picks up the
+!> jumps, each of the order of the element, but as many of them as there are cells on its way: what it
+!> has collected is one order lower. The recovered gradient is continuous. docs/methods/cell_integration.md.
+module qsmpm_recovered_gradient
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: element_geometry, local_nodes, max_nodes
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_law, only: law_slot_type
+  use qsmpm_integration, only: integration_type
+  implicit none
+  private
+
+  public :: recover_gradients
+
+contains
+
+  !> Displacement gradients of the step at the points: recovered ones in full cells, those of the
+  !> functions elsewhere and in materials whose cells share a pressure.
+  pure subroutine recover_gradients(mesh, activation, volumes, laws, displacement, at_points)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: volumes(:)
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Material points in groups; their `given` gradients are set.
+    type(integration_type), intent(inout) :: at_points
+    real(wp) :: nodal(mesh%dimension, mesh%dimension, mesh%node_count)
+    integer :: g, q, a, j, first
+    logical :: recovered
+
+    if (allocated(at_points%given)) deallocate (at_points%given)
+    allocate (at_points%given(mesh%dimension, mesh%dimension, at_points%point_count), source=0.0_wp)
+    call nodal_gradients(mesh, activation, volumes, displacement, nodal)
+    do g = 1, at_points%group_count
+      first = at_points%node_first(g) - 1
+      do q = at_points%first(g), at_points%first(g + 1) - 1
+        recovered = activation%full(g) .and. .not. laws(at_points%material(q))%pressure_factor > 0.0_wp
+        do a = 1, at_points%node_first(g + 1) - 1 - first
+          associate (node => at_points%nodes(first + a), given => at_points%given(:, :, q))
+            if (recovered) then
+              given = given + at_points%shape(a, q)*nodal(:, :, node)
+            else
+              do j = 1, mesh%dimension
+                given(:, j) = given(:, j) + displacement(:, node)*at_points%gradient(j, a, q)
+              end do
+            end if
+          end associate
+        end do
+      end do
+    end do
+  end subroutine recover_gradients
+
+  !> Means of the cells' gradients at the nodes.
+  pure subroutine nodal_gradients(mesh, activation, volumes, displacement, nodal)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: volumes(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Gradients (dimension, dimension, node_count).
+    real(wp), intent(out) :: nodal(:, :, :)
+    real(wp) :: weight(mesh%node_count)
+    real(wp) :: corner(mesh%dimension, max_nodes), shape(max_nodes), slope(mesh%dimension, max_nodes)
+    real(wp) :: determinant, places(mesh%dimension, max_nodes), at_node(mesh%dimension, mesh%dimension)
+    integer :: g, c, a, b, j, n, first
+
+    nodal = 0.0_wp
+    weight = 0.0_wp
+    do g = 1, activation%active_count
+      c = activation%active_cell(g)
+      first = mesh%cell_first(c) - 1
+      n = mesh%cell_first(c + 1) - first - 1
+      corner(:, :n) = mesh%coordinates(:, mesh%cell_nodes(first + 1:first + n))
+      places(:, :n) = local_nodes(mesh%cell_kind(c))
+      do a = 1, n
+        call element_geometry(mesh%cell_kind(c), places(:, a), corner(:, :n), shape(:n), slope(:, :n), determinant)
+        at_node = 0.0_wp
+        do b = 1, n
+          do j = 1, mesh%dimension
+            at_node(:, j) = at_node(:, j) + displacement(:, mesh%cell_nodes(first + b))*slope(j, b)
+          end do
+        end do
+        associate (node => mesh%cell_nodes(first + a))
+          nodal(:, :, node) = nodal(:, :, node) + volumes(c)*at_node
+          weight(node) = weight(node) + volumes(c)
+        end associate
+      end do
+    end do
+    do a = 1, mesh%node_count
+      if (weight(a) > 0.0_wp) nodal(:, :, a) = nodal(:, :, a)/weight(a)
+    end do
+  end subroutine nodal_gradients
+end module qsmpm_recovered_gradient
