@@ -16,10 +16,12 @@ A file describes one deck and its variants:
     each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)
     [[case.quantity]]             asked of this variant only
 
-A quantity is a column of curves.csv at a place, or a measure of the material points at the end:
+A quantity is a column of curves.csv at a place, a measure of the material points at the end, or a
+trace of the whole run:
 
     name = "axial stress at 90 %"
-    column = "axial_stress"       or: measure = "column_stress_error", arguments = {...}
+    column = "axial_stress"       or: measure = "column_stress_error", arguments = {...} (measures.py)
+                                  or: trace = "knee", arguments = {...} (traces.py)
     at = "last"                   last, first, max, min, every; or {load_factor = 0.5}: linear between rows
     phase = "loading"             only the rows of a phase, by name or number
     scale = -1.0                  factor on the column
@@ -49,6 +51,7 @@ from typing import Any
 from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
+from qsmpm_verify.traces import TRACES
 
 EFFORTS = ("small", "quick", "long")
 PLACES = ("last", "first", "max", "min", "every")
@@ -65,6 +68,7 @@ class Quantity:
     name: str
     column: str | None = None
     measure: str | None = None
+    trace: str | None = None
     arguments: dict[str, Any] = field(default_factory=dict)
     at: str | dict[str, float] = "last"
     phase: int | str | None = None
@@ -139,10 +143,11 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     where = f"{where}, quantity '{table.get('name', '?')}'"
     _check_keys(table, set(Quantity.__dataclass_fields__), where)
     quantity = Quantity(**{"source": source, **table})
-    if (quantity.column is None) == (quantity.measure is None):
-        raise CaseError(f"{where}: give either a column or a measure")
-    if quantity.measure is not None and quantity.measure not in MEASURES:
-        raise CaseError(f"{where}: unknown measure; known are {', '.join(MEASURES)}")
+    if sum(given is not None for given in (quantity.column, quantity.measure, quantity.trace)) != 1:
+        raise CaseError(f"{where}: give either a column, a measure or a trace")
+    for word, name, known in (("measure", quantity.measure, MEASURES), ("trace", quantity.trace, TRACES)):
+        if name is not None and name not in known:
+            raise CaseError(f"{where}: unknown {word}; known are {', '.join(known)}")
     if isinstance(quantity.at, str) and quantity.at not in PLACES:
         raise CaseError(f"{where}: at is one of {', '.join(PLACES)}, or a table of one column")
     if isinstance(quantity.at, dict) and len(quantity.at) != 1:

@@ -67,11 +67,10 @@ def run_cases(words: argparse.Namespace) -> int:
     if words.json:
         write_json(verdicts, words.json)
     if words.markdown:
-        column = {run.case.name.split("/")[1]: run.directory for run in runs.values()
-                  if run.case.name.startswith("column_grid/") and run.exit_code == 0}
-        picture = plots.column_figure(column, words.markdown.parent / "figures" / "column_error.png")
+        finished = {run.case.name: run.directory for run in runs.values() if run.exit_code == 0}
+        pictures = plots.page_figures(finished, words.markdown.parent / "figures")
         command = f"tools/qsmpm-verify run --effort {words.effort} --markdown FILE"
-        write_markdown(verdicts, command, words.markdown, [picture] if picture else [])
+        write_markdown(verdicts, command, words.markdown, pictures)
     print(closing_line(verdicts))
     return 1 if counts(verdicts)[1] else 0
 

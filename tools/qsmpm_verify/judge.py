@@ -14,6 +14,7 @@ from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
 from qsmpm_verify.results import Array, Curves, ResultError, read_curves, read_points
 from qsmpm_verify.runner import Run
+from qsmpm_verify.traces import TRACES
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,8 @@ def _plain_values(run: Run, quantity: Quantity) -> Array:
     if quantity.measure is not None:
         points = read_points(run.directory)
         return np.array([quantity.scale * MEASURES[quantity.measure](points, **quantity.arguments)])
+    if quantity.trace is not None:
+        return np.array([quantity.scale * TRACES[quantity.trace](run.directory, **quantity.arguments)])
     place = Place(read_curves(run.directory), quantity)
     return quantity.scale * place.take(str(quantity.column))
 

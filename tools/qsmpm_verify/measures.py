@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from qsmpm_verify.reference import column_position_hencky
-from qsmpm_verify.results import Points
+from qsmpm_verify.results import Array, Points, ResultError
 
 Measure = Callable[..., float]
 
@@ -62,6 +62,36 @@ def confined_strain_error(points: Points, strain: float) -> float:
     return float(np.abs(own - strain).max() / abs(strain))
 
 
+def followed_rows(rows: Array, base: float, plate: float, pushed: float) -> Array:
+    """Grid rows that have followed a plate pushed from `plate` by `pushed`, as *MOVING MESH moves them.
+
+    Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
+    """
+    share = np.clip((rows - base) / (plate - base), 0.0, 1.0)
+    return rows - share * pushed
+
+
+def pressure_scatter(points: Points, strength: float, base: float, plate: float) -> float:
+    """Scatter of the pressure inside the cells of a plane grid whose rows follow a plate, over a strength [-].
+
+    Volume-weighted standard deviation of the mean stress of the points in one cell, root mean square over
+    all cells weighted by their volume. The plate has moved down by the load factor of the state. A point outside
+    the grid, or no cell with two points in it, is an error.
+    """
+    place, volume = points.field("position"), points.field("volume")
+    pressure = points.field("stress")[:, :3].mean(axis=1)
+    lines = np.unique(points.nodes[:, 0])
+    rows = followed_rows(np.unique(points.nodes[:, 1]), base, plate, points.load_factor)
+    column, row = np.searchsorted(lines, place[:, 0]) - 1, np.searchsorted(rows, place[:, 1]) - 1
+    if column.min() < 0 or row.min() < 0 or column.max() > len(lines) - 2 or row.max() > len(rows) - 2:
+        raise ResultError(f"{points.path}: a material point is outside the grid")
+    _, cell = np.unique(column * len(rows) + row, return_inverse=True)
+    if cell.max() + 1 == len(cell):
+        raise ResultError(f"{points.path}: no cell holds two material points")
+    mean = np.bincount(cell, volume * pressure) / np.bincount(cell, volume)
+    return float(np.sqrt(np.average((pressure - mean[cell]) ** 2, weights=volume)) / strength)
+
+
 MEASURES: dict[str, Measure] = {
     f.__name__: f
     for f in (
@@ -72,6 +102,7 @@ MEASURES: dict[str, Measure] = {
         column_position_error,
         uniform_stress_error,
         confined_strain_error,
+        pressure_scatter,
     )
 }
 """The functions a case file may name."""

@@ -155,6 +155,46 @@ def column_figure(runs: dict[str, Path], out: Path) -> Path | None:
     return save(figure, out)
 
 
+FOOTING_KINDS = (("spline", "-", "SPLINE2, 9 points"), ("gimp", "--", "GIMP, 4 points"))
+
+
+def footing_figure(runs: dict[str, Path], out: Path) -> Path | None:
+    """Load over settlement of the footing pushed by its width; runs are called KIND_CELLS."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.4))
+    drawn = 0
+    for kind, line, text in FOOTING_KINDS:
+        cells = sorted(int(name[len(kind) + 1 :]) for name in runs if re.fullmatch(kind + r"_\d+", name))
+        for n in cells:
+            curves = read_curves(runs[f"{kind}_{n}"])
+            shade = plt.get_cmap("viridis")(min(0.9, 0.3 * (np.log2(n) - 2)))
+            axes.plot(curves.column("settlement"), curves.column("reaction"), line, color=shade, lw=1,
+                      label=f"{text}, {n} cells on B/2")
+            drawn += 1
+    if not drawn:
+        plt.close(figure)
+        return None
+    axes.axhline(2 + np.pi, color="k", lw=0.8, ls=":", label="2 + pi, small displacements")
+    axes.set_xlabel("settlement over the width B")
+    axes.set_ylabel("mean pressure over the strength")
+    axes.set_ylim(bottom=0)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+    return save(figure, out)
+
+
+def page_figures(runs: dict[str, Path], out: Path) -> list[Path]:
+    """Figures beside the page of figures, as far as the runs go; runs are called FILE/NAME."""
+
+    def of(file: str) -> dict[str, Path]:
+        return {name.split("/")[1]: folder for name, folder in runs.items() if name.startswith(file + "/")}
+
+    pictures = [
+        column_figure(of("column_grid"), out / "column_error.png"),
+        footing_figure(of("footing_deep"), out / "footing_deep.png"),
+    ]
+    return [picture for picture in pictures if picture]
+
+
 def paper_figures(folder: Path, out: Path) -> list[Path]:
     """All figures that the runs under a folder allow."""
     runs = {path.parent.name: path.parent for path in sorted(folder.glob("*/curves.csv"))}

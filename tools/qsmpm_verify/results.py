@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
@@ -93,6 +93,8 @@ class Points:
     phase: int
     load_factor: float
     fields: dict[str, Array]
+    nodes: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    """Coordinates of the mesh as it was at the start of the run, one row a node."""
 
     def field(self, name: str) -> Array:
         """A field; an unknown name tells the known ones."""
@@ -122,6 +124,7 @@ def read_points(path: Path, step: int | None = None) -> Points:
             points = group["points"]
             count = points["volume"].shape[0]
             fields = {name: _rows_first(points[name][...], count) for name in points}
+            nodes = file["mesh/coordinates"][...]
             attributes = {name: np.ravel(value)[0] for name, value in group.attrs.items()}
     except (OSError, KeyError) as error:
         raise ResultError(f"{path}: {error}") from error
@@ -131,4 +134,5 @@ def read_points(path: Path, step: int | None = None) -> Points:
         int(attributes.get("phase", 0)),
         float(attributes.get("load_factor", np.nan)),
         fields,
+        nodes,
     )

@@ -1,0 +1,75 @@
+"""Figures computed from the whole course of a run, its curves or its log; a case names them under `trace`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from qsmpm_verify.results import ResultError, read_curves
+
+Trace = Callable[..., float]
+
+HOLD = re.compile(r"hold test at load factor\s+(\S+): (?:after .* has grown by\s+(\S+) %|lost at re-solve (\d+))")
+
+
+def knee(folder: Path, column: str, factor: float = 10.0, load: str = "load_factor") -> float:
+    """Load at the end of the first step whose compliance exceeds `factor` times the first one [load].
+
+    Compliance: growth of the column over growth of the load in a step; the curve starts at the origin.
+    A curve without such a step is an error, not a figure.
+    """
+    if factor <= 1:
+        raise ResultError(f"knee: factor {factor:g} is not above 1")
+    curves = read_curves(folder)
+    loads = np.concatenate([[0.0], curves.column(load)])
+    steps = np.diff(loads)
+    if np.any(steps <= 0):
+        raise ResultError(f"{curves.path}: {load} does not grow in every step")
+    compliance = np.diff(np.concatenate([[0.0], curves.column(column)])) / steps
+    if compliance[0] <= 0:
+        raise ResultError(f"{curves.path}: {column} does not grow with {load} in the first step")
+    beyond = np.nonzero(compliance > factor * compliance[0])[0]
+    if not len(beyond):
+        top = compliance.max() / compliance[0]
+        raise ResultError(f"{curves.path}: no knee up to {load} = {loads[-1]:g}: compliance grew to {top:.3g} times")
+    return float(loads[beyond[0] + 1])
+
+
+def hold_growth(folder: Path, load_factor: float) -> float:
+    """Growth of the first history in a hold test, as a share of it; job.log tells it [-].
+
+    A test that is not in the log or that lost equilibrium is an error.
+    """
+    path = folder / "job.log"
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ResultError(f"{path}: {error.strerror}") from error
+    tests = {float(hit[1]): hit for hit in HOLD.finditer(text)}
+    for at, hit in tests.items():
+        if abs(at - load_factor) <= 1e-3 * abs(load_factor):
+            if hit[3]:
+                raise ResultError(f"{path}: hold test at {at:g} lost at re-solve {hit[3]}")
+            return float(hit[2]) / 100
+    known = ", ".join(f"{at:g}" for at in tests) or "none"
+    raise ResultError(f"{path}: no hold test at load factor {load_factor:g}; there are {known}")
+
+
+def jitter(folder: Path, column: str, along: str = "load_factor", beyond: float = 0.0) -> float:
+    """Mean step-to-step jitter of a column, |y(k+1) - 2 y(k) + y(k-1)|, over the steps beyond a place [column].
+
+    A smooth curve contributes its curvature only, which falls with the square of the step.
+    """
+    curves = read_curves(folder)
+    x, y = curves.column(along), curves.column(column)
+    bends = np.abs(np.diff(y, 2))[x[1:-1] > beyond]
+    if not len(bends):
+        raise ResultError(f"{curves.path}: no three steps in a row beyond {along} = {beyond:g}")
+    return float(bends.mean())
+
+
+TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter)}
+"""The functions a case file may name."""
