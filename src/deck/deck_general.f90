@@ -105,11 +105,12 @@ contains
 
     call table%advise('smooth elastic work', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell or '// &
       'more: second order with a free surface; inside a filled region SPLINE3 with CELL and 16 points')
-    call table%advise('plastic flow, slopes', 'BASIS=SPLINE2G, INTEGRATION=CELL, 9 points a cell: '// &
-      'least locking, least creep; GIMP with 4 points is cheapest and never stopped, but stiffer')
+    call table%advise('plastic flow, slopes', 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.002 to 0.01, '// &
+      '9 points a cell: least locking, least creep; GIMP with 4 points is cheapest, but stiffer')
     call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
       'pressure of a cell is then uniform by itself (*LOCKING CURE)')
-    call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP with *MOVING MESH')
+    call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP at points, FACTOR=5E-4, '// &
+      'with *MOVING MESH')
     call table%advise('unstructured meshes', 'BASIS=STANDARD, INTEGRATION=CELL on TRI6 with 12 '// &
       'points or WEDGE15 with 18, STABILISATION=GHOST for accuracy, BACKGROUND for rough work')
     call table%advise('bodies that do not fit the grid', 'a grid and BASIS=SPLINE2G with CELL; hold '// &
