@@ -63,6 +63,17 @@ contains
     call table%column('value', kind_real, 'displacement per unit of load factor')
     call table%example('*PRESCRIBE| plate, Y, -0.1')
 
+    call add_load_keywords(table)
+
+    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start '// &
+      'of this phase.', handle_reset)
+    call table%example('*RESET DISPLACEMENTS')
+  end subroutine add_phase_keywords
+
+  !> Entries of *GRAVITY, *TRACTION, *PRESSURE, *SUPPORT.
+  subroutine add_load_keywords(table)
+    type(table_type), intent(inout) :: table
+
     call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; multiplies the '// &
       'unit weight of the materials.', handle_gravity)
     call table%data('vector', 1, 1)
@@ -94,11 +105,7 @@ contains
       'FREE: it is freed again', default=trim(support_words(support_normal)), &
       allowed=bar_list(support_words))
     call table%example('*SUPPORT, SURFACE=rock, TYPE=NORMAL')
-
-    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start '// &
-      'of this phase.', handle_reset)
-    call table%example('*RESET DISPLACEMENTS')
-  end subroutine add_phase_keywords
+  end subroutine add_load_keywords
 
   !> Columns of a vector.
   subroutine add_vector(table, letter)
