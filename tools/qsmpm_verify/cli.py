@@ -69,7 +69,7 @@ def run_cases(words: argparse.Namespace) -> int:
     if words.markdown:
         finished = {run.case.name: run.directory for run in runs.values() if run.exit_code == 0}
         pictures = plots.page_figures(finished, words.markdown.parent / "figures")
-        command = f"tools/qsmpm-verify run --effort {words.effort} --markdown FILE"
+        command = " ".join(["tools/qsmpm-verify run", *words.cases, f"--effort {words.effort} --markdown FILE"])
         write_markdown(verdicts, command, words.markdown, pictures)
     print(closing_line(verdicts))
     return 1 if counts(verdicts)[1] else 0
