@@ -83,8 +83,6 @@ module qsmpm_model
     type(loading_type) :: loading
     !> Typical cell size: the smallest of the active cells at the start.
     real(wp) :: cell_size = 0.0_wp
-    !> Unit normals of the surface points at the start (dimension, surface points).
-    real(wp), allocatable :: surface_normal(:, :)
     !> Surface of each traction carried by material points: those points and their areas.
     integer, allocatable :: carrying_point(:), carrying_surface(:)
     real(wp), allocatable :: carrying_area(:)

@@ -19,8 +19,9 @@ module qsmpm_recovered_gradient
   public :: recover_gradients
 
   !> Share of its own cell's gradient that a point keeps. Without it a mode whose gradients cancel at the
-  !> nodes would leave no trace in the points and grow from step to step (build/manufactured with 200
-  !> steps: QUAD8 is lost); with 0.3 it is stable and the collected error is 0.3 of the former.
+  !> nodes would leave no trace in the points and grow from step to step (measured with this constant at 0
+  !> and 200 steps on 16 cells: QUAD8 9.4e-2 against 4.1e-2 at 0.3, linear triangles lost); with
+  !> 0.3 it is stable and the collected error is 0.3 of the former.
   real(wp), parameter :: own = 0.3_wp
 
 contains
