@@ -61,6 +61,10 @@ module qsmpm_equilibrium
     !> Forces of stabilisation and drag as shares of it.
     real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
     real(wp) :: largest_move = 0.0_wp
+    !> Share of the step's displacements and stresses that is due to its length, and whether that is why
+    !> it was not taken; set by whoever looks at it.
+    real(wp) :: step_error = 0.0_wp
+    logical :: too_long = .false.
     !> Node with the largest residual.
     integer :: worst_node = 0
   end type solution_type

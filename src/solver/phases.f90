@@ -21,6 +21,8 @@ module qsmpm_phases
   integer, parameter :: error_stopped = 128
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
+  !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
+  real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
 
 contains
 
@@ -113,9 +115,24 @@ contains
     model%state%progress%next_step = length
     if (outcome%static_iterations <= phase%controls%few_iterations) &
       model%state%progress%next_step = min(first, 2.0_wp*length)
-    if (outcome%static_iterations > phase%controls%many_iterations) &
-      model%state%progress%next_step = max(0.5_wp*length, phase%controls%smallest_step*first)
+    if (phase%controls%step_error > 0.0_wp .and. outcome%static) model%state%progress%next_step = min(1.0_wp, &
+      length*length_ratio(outcome%step_error, phase%controls%step_error))
+    if (outcome%static_iterations > phase%controls%many_iterations) model%state%progress%next_step = &
+      min(0.5_wp*length, model%state%progress%next_step)
+    model%state%progress%next_step = max(model%state%progress%next_step, phase%controls%smallest_step*first)
   end subroutine choose_next_step
+
+  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and
+  !> falls with its length; a step is not to grow too fast, and a little margin saves steps that would be
+  !> rejected.
+  pure function length_ratio(step_error, allowed) result(ratio)
+    !> Error of the step and what is allowed, as shares.
+    real(wp), intent(in) :: step_error, allowed
+    real(wp) :: ratio
+
+    ratio = most_growth
+    if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
+  end function length_ratio
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, step, phase, observer, record, error)
@@ -160,6 +177,8 @@ contains
     integer :: node
 
     model%state%progress%next_step = 0.5_wp*length
+    if (outcome%too_long) model%state%progress%next_step = max(phase%controls%smallest_step*first, &
+      length*length_ratio(outcome%step_error, phase%controls%step_error))
     if (.not. outcome%hopeless .and. &
       model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
       call observer%note('step cut: '//outcome%reason)
