@@ -2,14 +2,14 @@
 !>
 !> `spectral` is not iterative. With D the deviator over its size p (tr D^2 = 6) the principal value of D
 !> that lies apart from the other two solves x^3 - 3 x = det(D), 3^(1/2) <= |x| <= 2, where the cubic is
-!> steep: two steps of Newton from a polynomial that is right to 1e-4. Its direction is the largest cross
-!> product of two rows of D - x I, long because both gaps are at least 3^(1/2); the other two come from the
+!> steep: two steps of Newton from a polynomial that is right to 1e-4. Its direction is the longest column of
+!> the cofactors of D - x I, long because both gaps are at least 3^(1/2); the other two come from the
 !> plane across it in closed form. So equal and nearly equal values cost no digits: errors are roundings of
 !> the largest entry. A small value beside a large one may want `jacobi_spectral`, whose errors are those of
 !> the entries where the tensor is nearly diagonal.
 module qsmpm_spectral
   use qsmpm_kinds, only: wp
-  use qsmpm_tensor, only: cross, identity
+  use qsmpm_tensor, only: identity
   implicit none
   private
 
@@ -97,16 +97,20 @@ contains
     real(wp), intent(in) :: x
     !> Unit vector (3).
     real(wp), intent(out) :: direction(3)
-    real(wp) :: row(3, 3), product(3, 3), length(3)
+    real(wp) :: row(3), product(3, 3), length(3)
     integer :: i
 
-    row = d
-    do i = 1, 3
-      row(i, i) = row(i, i) - x
-    end do
-    product(:, 1) = cross(row(:, 2), row(:, 3))
-    product(:, 2) = cross(row(:, 3), row(:, 1))
-    product(:, 3) = cross(row(:, 1), row(:, 2))
+    ! The cofactors of a symmetric matrix: row times row.
+    row = [d(1, 1), d(2, 2), d(3, 3)] - x
+    product(1, 1) = row(2)*row(3) - d(2, 3)*d(2, 3)
+    product(2, 1) = d(1, 3)*d(2, 3) - d(1, 2)*row(3)
+    product(3, 1) = d(1, 2)*d(2, 3) - d(1, 3)*row(2)
+    product(1, 2) = product(2, 1)
+    product(2, 2) = row(1)*row(3) - d(1, 3)*d(1, 3)
+    product(3, 2) = d(1, 2)*d(1, 3) - row(1)*d(2, 3)
+    product(1, 3) = product(3, 1)
+    product(2, 3) = product(3, 2)
+    product(3, 3) = row(1)*row(2) - d(1, 2)*d(1, 2)
     do i = 1, 3
       length(i) = product(1, i)**2 + product(2, i)**2 + product(3, i)**2
     end do
@@ -147,29 +151,28 @@ contains
     vectors(:, 2) = c*v - s*u
   end subroutine across
 
-  !> Cosine and sine of the angle from the first axis to the larger principal direction of [h o; o -h].
+  !> Cosine and sine of the angle from the first axis to the larger principal direction of [h o; o -h]:
+  !> along (r + h, o) or (o, r - h), whichever does not cancel.
   pure subroutine half_angle(half, shear, radius, c, s)
     !> h.
     real(wp), intent(in) :: half
     !> o.
     real(wp), intent(in) :: shear
-    !> sqrt(h^2 + o^2).
+    !> r = sqrt(h^2 + o^2).
     real(wp), intent(out) :: radius
     !> The cosine and the sine.
     real(wp), intent(out) :: c, s
+    real(wp) :: long, scale
 
     radius = sqrt(half*half + shear*shear)
+    long = radius + abs(half)
+    scale = long*long + shear*shear
     c = 1.0_wp
     s = 0.0_wp
-    if (.not. radius > 0.0_wp) return
-    ! Of the two half-angle formulas the one without cancellation.
-    if (half >= 0.0_wp) then
-      c = sqrt(0.5_wp*(1.0_wp + half/radius))
-      s = 0.5_wp*shear/(radius*c)
-    else
-      s = sign(sqrt(0.5_wp*(1.0_wp - half/radius)), shear)
-      c = 0.5_wp*shear/(radius*s)
-    end if
+    if (scale <= tiny(1.0_wp)) return
+    scale = 1.0_wp/sqrt(scale)
+    c = scale*merge(long, shear, half >= 0.0_wp)
+    s = scale*merge(shear, long, half >= 0.0_wp)
   end subroutine half_angle
 
   !> Spectral decomposition of a tensor with axis 3 as a principal direction, values(1:2) falling.

@@ -12,6 +12,7 @@
 !>   A_iJkL = r_iJ K r_kL/2 + (i = k) S_JL.
 !> Everything is per volume of the start of the step: divided by J_n.
 module qsmpm_logarithmic_plane
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, response_type, elastic_strain, respond, &
@@ -90,7 +91,8 @@ contains
     status = status_cut
     trial%det = f(1)*f(4) - f(3)*f(2)
     ! A gradient that is not finite has no finite determinant.
-    if (.not. (trial%det > 0.0_wp .and. f(5) > 0.0_wp .and. trial%det*f(5) <= huge(1.0_wp))) return
+    if (.not. ieee_is_finite(trial%det*f(5))) return
+    if (.not. (trial%det > 0.0_wp .and. f(5) > 0.0_wp)) return
     trial%scale = 1.0_wp/(volume_ratio*trial%det*f(5))
     a11 = f(1)*start(1) + f(3)*start(4)
     a12 = f(1)*start(4) + f(3)*start(2)
@@ -102,8 +104,7 @@ contains
     trial%o = b(4)
     ! The product keeps the digits of a small principal value that b_11 b_22 - b_12^2 may have lost.
     det_b = trial%det**2*(start(1)*start(2) - start(4)**2)
-    if (.not. (trial%m > 0.0_wp .and. trial%m < largest_b .and. det_b > 2.0_wp*trial%m*smallest_b &
-      .and. b(3) > smallest_b .and. b(3) < largest_b)) then
+    if (.not. sound(trial%m, det_b, b(3))) then
       if (.not. positive_definite(start)) status = status_failed
       return
     end if
@@ -138,13 +139,25 @@ contains
     end if
   end subroutine set_artanh
 
+  !> Whether the principal values of b lie within their limits.
+  pure logical function sound(m, det, b33)
+    !> Mean of the diagonal of the plane block, and its determinant.
+    real(wp), intent(in) :: m, det
+    !> b_33.
+    real(wp), intent(in) :: b33
+
+    sound = ieee_is_finite(m + det + b33)
+    if (sound) sound = m > 0.0_wp .and. m < largest_b .and. det > 2.0_wp*m*smallest_b &
+      .and. b33 > smallest_b .and. b33 < largest_b
+  end function sound
+
   !> Whether b_e is a positive definite tensor of finite numbers.
   pure logical function positive_definite(b)
     !> b_e in stress order.
     real(wp), intent(in) :: b(4)
 
-    positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp .and. b(3) > 0.0_wp &
-      .and. b(1) <= huge(1.0_wp) .and. b(2) <= huge(1.0_wp) .and. b(3) <= huge(1.0_wp)
+    positive_definite = all(ieee_is_finite(b))
+    if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp .and. b(3) > 0.0_wp
   end function positive_definite
 
   !> Whether the trial stress lies outside the strength.

@@ -7,6 +7,7 @@
 !>           + (i = k) S_JL,
 !> s_ab of qsmpm_logarithmic_law.
 module qsmpm_logarithmic_solid
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: pair_first, pair_second
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
@@ -84,14 +85,20 @@ contains
     status = status_cut
     trial%cofactor = cofactor(f)
     trial%det = f(1, 1)*trial%cofactor(1, 1) + f(2, 1)*trial%cofactor(2, 1) + f(3, 1)*trial%cofactor(3, 1)
-    if (.not. (trial%det > 0.0_wp .and. trial%det <= huge(1.0_wp) .and. maxval(abs(f)) <= huge(1.0_wp))) return
+    ! A gradient that is not finite has no finite determinant.
+    if (.not. ieee_is_finite(trial%det)) return
+    if (.not. trial%det > 0.0_wp) return
     trial%scale = 1.0_wp/(volume_ratio*trial%det)
     b = push_forward(f, start)
     full = reshape([b(1), b(4), b(5), b(4), b(2), b(6), b(5), b(6), b(3)], [3, 3])
+    if (.not. ieee_is_finite(sum(b))) then
+      if (.not. positive_definite(start)) status = status_failed
+      return
+    end if
     call spectral(full, trial%value, trial%direction)
     if (minval(trial%value) < small_ratio*maxval(trial%value)) &
       call jacobi_spectral(full, trial%value, trial%direction)
-    if (.not. (minval(trial%value) > smallest_b .and. maxval(trial%value) < largest_b .and. all(b <= largest_b))) then
+    if (.not. (minval(trial%value) > smallest_b .and. maxval(trial%value) < largest_b)) then
       if (.not. positive_definite(start)) status = status_failed
       return
     end if
@@ -125,7 +132,8 @@ contains
     !> b_e in stress order.
     real(wp), intent(in) :: b(6)
 
-    positive_definite = maxval(abs(b)) <= huge(1.0_wp) .and. b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp &
+    positive_definite = all(ieee_is_finite(b))
+    if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp &
       .and. determinant(reshape([b(1), b(4), b(5), b(4), b(2), b(6), b(5), b(6), b(3)], [3, 3])) > 0.0_wp
   end function positive_definite
 
