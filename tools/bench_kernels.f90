@@ -1,11 +1,11 @@
 !> Time the constitutive laws: nanoseconds of CPU time a point, one thread.
 !>
-!>     cmake --build build --target bench_kernels && build/bench_kernels [points a batch]
+!>     cmake --build build --target bench_kernels && build/bench_kernels [points a batch [row]]
 !>
 !> Batches of 36 points unless told otherwise (a cell of 6 by 6 points): points of an elastic material,
 !> points of a Mohr-Coulomb material that stay inside the strength, points that all yield. One row a law
 !> and dimension, one column for stress only, stress with consistent tangent, stress with elastic tangent.
-!> The best of several runs is printed.
+!> The best of several runs is printed. `row` is the number of the one row to run, for a profile.
 program bench_kernels
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, tangent_none, tangent_consistent, tangent_elastic, status_ok
@@ -19,12 +19,18 @@ program bench_kernels
   integer, parameter :: kinematics(3) = [kinematics_logarithmic, kinematics_jaumann, kinematics_jaumann]
   integer, parameter :: rates(3) = [rate_midpoint, rate_midpoint, rate_paper]
   character(len=16) :: word
-  integer :: points, law, dimension
+  integer :: points, law, dimension, row, only
 
   points = 36
+  row = 0
+  only = 0
   if (command_argument_count() > 0) then
     call get_command_argument(1, word)
     read (word, *) points
+  end if
+  if (command_argument_count() > 1) then
+    call get_command_argument(2, word)
+    read (word, *) only
   end if
   write (*, '(a)') 'law               dim  material        yield [%]      none  consistent   elastic  [ns a point]'
   do law = 1, size(names)
@@ -57,6 +63,8 @@ contains
     type(batch_type) :: batch
     real(wp) :: share
 
+    row = row + 1
+    if (only > 0 .and. row /= only) return
     call make_law(p, dimension, kinematics(law), rates(law), subject)
     call random_batch(subject, points, spread, stress, batch)
     call subject%update(batch, tangent_consistent)

@@ -90,7 +90,7 @@ contains
     if (.not. trial%det > 0.0_wp) return
     trial%scale = 1.0_wp/(volume_ratio*trial%det)
     b = push_forward(f, start)
-    full = reshape([b(1), b(4), b(5), b(4), b(2), b(6), b(5), b(6), b(3)], [3, 3])
+    full = unpacked(b)
     if (.not. ieee_is_finite(sum(b))) then
       if (.not. positive_definite(start)) status = status_failed
       return
@@ -127,6 +127,17 @@ contains
     b(6) = fb(2, 1)*f(3, 1) + fb(2, 2)*f(3, 2) + fb(2, 3)*f(3, 3)
   end function push_forward
 
+  !> Full tensor of components in stress order.
+  pure function unpacked(b) result(a)
+    !> Components (6).
+    real(wp), intent(in) :: b(6)
+    real(wp) :: a(3, 3)
+
+    a(:, 1) = [b(1), b(4), b(5)]
+    a(:, 2) = [b(4), b(2), b(6)]
+    a(:, 3) = [b(5), b(6), b(3)]
+  end function unpacked
+
   !> Whether b_e is a positive definite tensor of finite numbers.
   pure logical function positive_definite(b)
     !> b_e in stress order.
@@ -134,7 +145,7 @@ contains
 
     positive_definite = all(ieee_is_finite(b))
     if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp &
-      .and. determinant(reshape([b(1), b(4), b(5), b(4), b(2), b(6), b(5), b(6), b(3)], [3, 3])) > 0.0_wp
+      .and. determinant(unpacked(b)) > 0.0_wp
   end function positive_definite
 
   !> Tensor in stress order of principal values and directions.
