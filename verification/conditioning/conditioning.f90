@@ -219,6 +219,7 @@ contains
       do i = 1, sparse%n
         do k = sparse%row_first(i), sparse%row_first(i + 1) - 1
           matrix(i, sparse%column(k)) = sparse%values(k)
+          if (sparse%symmetric) matrix(sparse%column(k), i) = sparse%values(k)
         end do
       end do
     end associate
