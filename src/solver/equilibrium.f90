@@ -16,7 +16,8 @@ module qsmpm_equilibrium
   use qsmpm_assembly, only: evaluate
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
 
@@ -192,7 +193,7 @@ contains
     end if
     if (.not. keep_factors) then
       call build_matrix(step, goal%drag, model%mesh%dimension)
-      call factorise(step, model%mesh%dimension, error)
+      call factorise_system(step%system, step%matrix, error)
     end if
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
@@ -200,7 +201,7 @@ contains
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call step%solver%solve(rhs, x, error)
+    if (.not. allocated(error)) call solve_system(step%system, rhs, x, error)
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)

@@ -19,8 +19,7 @@ module qsmpm_initialisation
   use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_solver_choice, only: make_solver
+  use qsmpm_linear_system, only: linear_system_type, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
   implicit none
   private
@@ -41,13 +40,11 @@ module qsmpm_initialisation
     type(supports_type) :: supports
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
-    class(linear_solver_type), allocatable :: solver
+    type(linear_system_type) :: system
     type(evaluation_type) :: evaluation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
-    !> The solver was made for symmetric matrices.
-    logical :: symmetric = .false.
   end type step_type
 
 contains
@@ -85,7 +82,9 @@ contains
     step%equations%symmetric = is_symmetric(model)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
-    if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
+    if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
+      model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
+      model%mesh%dimension, error)
     if (allocated(error)) return
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
@@ -186,26 +185,6 @@ contains
       last%first(2:) + size(integration%nodes) + size(extra%nodes)]
     patches%nodes = [integration%nodes, extra%nodes, last%nodes]
   end subroutine join_patches
-
-  !> A solver for a new pattern.
-  subroutine new_solver(model, step, error)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> What went wrong, unallocated when nothing did.
-    type(error_type), allocatable, intent(out) :: error
-
-    step%symmetric = is_symmetric(model)
-    if (allocated(step%solver)) then
-      call step%solver%destroy()
-      deallocate (step%solver)
-    end if
-    if (step%equations%count == 0) return
-    call make_solver(model%analysis%solver%kind, step%equations%count, step%equations%bandwidth, &
-      step%symmetric, model%mesh%dimension, step%solver)
-    call step%solver%analyse(step%matrix, error)
-  end subroutine new_solver
 
   !> True when the tangents of this phase are symmetric: the frozen elastic one always is.
   pure function is_symmetric(model) result(symmetric)

@@ -6,6 +6,7 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_stepping, only: outcome_type, take_step
   use qsmpm_phase_start, only: start_phase, resume_phase
@@ -49,7 +50,7 @@ contains
       call observer%phase_done(model, error)
       if (allocated(error)) exit
     end do
-    if (allocated(step%solver)) call step%solver%destroy()
+    call end_system(step%system)
   end subroutine run_phases
 
   !> Step through one phase.
