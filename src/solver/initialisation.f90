@@ -3,8 +3,9 @@
 !> equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
@@ -22,6 +23,7 @@ module qsmpm_initialisation
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_choice, only: make_solver
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  use qsmpm_run_profile, only: run_profile_type
   implicit none
   private
 
@@ -48,6 +50,8 @@ module qsmpm_initialisation
     integer :: inaccurate_points = 0
     !> The solver was made for symmetric matrices.
     logical :: symmetric = .false.
+    !> Time and work so far; outlives the step.
+    type(run_profile_type) :: profile
   end type step_type
 
 contains
@@ -63,6 +67,7 @@ contains
     type(patches_type) :: patches
     logical :: changed
 
+    call turn_to(step%profile%watch, part_initialisation)
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
@@ -83,13 +88,31 @@ contains
     call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
+    call turn_to(step%profile%watch, part_analysis)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_initialisation)
+    call note_sizes(model, step)
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
+
+  !> Remember the largest sizes for the profile of the run.
+  subroutine note_sizes(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    associate (profile => step%profile)
+      profile%points = max(profile%points, int(model%state%points%count, long))
+      profile%active_cells = max(profile%active_cells, int(step%activation%active_count, long))
+      profile%equations = max(profile%equations, int(step%equations%count, long))
+      profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
+    end associate
+  end subroutine note_sizes
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
