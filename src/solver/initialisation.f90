@@ -3,8 +3,9 @@
 !> equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
@@ -21,6 +22,7 @@ module qsmpm_initialisation
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_system, only: linear_system_type, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  use qsmpm_run_profile, only: run_profile_type
   implicit none
   private
 
@@ -45,6 +47,8 @@ module qsmpm_initialisation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
+    !> Time and work so far; outlives the step.
+    type(run_profile_type) :: profile
   end type step_type
 
 contains
@@ -60,6 +64,7 @@ contains
     type(patches_type) :: patches
     logical :: changed
 
+    call turn_to(step%profile%watch, part_initialisation)
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
@@ -80,15 +85,33 @@ contains
     call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
     step%equations%solver_kind = model%analysis%solver%kind
     step%equations%symmetric = is_symmetric(model)
+    call turn_to(step%profile%watch, part_analysis)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
       model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
       model%mesh%dimension, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_initialisation)
+    call note_sizes(model, step)
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
+
+  !> Remember the largest sizes for the profile of the run.
+  subroutine note_sizes(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    associate (profile => step%profile)
+      profile%points = max(profile%points, int(model%state%points%count, long))
+      profile%active_cells = max(profile%active_cells, int(step%activation%active_count, long))
+      profile%equations = max(profile%equations, int(step%equations%count, long))
+      profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
+    end associate
+  end subroutine note_sizes
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)

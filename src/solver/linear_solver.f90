@@ -37,6 +37,8 @@ module qsmpm_linear_solver
     integer :: negative_pivots = -1
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
+    !> Floating-point operations of the last factorisation; 0 when the back end does not tell.
+    real(wp) :: factor_operations = 0.0_wp
     !> Size and entry count of the analysed pattern.
     integer, private :: n = 0
     integer, private :: entry_count = 0
@@ -126,6 +128,7 @@ contains
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     if (.not. self%analysed) then
       call fail(error, error_other, self%name//': the pattern was not analysed')
       return
@@ -208,6 +211,7 @@ contains
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     self%n = 0
     self%entry_count = 0
   end subroutine destroy

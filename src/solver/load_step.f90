@@ -8,6 +8,7 @@
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_control, part_convection
   use qsmpm_analysis, only: controls_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_space, only: refresh_space
@@ -59,6 +60,7 @@ contains
     ! Initialisation phase, section 3.1
     call initialise_step(model, step, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_control)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, goal%force)
     force_before = goal%force
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
@@ -76,7 +78,9 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call take_reactions_and_work(model, step, goal, force_before, solution)
+    call turn_to(step%profile%watch, part_convection)
     call convect(model, step, solution%displacement, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore(before, model)
       solution%converged = .false.

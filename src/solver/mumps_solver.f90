@@ -157,6 +157,7 @@ contains
     else
       if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
       self%factor_nonzeros = count_of(self%mumps%infog(9))
+      self%factor_operations = self%mumps%rinfog(3)
     end if
   end subroutine factorise_values
 

@@ -3,6 +3,8 @@
 module qsmpm_phases
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail
+  use qsmpm_stopwatch, only: turn_to, part_control, part_output
+  use qsmpm_run_profile, only: run_profile_type
   use qsmpm_analysis, only: phase_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
@@ -28,16 +30,20 @@ module qsmpm_phases
 contains
 
   !> Run from where the model stands to the end of the last phase.
-  subroutine run_phases(model, observer, error)
+  subroutine run_phases(model, observer, profile, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> Time and work of the run; times are taken when its stopwatch was started.
+    type(run_profile_type), intent(inout) :: profile
     !> Not converged, a lost point, singular equations, or error_stopped.
     type(error_type), allocatable, intent(out) :: error
     type(step_type) :: step
     integer :: phase
 
+    step%profile = profile
+    call turn_to(step%profile%watch, part_control)
     do phase = model%state%progress%phase, size(model%analysis%phases)
       if (model%state%progress%phase == phase .and. model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
@@ -47,10 +53,14 @@ contains
       end if
       call run_phase(model, step, model%analysis%phases(phase), observer, error)
       if (allocated(error)) exit
+      call turn_to(step%profile%watch, part_output)
       call observer%phase_done(model, error)
+      call turn_to(step%profile%watch, part_control)
       if (allocated(error)) exit
     end do
     call end_system(step%system)
+    call turn_to(step%profile%watch, part_control)
+    profile = step%profile
   end subroutine run_phases
 
   !> Step through one phase.
@@ -156,7 +166,10 @@ contains
     record%plastic_points = sum(model%state%points%plastic)
     record%equations = step%equations%count
     call take_histories(model, record%histories)
+    step%profile%steps = step%profile%steps + 1
+    call turn_to(step%profile%watch, part_output)
     call observer%accepted(model, record, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) return
     call test_hold(model, step, phase, observer, error)
   end subroutine report_step

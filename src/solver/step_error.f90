@@ -15,6 +15,7 @@ module qsmpm_step_error
   use qsmpm_linear_system, only: solve_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
+  use qsmpm_linear_system, only: solve_system
   use qsmpm_system_matrix, only: gather
   implicit none
   private

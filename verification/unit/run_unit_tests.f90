@@ -25,6 +25,7 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
+  use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
@@ -87,6 +88,7 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
+  call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
