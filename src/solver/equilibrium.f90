@@ -61,8 +61,10 @@ module qsmpm_equilibrium
     !> Forces of stabilisation and drag as shares of it.
     real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
     real(wp) :: largest_move = 0.0_wp
-    !> Node with the largest residual.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
 contains

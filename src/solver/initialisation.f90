@@ -8,6 +8,7 @@ module qsmpm_initialisation
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
@@ -46,6 +47,9 @@ module qsmpm_initialisation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
+    !> Part of the grid that all this is for, and how many changes of it the observer knows of.
+    type(window_type) :: window
+    integer :: windows_told = 0
     !> The solver was made for symmetric matrices.
     logical :: symmetric = .false.
   end type step_type
@@ -63,6 +67,8 @@ contains
     type(patches_type) :: patches
     logical :: changed
 
+    if (.not. step%window == model%state%window) call forget(step)
+    step%window = model%state%window
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
@@ -90,6 +96,16 @@ contains
     call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
       step%evaluation)
   end subroutine initialise_step
+
+  !> Throw away what is as long as a mesh that is no more.
+  subroutine forget(step)
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    if (allocated(step%volumes)) deallocate (step%volumes)
+    if (allocated(step%lumped)) deallocate (step%lumped)
+    if (allocated(step%equations%number)) deallocate (step%equations%number)
+  end subroutine forget
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)

@@ -10,7 +10,8 @@ module qsmpm_load_step
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: controls_type
   use qsmpm_model, only: model_type, state_type
-  use qsmpm_space, only: refresh_space
+  use qsmpm_model_window, only: restore
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
@@ -18,7 +19,7 @@ module qsmpm_load_step
   implicit none
   private
 
-  public :: load_step, restore
+  public :: load_step
 
 contains
 
@@ -65,7 +66,10 @@ contains
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
     end if
-    if (.not. solution%converged) return
+    if (.not. solution%converged) then
+      call name_worst_node(model, solution)
+      return
+    end if
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call take_reactions_and_work(model, step, goal, force_before, solution)
@@ -81,17 +85,18 @@ contains
     model%state%progress%fraction = fraction
   end subroutine load_step
 
-  !> Put a state back.
-  subroutine restore(state, model)
-    !> The state.
-    type(state_type), intent(in) :: state
+  !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
+  subroutine name_worst_node(model, solution)
     !> The model.
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(in) :: model
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    integer :: node
 
-    model%state = state
-    model%mesh%coordinates = state%coordinates
-    call refresh_space(model%space, model%mesh)
-  end subroutine restore
+    node = max(1, solution%worst_node)
+    solution%worst_label = node_label(model%space, model%mesh, node)
+    solution%worst_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+  end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(model, step, goal, force_before, solution)
