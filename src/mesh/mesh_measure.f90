@@ -6,7 +6,8 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate
+  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate, &
+    find_bounds
 
 contains
 
@@ -88,6 +89,16 @@ contains
       volume = volume + cell_volume(mesh, c)
     end do
   end function mesh_volume
+
+  !> Set the bounds of a mesh that is no part of a larger one.
+  pure subroutine find_bounds(mesh)
+    !> The mesh.
+    type(mesh_type), intent(inout) :: mesh
+
+    if (.not. allocated(mesh%bounds)) allocate (mesh%bounds(mesh%dimension, 2))
+    mesh%bounds(:, 1) = minval(mesh%coordinates, dim=2)
+    mesh%bounds(:, 2) = maxval(mesh%coordinates, dim=2)
+  end subroutine find_bounds
 
   !> A nodal field at a place of a cell.
   pure function interpolate(mesh, cell, functions, field) result(value)

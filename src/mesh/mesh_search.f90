@@ -115,7 +115,7 @@ contains
     owner = max(1, cell)
     ! The size of one cell for all places: the size of the starting cell would make the owner of a
     ! place very near a face depend on the start.
-    nudged = x + nudge*cell_size(mesh, 1)*direction(:size(x))
+    nudged = x + nudge*mesh%first_size*direction(:size(x))
     call walk(mesh, nudged, owner, inside_tolerance, found)
     if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
     if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)

@@ -68,8 +68,10 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Node with the largest residual.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
 contains

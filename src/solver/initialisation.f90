@@ -9,6 +9,7 @@ module qsmpm_initialisation
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, integrate_at_points
@@ -49,6 +50,9 @@ module qsmpm_initialisation
     integer :: inaccurate_points = 0
     !> Time and work so far; outlives the step.
     type(run_profile_type) :: profile
+    !> Part of the grid that all this is for, and how many changes of it the observer knows of.
+    type(window_type) :: window
+    integer :: windows_told = 0
   end type step_type
 
 contains
@@ -65,6 +69,8 @@ contains
     logical :: changed
 
     call turn_to(step%profile%watch, part_initialisation)
+    if (.not. step%window == model%state%window) call forget(step)
+    step%window = model%state%window
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
@@ -112,6 +118,16 @@ contains
       profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
     end associate
   end subroutine note_sizes
+
+  !> Throw away what is as long as a mesh that is no more.
+  subroutine forget(step)
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    if (allocated(step%volumes)) deallocate (step%volumes)
+    if (allocated(step%lumped)) deallocate (step%lumped)
+    if (allocated(step%equations%number)) deallocate (step%equations%number)
+  end subroutine forget
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
