@@ -13,10 +13,10 @@ module qsmpm_equilibrium
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: complete_matrix, factorise, linear_force, gather, scatter
   implicit none
   private
 
@@ -87,7 +87,11 @@ contains
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
     allocate (solution%displacement, mold=goal%force)
     solution%displacement = 0.0_wp
-    call evaluate(step%integration, model%laws, solution%displacement, tangent, step%evaluation)
+    if (any(abs(goal%prescribed) > 0.0_wp)) then
+      call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
+    else
+      call evaluate_step(model, step, solution%displacement, tangent)
+    end if
     if (.not. step%evaluation%ok) then
       call give_up(step, 'the stress of a point could not be updated', solution)
       return
@@ -187,7 +191,7 @@ contains
       return
     end if
     if (.not. keep_factors) then
-      call build_matrix(step, goal%drag, model%mesh%dimension)
+      call complete_matrix(step, goal%drag, model%mesh%dimension)
       call factorise(step, model%mesh%dimension, error)
     end if
     rhs = residual
@@ -237,7 +241,7 @@ contains
     wanted = merge(tangent_none, tangent, frozen)
     do halving = 0, most_halvings
       solution%displacement = start + length*correction
-      call evaluate(step%integration, model%laws, solution%displacement, wanted, step%evaluation)
+      call evaluate_step(model, step, solution%displacement, wanted)
       if (step%evaluation%ok) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit

@@ -9,8 +9,8 @@ module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: controls_type
-  use qsmpm_model, only: model_type, state_type
-  use qsmpm_space, only: refresh_space
+  use qsmpm_model, only: model_type
+  use qsmpm_kept_state, only: kept_places_type, keep, restore
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
@@ -18,7 +18,7 @@ module qsmpm_load_step
   implicit none
   private
 
-  public :: load_step, restore
+  public :: load_step
 
 contains
 
@@ -42,11 +42,10 @@ contains
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
-    type(state_type) :: before
+    type(kept_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
-    before = model%state
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     goal%tolerance = tolerance
     goal%drag = drag
@@ -68,6 +67,7 @@ contains
     if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
+    call keep(model, before)
     call take_reactions_and_work(model, step, goal, force_before, solution)
     call convect(model, step, solution%displacement, error)
     if (allocated(error)) then
@@ -80,18 +80,6 @@ contains
     end if
     model%state%progress%fraction = fraction
   end subroutine load_step
-
-  !> Put a state back.
-  subroutine restore(state, model)
-    !> The state.
-    type(state_type), intent(in) :: state
-    !> The model.
-    type(model_type), intent(inout) :: model
-
-    model%state = state
-    model%mesh%coordinates = state%coordinates
-    call refresh_space(model%space, model%mesh)
-  end subroutine restore
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(model, step, goal, force_before, solution)
