@@ -279,7 +279,8 @@ contains
         seen(a) = any(abs(integration%shape(old_value + a:old_value + n*points:n)) > 0.0_wp)
       end do
       kept = count(seen(:n))
-      associate (node => integration%node_first(g) - 1, value => integration%value_first(g), d => integration%directions)
+      associate (node => integration%node_first(g) - 1, value => integration%value_first(g), &
+        d => integration%directions)
         integration%nodes(node + 1:node + kept) = pack(integration%nodes(old_node + 1:old_node + n), seen(:n))
         call keep_rows(seen(:n), points, old_value, value, integration%shape)
         call keep_rows(seen(:n), points*d, old_value*d, value*d, integration%gradient)

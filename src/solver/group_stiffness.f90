@@ -136,8 +136,8 @@ contains
       do from = 1, points, slice
         to = min(points, from + slice - 1)
         if (dimension == 2) then
-          call scale_2d(n, directions, to - from + 1, pair, weight(from:to), gradient(1, from), tangent(:, :, from:to), &
-            products%scaled)
+          call scale_2d(n, directions, to - from + 1, pair, weight(from:to), gradient(1, from), &
+            tangent(:, :, from:to), products%scaled)
         else
           call scale_3d(n, to - from + 1, pair, weight(from:to), gradient(1, from), tangent(:, :, from:to), &
             products%scaled)
