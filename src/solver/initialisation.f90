@@ -50,6 +50,8 @@ module qsmpm_initialisation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
+    !> Iterations of the last solution; it only says which trials get a tangent.
+    integer :: usual_iterations = 0
     !> The solver was made for symmetric matrices.
     logical :: symmetric = .false.
   end type step_type
