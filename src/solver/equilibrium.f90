@@ -5,6 +5,9 @@
 !> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
 !> the caller looks at `converged`, and a solution that is not is thrown away.
+!>
+!> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
+!> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
 module qsmpm_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
@@ -74,6 +77,15 @@ module qsmpm_equilibrium
     real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
+  !> What the iterations so far say of the next trial.
+  type :: forecast_type
+    !> Residual of the iteration before the last one, 0 for none, and the halvings that the last one took.
+    real(wp) :: previous = 0.0_wp
+    integer :: halvings = 0
+    !> The last evaluation has made the matrix.
+    logical :: has_tangent = .true.
+  end type forecast_type
+
 contains
 
   !> Iterate to equilibrium.
@@ -89,6 +101,7 @@ contains
     !> What was reached.
     type(solution_type), intent(out) :: solution
     real(wp) :: residual(step%equations%count), correction(size(goal%force, 1), size(goal%force, 2))
+    type(forecast_type) :: forecast
     integer :: tangent
     logical :: frozen
 
@@ -113,14 +126,17 @@ contains
         call give_up(step, 'no convergence in the iterations allowed', solution)
         return
       end if
+      if (.not. frozen .and. .not. forecast%has_tangent) &
+        call evaluate_step(model, step, solution%displacement, tangent)
       call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
       call count_iteration(step%profile, model%state%points%count)
-      call search_line(model, step, goal, controls, tangent, correction, residual, solution)
+      call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
       if (allocated(solution%reason)) return
     end do
     solution%converged = .true.
+    step%usual_iterations = solution%iterations
     call take_shares(step, goal, solution)
   end subroutine solve_equilibrium
 
@@ -225,7 +241,7 @@ contains
   end subroutine correct
 
   !> Take the correction, or as much of it as lowers the residual.
-  subroutine search_line(model, step, goal, controls, tangent, correction, residual, solution)
+  subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
@@ -240,11 +256,13 @@ contains
     real(wp), intent(in) :: correction(:, :)
     !> Residual at the free components (equations).
     real(wp), intent(inout) :: residual(:)
+    !> Course of the iterations.
+    type(forecast_type), intent(inout) :: forecast
     !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole
-    integer :: halving, wanted
+    integer :: halving
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
@@ -253,10 +271,11 @@ contains
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &
       largest_correction*model%cell_size/max(maxval(abs(correction)), tiny(1.0_wp)))
-    wanted = merge(tangent_none, tangent, frozen)
     do halving = 0, most_halvings
+      forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
+        solution%iterations, step%usual_iterations)
       solution%displacement = start + length*correction
-      call evaluate_step(model, step, solution%displacement, wanted)
+      call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
       if (step%evaluation%ok) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit
@@ -267,6 +286,8 @@ contains
       end if
       if (halving < most_halvings) length = 0.5_wp*length
     end do
+    forecast%previous = before
+    forecast%halvings = halving
     if (.not. step%evaluation%ok) then
       call give_up(step, 'an element or point turns inside out', solution)
     else if (.not. ieee_is_finite(solution%out_of_balance)) then
@@ -278,6 +299,28 @@ contains
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine search_line
+
+  !> Whether the tangent of a trial will be wanted: not when the last iteration has refused a trial of this
+  !> length, nor when the residual should fall below the tolerance. It falls in proportion to its square
+  !> once it does so; a hundredth of the tolerance, or the usual number of iterations, makes sure of that.
+  pure logical function is_wanted(forecast, halving, residual, tolerance, iteration, usual) result(wanted)
+    !> Course of the iterations.
+    type(forecast_type), intent(in) :: forecast
+    !> Halvings of the trial.
+    integer, intent(in) :: halving
+    !> Residual before it, and the one allowed.
+    real(wp), intent(in) :: residual
+    real(wp), intent(in) :: tolerance
+    !> Number of the iteration, and how many the last solution took.
+    integer, intent(in) :: iteration
+    integer, intent(in) :: usual
+    real(wp) :: expected
+
+    wanted = halving >= forecast%halvings
+    if (.not. wanted .or. halving > 0 .or. .not. residual < forecast%previous) return
+    expected = residual*(residual/forecast%previous)**2
+    wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
+  end function is_wanted
 
   !> Shares of stabilisation and drag, internal force, largest move.
   subroutine take_shares(step, goal, solution)

@@ -57,6 +57,8 @@ module qsmpm_initialisation
     !> Part of the grid that all this is for, and how many changes of it the observer knows of.
     type(window_type) :: window
     integer :: windows_told = 0
+    !> Iterations of the last solution; it only says which trials get a tangent.
+    integer :: usual_iterations = 0
   end type step_type
 
 contains
