@@ -47,9 +47,8 @@ module qsmpm_initialisation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
-    !> Part of the grid that all this is for, and how many changes of it the observer knows of.
-    type(window_type) :: window
-    integer :: windows_told = 0
+    !> Part of the grid that all this is for, and the one that the observer knows of.
+    type(window_type) :: window, told
     !> The solver was made for symmetric matrices.
     logical :: symmetric = .false.
   end type step_type

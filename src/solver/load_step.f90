@@ -66,10 +66,8 @@ contains
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
     end if
-    if (.not. solution%converged) then
-      call name_worst_node(model, solution)
-      return
-    end if
+    call name_worst_node(model, solution)
+    if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call take_reactions_and_work(model, step, goal, force_before, solution)
