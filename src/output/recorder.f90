@@ -178,7 +178,7 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: built
+    logical :: there
 
     if (recorder%options%continued) then
       call continue_curves(recorder%curves, recorder%directory, model%analysis, &
@@ -193,9 +193,9 @@ contains
     end if
     if (allocated(error)) return
     ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
-    built = recorder%directory//'/'//results_folder//'/mesh.h5'
-    if (model%analysis%output%hdf5 .and. .not. (recorder%options%continued .and. file_exists(built))) &
-      call write_mesh_results(recorder%directory, model, error)
+    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+    there = there .and. recorder%options%continued
+    if (model%analysis%output%hdf5 .and. .not. there) call write_mesh_results(recorder%directory, model, error)
     if (allocated(error) .or. recorder%options%continued) return
     call write_pictures(recorder, model, error)
   end subroutine open_tables
