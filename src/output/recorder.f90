@@ -14,7 +14,9 @@ module qsmpm_recorder
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text
+  use qsmpm_analysis, only: mesh_grid
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_text
   use qsmpm_number_text, only: integer_text, numbered, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
@@ -163,6 +165,7 @@ contains
     call write_log(recorder, integer_text(model%mesh%node_count)//' nodes, '// &
       integer_text(model%mesh%cell_count)//' elements, '// &
       integer_text(model%state%points%count)//' material points')
+    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
     if (recorder%options%continued) then
       call recorder%note('continued from step '//integer_text(model%state%progress%step))
     else if (allocated(model%notes)) then
