@@ -61,15 +61,19 @@ contains
     !> Number of the cell.
     integer, intent(in) :: cell
     real(wp) :: extent
+    real(wp) :: low(mesh%dimension), high(mesh%dimension)
     integer :: i, first
 
-    extent = 0.0_wp
     first = mesh%cell_first(cell)
+    low = mesh%coordinates(:, mesh%cell_nodes(first))
+    high = low
+    do i = first + 1, first + corner_count(mesh%cell_kind(cell)) - 1
+      low = min(low, mesh%coordinates(:, mesh%cell_nodes(i)))
+      high = max(high, mesh%coordinates(:, mesh%cell_nodes(i)))
+    end do
+    extent = 0.0_wp
     do i = 1, mesh%dimension
-      associate (x => mesh%coordinates(i, mesh%cell_nodes(first: &
-        first + corner_count(mesh%cell_kind(cell)) - 1)))
-        extent = extent + (maxval(x) - minval(x))/mesh%dimension
-      end associate
+      extent = extent + (high(i) - low(i))/mesh%dimension
     end do
   end function cell_size
 

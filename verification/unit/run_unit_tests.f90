@@ -17,6 +17,7 @@ program run_unit_tests
   use test_zero_modes, only: collect_zero_modes
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_logarithmic_law, only: collect_logarithmic_law
+  use test_halved_law, only: collect_halved_law
   use test_jaumann_law, only: collect_jaumann_law
   use test_linear_solver, only: collect_linear_solver
   use test_node_ordering, only: collect_node_ordering
@@ -24,6 +25,7 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
+  use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
@@ -79,6 +81,7 @@ program run_unit_tests
   call register('zero_modes', collect_zero_modes)
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('logarithmic_law', collect_logarithmic_law)
+  call register('halved_law', collect_halved_law)
   call register('jaumann_law', collect_jaumann_law)
   call register('linear_solver', collect_linear_solver)
   call register('node_ordering', collect_node_ordering)
@@ -86,6 +89,7 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
+  call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
