@@ -202,15 +202,20 @@ contains
     real(wp), intent(in) :: ratio
     !> The coordinates (n+1).
     real(wp), allocatable, intent(out) :: values(:)
-    real(wp) :: spacings(n)
+    real(wp) :: spacing, total, reached(n)
     integer :: i
 
-    spacings = 1.0_wp
-    if (n > 1) spacings = [(ratio**(real(i - 1, wp)/real(n - 1, wp)), i=1, n)]
     allocate (values(n + 1))
     values(1) = first
+    total = 0.0_wp
+    do i = 1, n
+      spacing = 1.0_wp
+      if (n > 1) spacing = ratio**(real(i - 1, wp)/real(n - 1, wp))
+      total = total + spacing
+      reached(i) = total
+    end do
     do i = 2, n
-      values(i) = first + (last - first)*(sum(spacings(:i - 1))/sum(spacings))
+      values(i) = first + (last - first)*(reached(i - 1)/reached(n))
     end do
     values(n + 1) = last
   end subroutine graded

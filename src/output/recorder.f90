@@ -14,7 +14,9 @@ module qsmpm_recorder
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text
+  use qsmpm_analysis, only: mesh_grid
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_text
   use qsmpm_number_text, only: integer_text, numbered, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
@@ -167,6 +169,7 @@ contains
     call write_log(recorder, integer_text(model%mesh%node_count)//' nodes, '// &
       integer_text(model%mesh%cell_count)//' elements, '// &
       integer_text(model%state%points%count)//' material points')
+    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
     if (recorder%options%continued) then
       call recorder%note('continued from step '//integer_text(model%state%progress%step))
     else if (allocated(model%notes)) then
@@ -182,6 +185,7 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
+    logical :: there
 
     if (recorder%options%continued) then
       call continue_curves(recorder%curves, recorder%directory, model%analysis, &
@@ -195,7 +199,10 @@ contains
       call begin_curves(recorder%curves, recorder%directory, model%analysis, error)
     end if
     if (allocated(error)) return
-    if (model%analysis%output%hdf5) call write_mesh_results(recorder%directory, model, error)
+    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+    there = there .and. recorder%options%continued
+    if (model%analysis%output%hdf5 .and. .not. there) call write_mesh_results(recorder%directory, model, error)
     if (allocated(error) .or. recorder%options%continued) return
     call write_pictures(recorder, model, error)
   end subroutine open_tables

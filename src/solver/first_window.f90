@@ -148,7 +148,7 @@ contains
     end select
   end subroutine limits
 
-  !> The rows of a moving mesh are all there, and its plate.
+  !> The rows of a moving mesh are all there, and some of its plate.
   pure subroutine take_plate(analysis, grid, whole, window)
     !> The analysis.
     type(analysis_type), intent(in) :: analysis
@@ -157,19 +157,22 @@ contains
     type(window_type), intent(in) :: whole
     !> The window.
     type(window_type), intent(inout) :: window
+    type(window_type) :: part
     integer :: s
 
-    do s = 1, size(analysis%node_sets)
-      associate (set => analysis%node_sets(s))
-        if (set%name /= analysis%moving_mesh%set) cycle
-        if (set%selection == select_box) &
-          window = hull(window, window_over(grid, whole, set%box(:, 1), set%box(:, 2)))
-        if (set%selection /= select_box .and. set%selection /= select_plane) window = whole
-      end associate
-    end do
     associate (axis => analysis%moving_mesh%axis)
       window%first(axis) = whole%first(axis)
       window%last(axis) = whole%last(axis)
     end associate
+    do s = 1, size(analysis%node_sets)
+      associate (set => analysis%node_sets(s))
+        if (set%name /= analysis%moving_mesh%set) cycle
+        if (set%selection == select_box) then
+          part = window_over(grid, whole, set%box(:, 1), set%box(:, 2))
+          if (any(part%first > window%last .or. part%last < window%first)) window = hull(window, part)
+        end if
+        if (set%selection /= select_box .and. set%selection /= select_plane) window = whole
+      end associate
+    end do
   end subroutine take_plate
 end module qsmpm_first_window

@@ -54,11 +54,10 @@ module qsmpm_initialisation
     integer :: inaccurate_points = 0
     !> Time and work so far; outlives the step.
     type(run_profile_type) :: profile
-    !> Part of the grid that all this is for, and how many changes of it the observer knows of.
-    type(window_type) :: window
-    integer :: windows_told = 0
     !> Iterations of the last solution; it only says which trials get a tangent.
     integer :: usual_iterations = 0
+    !> Part of the grid that all this is for, and the one that the observer knows of.
+    type(window_type) :: window, told
   end type step_type
 
 contains

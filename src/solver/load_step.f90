@@ -74,10 +74,8 @@ contains
     if (solution%converged .and. controls%step_error > 0.0_wp .and. .not. drag > 0.0_wp) &
       call judge_length(model, step, controls, fraction, solution, error)
     if (allocated(error)) return
-    if (.not. solution%converged) then
-      call name_worst_node(model, solution)
-      return
-    end if
+    call name_worst_node(model, solution)
+    if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call keep(model, before)

@@ -12,8 +12,9 @@ module qsmpm_model_mesh
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_grid, only: grid_type, make_grid, whole_window
-  use qsmpm_grid_window, only: operator(==)
+  use qsmpm_grid_window, only: operator(==), cells_of
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_text, only: integer_text
   use qsmpm_mesh_readers, only: read_mesh
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
@@ -21,7 +22,7 @@ module qsmpm_model_mesh
   implicit none
   private
 
-  public :: make_mesh, make_sets, grid_of
+  public :: make_mesh, make_sets, grid_of, grid_text
 
 contains
 
@@ -92,6 +93,31 @@ contains
       if (analysis%bodies(i)%kind == body_polygon) call add_edges(analysis%bodies(i), grid%kept)
     end do
   end function grid_of
+
+  !> How much of its grid a model looks at; for models with a grid.
+  pure function grid_text(model) result(text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    text = 'grid of '//cells_text(cells_of(whole_window(grid_of(model%analysis))), model%mesh%dimension)// &
+      ' cells, '//cells_text(cells_of(model%state%window), model%mesh%dimension)//' of them looked at'
+  end function grid_text
+
+  !> Numbers of cells along the axes, as in `4 x 2`.
+  pure function cells_text(cells, dimension) result(text)
+    !> Along each axis (3).
+    integer, intent(in) :: cells(3)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = integer_text(cells(1))
+    do a = 2, dimension
+      text = text//' x '//integer_text(cells(a))
+    end do
+  end function cells_text
 
   !> Append the edges of a polygon.
   pure subroutine add_edges(body, segments)

@@ -14,7 +14,7 @@ module qsmpm_phases
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_histories, only: take_histories
   use qsmpm_hold_test, only: test_hold
-  use qsmpm_grid_window, only: cells_of
+  use qsmpm_grid_window, only: cells_of, operator(==)
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -43,6 +43,7 @@ contains
     type(step_type) :: step
     integer :: phase
 
+    step%told = model%state%window
     step%profile = profile
     call turn_to(step%profile%watch, part_control)
     do phase = model%state%progress%phase, size(model%analysis%phases)
@@ -186,8 +187,8 @@ contains
     class(observer_type), intent(inout) :: observer
     integer :: cells(3)
 
-    if (model%windows_laid == step%windows_told) return
-    step%windows_told = model%windows_laid
+    if (step%told == model%state%window) return
+    step%told = model%state%window
     cells = cells_of(model%state%window)
     call observer%note('the grid is looked at anew around the material: '//integer_text(product(cells))// &
       ' of its cells, from cell '//place_text(model%state%window%first, model%mesh%dimension)//' to '// &

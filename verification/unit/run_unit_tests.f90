@@ -35,6 +35,7 @@ program run_unit_tests
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
   use test_grid, only: collect_grid
+  use test_grid_window, only: collect_grid_window
   use test_mesh_search, only: collect_mesh_search
   use test_mesh_readers, only: collect_mesh_readers
   use test_gmsh_reader, only: collect_gmsh_reader
@@ -98,6 +99,7 @@ program run_unit_tests
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('grid', collect_grid)
+  call register('grid_window', collect_grid_window)
   call register('mesh_search', collect_mesh_search)
   call register('mesh_readers', collect_mesh_readers)
   call register('gmsh_reader', collect_gmsh_reader)
