@@ -52,12 +52,13 @@ from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
 from qsmpm_verify.traces import TRACES
+from qsmpm_verify.trouble import Trouble
 
 EFFORTS = ("small", "quick", "long")
 PLACES = ("last", "first", "max", "min", "every")
 
 
-class CaseError(Exception):
+class CaseError(Trouble):
     """A case file is not right."""
 
 

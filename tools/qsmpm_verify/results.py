@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from qsmpm_verify.trouble import Trouble
+
 Array = np.ndarray
 
 
-class ResultError(Exception):
+class ResultError(Trouble):
     """A result file is missing or is not what it should be."""
 
 
@@ -82,6 +85,20 @@ def read_curves(path: Path) -> Curves:
         except ValueError:
             text[name] = cells
     return Curves(path, columns, dict(header), text)
+
+
+def how_it_ended(folder: Path) -> str | None:
+    """Empty when the run of a folder came to its end, else what its log says last; None without a log."""
+    path = folder / "job.log"
+    if not path.exists():
+        return None
+    lines = [line.strip() for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
+    for line in reversed(lines):
+        if line == "qsmpm: finished":
+            return ""
+        if re.match(r"phase \d+/\d+", line):
+            break
+    return lines[-1] if lines else "the log is empty"
 
 
 @dataclass(frozen=True)
