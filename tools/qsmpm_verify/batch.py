@@ -34,7 +34,7 @@ def add_list(verbs: argparse._SubParsersAction) -> None:
 
 def add_run(verbs: argparse._SubParsersAction) -> None:
     """Words of `run`."""
-    verb = verbs.add_parser("run", help="run cases and compare them with their references; finished runs are used again")
+    verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are used again")
     verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
     add_running_words(verb, "verify")
     verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/verification.md is")
@@ -68,7 +68,8 @@ def run_cases(words: argparse.Namespace) -> int:
     cases = select(load_all(CASES, TOP), words.cases, efforts_up_to(words.effort))
     program = checked_program(words)
     if not cases:
-        raise Trouble(f"no case of effort {words.effort} among {' '.join(words.cases)}; --effort all takes the long ones too")
+        asked = " ".join(words.cases)
+        raise Trouble(f"no case of effort {words.effort} among {asked}; --effort all takes the long ones too")
     progress = Progress(len(cases))
     runs = run_all(
         cases, program, words.out, words.jobs,

@@ -71,7 +71,8 @@ def run_key(text: str, folder: Path, program: Path, threads: int) -> str:
 
 
 def _sizes(results: Path) -> dict[str, int]:
-    return {name: (results / name).stat().st_size for name in ("curves.csv", "results.h5", "job.log") if (results / name).is_file()}
+    files = [results / name for name in ("curves.csv", "results.h5", "job.log")]
+    return {path.name: path.stat().st_size for path in files if path.is_file()}
 
 
 def remember(directory: Path, key: str, record: Record) -> None:

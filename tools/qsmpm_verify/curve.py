@@ -113,10 +113,11 @@ def _table_column(table: Curves, wanted: str | None, fallback: str, place: int) 
 
 def table_values(table: Curves, x_name: str, y_name: str, x: Array) -> Array:
     """A table at the places x, linear between its rows; NaN where it has none."""
-    own_x, own_y = _finite(signed_column(table, x_name), str(table.path)), _finite(signed_column(table, y_name), str(table.path))
+    own_x = _finite(signed_column(table, x_name), str(table.path))
+    own_y = _finite(signed_column(table, y_name), str(table.path))
     order = np.argsort(own_x, kind="stable")
     if len(own_x) < 2 or np.any(np.diff(own_x[order]) <= 0):
-        raise ResultError(f"{table.path}: {x_name} has fewer than two values or one twice; --phase and another --against-x choose")
+        raise ResultError(f"{table.path}: {x_name} has fewer than two values or one twice; --against-x chooses another")
     slack = 1e-9 * float(own_x.max() - own_x.min())
     inside = (x >= own_x.min() - slack) & (x <= own_x.max() + slack)
     return np.where(inside, np.interp(x, own_x[order], own_y[order]), np.nan)
@@ -162,7 +163,8 @@ def compare(words: argparse.Namespace) -> Comparison:
         reference = against_table(words, (x_name, y_name), units, x)
     covered = np.isfinite(reference)
     if not covered.any():
-        raise ResultError(f"{words.against}: no row of {curves.path} lies inside of it ({x_name} from {x.min():g} to {x.max():g})")
+        span = f"{x_name} from {x.min():g} to {x.max():g}"
+        raise ResultError(f"{words.against}: no row of {curves.path} lies inside of it ({span})")
     x_name, y_name = _scaled(x_name, words.x_scale), _scaled(y_name, words.scale)
     return Comparison(x_name, y_name, *units, x[covered], y[covered], reference[covered], int(np.sum(~covered)))
 
@@ -193,14 +195,14 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb = verbs.add_parser("curve", help="a result against a formula or a table: norms of the error and a picture")
     verb.add_argument("result", type=Path, help="folder of a run, its curves.csv, or a CSV with headings `name [unit]`")
     verb.add_argument("--against", required=True, metavar="REFERENCE",
-                      help="function:NAME(argument=value, argument=COLUMN), or a CSV or folder; `functions` lists the names")
+                      help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names")
     verb.add_argument("--x", help="column along x, -COLUMN for its negative; the formula's column, or load_factor")
     verb.add_argument("--y", help="column along y; the first history when not given")
     verb.add_argument("--scale", type=float, default=1.0, help="factor on y; settles its unit")
     verb.add_argument("--x-scale", type=float, default=1.0, help="factor on x; settles its unit")
     verb.add_argument("--against-x", help="column of the table along x")
     verb.add_argument("--against-y", help="column of the table along y")
-    verb.add_argument("--phase", type=lambda t: int(t) if t.isdigit() else t, help="rows of one phase, by name or number")
+    verb.add_argument("--phase", type=lambda t: int(t) if t.isdigit() else t, help="rows of a phase, by name or number")
     verb.add_argument("--any-unit", action="store_true", help="compare whatever the headings say")
     verb.add_argument("--unfinished", action="store_true", help="take a run that did not come to its end")
     verb.add_argument("--tolerance", type=float, help="exit code 1 when the largest error is a larger share than this")
@@ -223,7 +225,8 @@ def act(words: argparse.Namespace) -> int:
     norms = comparison.norms()
     unit = f" {comparison.y_unit}" if comparison.y_unit else ""
     print(f"{comparison.y_name} of {words.result} against {words.against}")
-    print(f"rows       {norms.rows}" + (f", {norms.rows_left_out} outside of the reference" if norms.rows_left_out else ""))
+    outside = f", {norms.rows_left_out} outside of the reference" if norms.rows_left_out else ""
+    print(f"rows       {norms.rows}{outside}")
     print(f"max error  {norms.largest:.4g}{unit}, {norms.largest_share:.3e} of the largest reference, "
           f"at {comparison.x_name} = {norms.largest_at:.6g}")
     print(f"rms error  {norms.rms:.4g}{unit}, {norms.rms_share:.3e}")
