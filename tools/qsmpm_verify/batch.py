@@ -19,8 +19,12 @@ def add_running_words(verb: argparse.ArgumentParser, out: str) -> None:
     """Words of every verb that runs the program."""
     verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
     verb.add_argument("--out", type=Path, default=BUILD / out, help="folder of the runs")
-    verb.add_argument("--effort", choices=(*EFFORTS, "all"), default="quick",
-                      help="small: only the small runs; quick: small and quick (default); long or all: everything")
+    verb.add_argument(
+        "--effort",
+        choices=(*EFFORTS, "all"),
+        default="quick",
+        help="small: only the small runs; quick: small and quick (default); long or all: everything",
+    )
     verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="the same as --effort quick")
     verb.add_argument("--jobs", type=int, default=1, help="runs side by side")
     verb.add_argument("--fresh", action="store_true", help="run again what has been run already")

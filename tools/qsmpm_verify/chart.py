@@ -1,4 +1,4 @@
-"""`chart`: error against CPU seconds for the studies of verification/studies, and which method to take for which error."""
+"""`chart`: error against CPU seconds for the studies of verification/studies, and the best method for an error."""
 
 from __future__ import annotations
 
@@ -47,15 +47,38 @@ def draw(study: Study, samples: Sequence[Sample], path: Path) -> Path:
     for place, method in enumerate(study.methods):
         drawn = [s for s in samples if s.method == method.label and s.good]
         if drawn:
-            axes.loglog([s.seconds for s in drawn], [s.error for s in drawn], "-" + MARKS[place % len(MARKS)],
-                        color=f"C{place % 10}", ms=5, lw=1.2, label=label_of(method.label, samples))
+            axes.loglog(
+                [s.seconds for s in drawn],
+                [s.error for s in drawn],
+                "-" + MARKS[place % len(MARKS)],
+                color=f"C{place % 10}",
+                ms=5,
+                lw=1.2,
+                label=label_of(method.label, samples),
+            )
     errors, along = lasting_errors(samples), front(samples)
-    axes.loglog([samples[i].seconds for i in along], [errors[i] for i in along], "-", color="gold", lw=7, alpha=0.5,
-                zorder=0, label="no run is cheaper and better")
+    axes.loglog(
+        [samples[i].seconds for i in along],
+        [errors[i] for i in along],
+        "-",
+        color="gold",
+        lw=7,
+        alpha=0.5,
+        zorder=0,
+        label="no run is cheaper and better",
+    )
     for place, other in enumerate(study.others):
         size, error, seconds = zip(*other.points)
-        axes.loglog(seconds, error, "--" + MARKS[place % len(MARKS)], color="0.35", mfc="white", ms=5, lw=0.9,
-                    label=f"{other.label} (stored)")
+        axes.loglog(
+            seconds,
+            error,
+            "--" + MARKS[place % len(MARKS)],
+            color="0.35",
+            mfc="white",
+            ms=5,
+            lw=0.9,
+            label=f"{other.label} (stored)",
+        )
     axes.set_xlabel("CPU seconds, one core")
     axes.set_ylabel(study.error.name)
     axes.set_title(study.title, fontsize=10)
@@ -70,23 +93,37 @@ def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow(["study", "method", study.size, "error [-]", "lasting error [-]", "cpu_seconds [s]", "on front", "note"])
+        rows.writerow(
+            ["study", "method", study.size, "error [-]", "lasting error [-]", "cpu_seconds [s]", "on front", "note"]
+        )
         for i, s in enumerate(samples):
             figures = [f"{s.error:.6g}", f"{errors[i]:.6g}", f"{s.seconds:.4g}"] if s.good else ["", "", ""]
             rows.writerow([study.name, s.method, f"{s.size:g}", *figures, "yes" if i in along else "", s.message])
         for other in study.others:
             for size, error, seconds in other.points:
-                rows.writerow([study.name, other.label, f"{size:g}", f"{error:.6g}", "", f"{seconds:.4g}", "", other.caveat])
+                rows.writerow(
+                    [study.name, other.label, f"{size:g}", f"{error:.6g}", "", f"{seconds:.4g}", "", other.caveat]
+                )
+
+
+def error_text(sample: Sample) -> str:
+    """The error of a run as the tables show it."""
+    return ("<= " if sample.at_floor else "") + f"{sample.error:.2e}" if sample.good else "fails"
 
 
 def run_rows(study: Study, samples: Sequence[Sample]) -> list[list[str]]:
     """Rows of the table of all runs."""
     errors, along = lasting_errors(samples), set(front(samples))
     return [
-        [s.method, f"{s.size:g}", ("<= " if s.at_floor else "") + f"{s.error:.2e}" if s.good else "fails", f"{s.seconds:.3g}" if s.good else "-",
+        [s.method, f"{s.size:g}", error_text(s), f"{s.seconds:.3g}" if s.good else "-",
          "best" if i in along else "luck" if s.good and errors[i] > 1.5 * s.error else "", s.message[:90]]
         for i, s in enumerate(samples)
     ]  # fmt: skip
+
+
+def run_header(study: Study) -> list[str]:
+    """Headings of the table of all runs."""
+    return ["method", study.size, "error", "CPU s", "front", "note"]
 
 
 def choice_rows(samples: Sequence[Sample]) -> list[list[str]]:
@@ -99,7 +136,11 @@ def choice_rows(samples: Sequence[Sample]) -> list[list[str]]:
 
 def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """A table of a page."""
-    return ["| " + " | ".join(header) + " |", "|" + "---|" * len(header), *("| " + " | ".join(row) + " |" for row in rows)]
+    return [
+        "| " + " | ".join(header) + " |",
+        "|" + "---|" * len(header),
+        *("| " + " | ".join(row) + " |" for row in rows),
+    ]
 
 
 def choice_header(study: Study) -> list[str]:
@@ -109,9 +150,10 @@ def choice_header(study: Study) -> list[str]:
 
 def study_page(study: Study, samples: Sequence[Sample], picture: str) -> list[str]:
     """One study as lines of a page."""
-    lines = [f"## {study.title}", "", f"Error: {study.error.name}; reference: {study.source}. {study.note}".rstrip(), "",
-             f"![{study.title}]({picture})", "", *markdown_table(choice_header(study), choice_rows(samples)), "",
-             *markdown_table(["method", study.size, "error", "CPU s", "front", "note"], run_rows(study, samples)), ""]  # fmt: skip
+    lines = [f"## {study.title}", ""]
+    lines += [f"Error: {study.error.name}; reference: {study.source}. {study.note}".rstrip(), ""]
+    lines += [f"![{study.title}]({picture})", "", *markdown_table(choice_header(study), choice_rows(samples)), ""]
+    lines += [*markdown_table(run_header(study), run_rows(study, samples)), ""]
     if study.others:
         rows = [[o.label, f"{p[0]:g}", f"{p[1]:.2e}", f"{p[2]:.3g}"] for o in study.others for p in o.points]
         lines += ["Other codes, stored figures:", "", *markdown_table(["code", study.size, "error", "CPU s"], rows), ""]
@@ -121,7 +163,7 @@ def study_page(study: Study, samples: Sequence[Sample], picture: str) -> list[st
 
 PREFACE = (
     "Error against CPU seconds of one core. `best` marks a run no other is both cheaper and better than, judged by the",
-    "largest error on this and the finer grids of the same method; `luck` marks an error that is larger again on a finer grid.",
+    "largest error on this and the finer grids of the same method; `luck` marks an error that grows on a finer grid.",
 )
 
 
@@ -149,13 +191,13 @@ def command_of(words: argparse.Namespace, verb: str, names: Sequence[str]) -> st
 
 def act(words: argparse.Namespace) -> int:
     """Run the studies, draw and tell."""
-    page = ["# Error and cost", "", f"Written by `{command_of(words, 'chart', words.studies)} --markdown FILE`; do not edit.",
-            *PREFACE, ""]  # fmt: skip
+    command = command_of(words, "chart", words.studies)
+    page = ["# Error and cost", "", f"Written by `{command} --markdown FILE`; do not edit.", *PREFACE, ""]
     for study, samples in take_samples(words):
         picture = draw(study, samples, words.charts / f"{study.name}.svg")
         write_csv(study, samples, words.charts / f"{study.name}.csv")
         print(f"\n{study.title}\n")
-        print(table(["method", study.size, "error", "CPU s", "front", "note"], run_rows(study, samples)))
+        print(table(run_header(study), run_rows(study, samples)))
         print("\n" + table(choice_header(study), choice_rows(samples)))
         print(f"\n{picture}", file=sys.stderr)
         if words.markdown:

@@ -194,8 +194,12 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
     verb = verbs.add_parser("curve", help="a result against a formula or a table: norms of the error and a picture")
     verb.add_argument("result", type=Path, help="folder of a run, its curves.csv, or a CSV with headings `name [unit]`")
-    verb.add_argument("--against", required=True, metavar="REFERENCE",
-                      help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names")
+    verb.add_argument(
+        "--against",
+        required=True,
+        metavar="REFERENCE",
+        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names",
+    )
     verb.add_argument("--x", help="column along x, -COLUMN for its negative; the formula's column, or load_factor")
     verb.add_argument("--y", help="column along y; the first history when not given")
     verb.add_argument("--scale", type=float, default=1.0, help="factor on y; settles its unit")
@@ -227,8 +231,10 @@ def act(words: argparse.Namespace) -> int:
     print(f"{comparison.y_name} of {words.result} against {words.against}")
     outside = f", {norms.rows_left_out} outside of the reference" if norms.rows_left_out else ""
     print(f"rows       {norms.rows}{outside}")
-    print(f"max error  {norms.largest:.4g}{unit}, {norms.largest_share:.3e} of the largest reference, "
-          f"at {comparison.x_name} = {norms.largest_at:.6g}")
+    print(
+        f"max error  {norms.largest:.4g}{unit}, {norms.largest_share:.3e} of the largest reference, "
+        f"at {comparison.x_name} = {norms.largest_at:.6g}"
+    )
     print(f"rms error  {norms.rms:.4g}{unit}, {norms.rms_share:.3e}")
     print(f"end value  {norms.end_value:.8g} against {norms.end_reference:.8g}{unit}, {norms.end_share:.3e}")
     if words.out:

@@ -56,7 +56,7 @@ def front(samples: Sequence[Sample]) -> list[int]:
 
 
 def order(samples: Sequence[Sample]) -> float | None:
-    """Order of convergence of one method, the slope of log(error) over log(size); None with fewer than two runs above the floor."""
+    """Order of convergence of one method, the slope of log(error) over log(size); of two runs above the floor or more."""
     usable = [s for s in samples if s.good and not s.at_floor]
     if len(usable) < 2:
         return None
@@ -80,7 +80,9 @@ def choices(samples: Sequence[Sample]) -> list[Choice]:
     if not along:
         return []
     low, high = errors[along[-1]], errors[along[0]]
-    ladder = [m * 10.0**k for k in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in (1, 2, 5)]
+    ladder = [
+        m * 10.0**k for k in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in (1, 2, 5)
+    ]
     found: dict[int, Choice] = {}
     for asked in sorted(ladder, reverse=True):
         hits = [i for i in along if errors[i] <= asked]

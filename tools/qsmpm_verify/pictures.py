@@ -20,7 +20,9 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     points.add_argument("results", nargs="+", type=Path)
     points.add_argument("--out", type=Path, default=Path("points.png"))
     points.set_defaults(act=draw_points)
-    figures = verbs.add_parser("figures", help="figures of the paper from runs under one folder, as the demo makes them")
+    figures = verbs.add_parser(
+        "figures", help="figures of the paper from runs under one folder, as the demo makes them"
+    )
     figures.add_argument("folder", type=Path, help="folder that holds the runs, one a deck")
     figures.add_argument("--out", type=Path, default=None, help="folder of the pictures; the same when not given")
     figures.set_defaults(act=draw_figures)

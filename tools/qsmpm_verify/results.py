@@ -127,6 +127,38 @@ def _rows_first(values: Array, count: int) -> Array:
     return values
 
 
+def written_steps(path: Path) -> list[int]:
+    """Numbers of the steps whose points are in results.h5, growing."""
+    path = path / "results.h5" if path.is_dir() else path
+    try:
+        with h5py.File(path, "r") as file:
+            return sorted(int(name) for name in file.get("steps", {}))
+    except OSError as error:
+        raise ResultError(f"{path}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The background mesh at the start of a run: nodes and the nodes of each cell, with its VTK type."""
+
+    nodes: Array
+    cells: list[Array]
+    types: Array
+
+
+def read_mesh(path: Path) -> Mesh:
+    """The mesh of results.h5."""
+    path = path / "results.h5" if path.is_dir() else path
+    try:
+        with h5py.File(path, "r") as file:
+            mesh = file["mesh"]
+            nodes, ends = mesh["coordinates"][...], mesh["cell_offsets"][...]
+            labels, types = mesh["cell_nodes"][...], mesh["cell_types"][...]
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: {error}") from error
+    return Mesh(nodes, np.split(labels, ends[1:-1]), types)
+
+
 def read_points(path: Path, step: int | None = None) -> Points:
     """Read the points of a step from results.h5; without a number those of the last step written."""
     if path.is_dir():

@@ -23,7 +23,9 @@ from qsmpm_verify.studies import Entry, Study
 Tell = Callable[[str, float, bool], None]
 
 
-def deck_sample(study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool) -> tuple[Sample, float, bool]:
+def deck_sample(
+    study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool
+) -> tuple[Sample, float, bool]:
     """Run a deck and take its error; wall seconds and whether the run was there already."""
     run = run_case(entry.case, program, root, fresh=fresh)
     failed = Sample(study.name, label, entry.size, math.nan, math.nan, entry.case.name)
@@ -43,7 +45,9 @@ def measured(study: Study, empty: Sample, error: float, seconds: float) -> Sampl
     return replace(empty, error=max(error, study.floor), seconds=seconds, at_floor=error <= study.floor)
 
 
-def command_sample(study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool) -> tuple[Sample, float, bool]:
+def command_sample(
+    study: Study, label: str, entry: Entry, program: Path, root: Path, fresh: bool
+) -> tuple[Sample, float, bool]:
     """Run another program of the build; what its last line tells is kept as deck runs are."""
     tool = program.parent / entry.command[0]
     folder = root / entry.case.name
@@ -86,7 +90,9 @@ def sample_study(
     def one(label: str, entry: Entry) -> Sample:
         found: list[Sample] = []
         for count in range(repeats):
-            named = entry if count == 0 else replace(entry, case=replace(entry.case, name=f"{entry.case.name}@{count + 1}"))
+            named = (
+                entry if count == 0 else replace(entry, case=replace(entry.case, name=f"{entry.case.name}@{count + 1}"))
+            )
             take = command_sample if entry.command else deck_sample
             sample, seconds, reused = take(study, label, named, program, root, fresh)
             tell(named.case.name, seconds, reused)

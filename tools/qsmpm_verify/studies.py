@@ -1,33 +1,33 @@
 """Studies of error against cost: what verification/studies/*.toml says, checked strictly.
 
-    title = "..."                 one line
-    deck = "input/NAME.inp"       from the top of the tree
-    size = "cells over the height"   what the size of an entry counts; orders are fitted over it
-    source = "..."                where the reference of the error comes from
-    note = "..."                  one more sentence under the table
-    floor = 1e-12                 errors below it are taken for it: round-off, or what the reference is sure of
+title = "..."                 one line
+deck = "input/NAME.inp"       from the top of the tree
+size = "cells over the height"   what the size of an entry counts; orders are fitted over it
+source = "..."                where the reference of the error comes from
+note = "..."                  one more sentence under the table
+floor = 1e-12                 errors below it are taken for it: round-off, or what the reference is sure of
 
-    [error]                       the error: a quantity as in a case (cases.py), without tolerance.
-    name = "stress error"         With a reference it is the difference from it, relative unless error = "absolute";
-    measure = "..."               without one the figure itself is the error
+[error]                       the error: a quantity as in a case (cases.py), without tolerance.
+name = "stress error"         With a reference it is the difference from it, relative unless error = "absolute";
+measure = "..."               without one the figure itself is the error
 
-    [[method]]                    one line of the chart
-    label = "GIMP, 4 points"
-    each = [{n = 16}, {n = 64}]   one run an entry (families.py), in the order of growing size
-    size = "{n}"
-    effort = "quick"              small, quick or long, as in a case
-    replace = [["old", "new"]]    in the deck
-    exit_codes = [0]              what the program may return
-    time_limit = 300
-    command = ["manufactured", "BASIS=GIMP", "4", "2", "{n}", "20"]
-                                  another program of the same build in place of the deck; its last line is read
-    pattern = '(?P<error>...) ... (?P<seconds>...)'   by this expression, given once for the study
+[[method]]                    one line of the chart
+label = "GIMP, 4 points"
+each = [{n = 16}, {n = 64}]   one run an entry (families.py), in the order of growing size
+size = "{n}"
+effort = "quick"              small, quick or long, as in a case
+replace = [["old", "new"]]    in the deck
+exit_codes = [0]              what the program may return
+time_limit = 300
+command = ["manufactured", "BASIS=GIMP", "4", "2", "{n}", "20"]
+                              another program of the same build in place of the deck; its last line is read
+pattern = '(?P<error>...) ... (?P<seconds>...)'   by this expression, given once for the study
 
-    [[other]]                     figures of another code, stored
-    label = "..."
-    points = [[size, error, seconds], ...]
-    caveat = "..."                what makes them other than ours
-    source = "..."
+[[other]]                     figures of another code, stored
+label = "..."
+points = [[size, error, seconds], ...]
+caveat = "..."                what makes them other than ours
+source = "..."
 """
 
 from __future__ import annotations
@@ -162,7 +162,8 @@ def load_study(path: Path, top: Path) -> Study:
     return Study(
         path.stem, table["title"], table["size"], table["source"], table.get("note", ""),
         printed_quantity(table["error"], table["source"], str(path), free="pattern" in table),
-        table.get("pattern", ""), float(table.get("floor", 0.0)), methods, tuple(_other(o, str(path)) for o in table.get("other", [])),
+        table.get("pattern", ""), float(table.get("floor", 0.0)), methods,
+        tuple(_other(o, str(path)) for o in table.get("other", [])),
     )  # fmt: skip
 
 

@@ -15,8 +15,14 @@ class Units(unittest.TestCase):
     """What headings mean."""
 
     def test_units_are_read_to_newton_metre_and_second(self) -> None:
-        for text, factor, powers in (("kN/m2", 1e3, (1, -2, 0)), ("kPa", 1e3, (1, -2, 0)), ("kN m", 1e3, (1, 1, 0)),
-                                     ("kN/m^3", 1e3, (1, -3, 0)), ("mm", 1e-3, (0, 1, 0)), ("kg/m3", 1.0, (1, -4, 2))):
+        for text, factor, powers in (
+            ("kN/m2", 1e3, (1, -2, 0)),
+            ("kPa", 1e3, (1, -2, 0)),
+            ("kN m", 1e3, (1, 1, 0)),
+            ("kN/m^3", 1e3, (1, -3, 0)),
+            ("mm", 1e-3, (0, 1, 0)),
+            ("kg/m3", 1.0, (1, -4, 2)),
+        ):
             unit = read_unit(text)
             self.assertIsNotNone(unit, text)
             self.assertAlmostEqual(unit.factor, factor)
@@ -119,7 +125,12 @@ class Curve(unittest.TestCase):
         self.refused("no function 'nobody'", "--against", "function:nobody(x=1)")
         self.refused("no value of strain", "--against", "function:van_langen(modulus=1)")
         self.refused("not one of its arguments", "--against", "function:van_langen(stran=strain)")
-        self.refused("function van_langen: float division by zero", "--against", "function:van_langen(strain=load_factor)", "--y=-stress")
+        self.refused(
+            "function van_langen: float division by zero",
+            "--against",
+            "function:van_langen(strain=load_factor)",
+            "--y=-stress",
+        )
         self.refused("No such file", "--against", str(self.folder / "none.csv"))
         self.refused("a picture is a .png", *self.FORMULA, "--out", "p.bmp")
         self.curves.unlink()
