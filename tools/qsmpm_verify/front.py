@@ -56,7 +56,7 @@ def front(samples: Sequence[Sample]) -> list[int]:
 
 
 def order(samples: Sequence[Sample]) -> float | None:
-    """Order of convergence of one method, the slope of log(error) over log(size); of two runs above the floor or more."""
+    """Order of convergence of a method, the slope of log(error) over log(size), of two or more runs above the floor."""
     usable = [s for s in samples if s.good and not s.at_floor]
     if len(usable) < 2:
         return None
