@@ -33,8 +33,8 @@ from qsmpm_verify.cases import Case, CaseError, Quantity, check_keys, printed_qu
 from qsmpm_verify.families import FamilyError, fill
 
 TEST_KEYS = {
-    "id", "title", "asks", "deck", "replace", "ends", "good", "fair", "time_limit", "only", "skip", "skip_reason", "figure",
-    "also", "command", "pattern",
+    "id", "title", "asks", "deck", "replace", "ends", "good", "fair", "time_limit", "only", "skip", "skip_reason",
+    "figure", "also", "command", "pattern",
 }  # fmt: skip
 METHOD_KEYS = {"name", "method", "points", "basis", "integration"}
 
