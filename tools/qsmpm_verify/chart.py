@@ -129,7 +129,7 @@ def run_header(study: Study) -> list[str]:
 def choice_rows(samples: Sequence[Sample]) -> list[list[str]]:
     """Rows of the table of choices."""
     return [
-        [f"{c.asked:.0e}", c.sample.method, f"{c.sample.size:g}", f"{c.error:.1e}", f"{c.sample.seconds:.2g}"]
+        [f"{c.asked:.2g}", c.sample.method, f"{c.sample.size:g}", f"{c.error:.1e}", f"{c.sample.seconds:.2g}"]
         for c in choices(samples)
     ]  # fmt: skip
 

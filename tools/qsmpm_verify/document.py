@@ -1,4 +1,4 @@
-"""`report`: one HTML file with all charts, the stability map, the cases and pictures; it needs nothing beside itself."""
+"""`report`: one HTML file with all charts, the stability map, the cases and pictures; it needs no other file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
 from qsmpm_verify.cases import load_all, select
 from qsmpm_verify.judge import Verdict, judge
 from qsmpm_verify.machine import describe
-from qsmpm_verify.places import BUILD, CASES, STABILITY, TOP
+from qsmpm_verify.places import CASES, STABILITY, TOP
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import WORDS, closing_line, counts
 from qsmpm_verify.runner import Run, run_all
@@ -33,11 +33,14 @@ th:first-child, td:first-child { text-align: left; } th { background: #f4f4f4; }
 td.text { text-align: left; } figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
 figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
 .missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
-.pass { background: #cdebd3; } .degraded { background: #fff0bf; } .told { background: #fbd9b5; } .silent { background: #f3b1b1; }
 """
 
 VIEWS = (
-    ("slope_grid/e200_10", "mises", "The slope of the paper at a unit weight of 100 kN/m3: where it started, and where it is"),
+    (
+        "slope_grid/e200_10",
+        "mises",
+        "The slope of the paper at a unit weight of 100 kN/m3: where it started, and where it is",
+    ),
     ("cantilever/spline_4_points_9", "stress_xx", "The cantilever under its whole load"),
 )
 
@@ -81,18 +84,25 @@ def figure(content: str, caption: str) -> str:
 def chart_part(words: Namespace) -> tuple[str, int]:
     """The charts and how many runs of them failed."""
     asked = Namespace(**{**vars(words), "studies": [], "out": words.folder / "studies", "repeat": 1})
-    parts, failed = ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE)) + "</p>\n"], 0
+    parts, failed = (
+        ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE).replace("`", "")) + "</p>\n"],
+        0,
+    )
     for study, samples in chart.take_samples(asked):
         picture = chart.draw(study, samples, words.folder / "charts" / f"{study.name}.svg")
         chart.write_csv(study, samples, words.folder / "charts" / f"{study.name}.csv")
         failed += sum(not s.good for s in samples)
         parts.append(f"<h3>{text(study.title)}</h3>\n<p>Reference: {text(study.source)}. {text(study.note)}</p>\n")
-        parts.append(figure(inline_svg(picture), f"{study.error.name} over CPU seconds of one core; broad: no run is better"))
+        parts.append(
+            figure(inline_svg(picture), f"{study.error.name} over CPU seconds of one core; broad: no run is better")
+        )
         parts.append(table(chart.choice_header(study), [("", row) for row in chart.choice_rows(samples)]))
         rows = [("best" if row[4] == "best" else "", row) for row in chart.run_rows(study, samples)]
         parts.append("<details><summary>All runs</summary>" + table(chart.run_header(study), rows) + "</details>\n")
         for other in study.others:
-            parts.append(f"<p class=command>{text(other.label)}: {text(other.caveat)} Source: {text(other.source)}.</p>\n")
+            parts.append(
+                f"<p class=command>{text(other.label)}: {text(other.caveat)} Source: {text(other.source)}.</p>\n"
+            )
         parts.append(command(chart.command_of(words, "chart", [study.name])))
     return "".join(parts), failed
 
@@ -104,13 +114,18 @@ def map_part(words: Namespace) -> str:
     matrix = stability_map.fill_matrix(tests, asked)
     picture = stability_map.draw(methods, tests, matrix, words.folder / "charts" / "stability.svg")
     stability_map.write_csv(tests, matrix, words.folder / "charts" / "stability.csv")
-    rows = [("", [t.id, t.title, t.asks, f"{t.good:g}", f"{t.fair:g}"] if t.figure else [t.id, t.title, t.asks, "-", "-"])
-            for t in tests]  # fmt: skip
+    rows = []
+    for t in tests:
+        limits = [f"{t.good:g}", f"{t.fair:g}"] if t.figure else ["-", "-"]
+        rows.append(("", [t.id, t.title, t.asks, *limits]))
     silent = [f for f in matrix.values() if f.outcome == stability_map.SILENT]
     told = [f for f in matrix.values() if f.outcome == stability_map.TOLD]
     lists = "".join(
         f"<details><summary>{text(title)}</summary>"
-        + table(["test", "method", "field", "said"], [("", [f.test, f.method, stability_map.cell_text(f), f.note]) for f in kind])
+        + table(
+            ["test", "method", "field", "said"],
+            [("", [f.test, f.method, stability_map.cell_text(f), f.note]) for f in kind],
+        )
         + "</details>\n"
         for title, kind in (("What fails silently", silent), ("What the failures say", told))
     )
@@ -140,7 +155,11 @@ def case_part(words: Namespace, program: Path) -> tuple[str, list[Verdict], dict
     shown = table(header, missed) if missed else "<p>None missed.</p>"
     whole = f"<details><summary>All {len(rows)} figures</summary>{table(header, rows)}</details>\n"
     again = command(f"tools/qsmpm-verify run --effort {words.effort}")
-    return f"<h2 id=cases>Verification cases</h2>\n<p>{closing_line(verdicts)}</p>\n{shown}{whole}{again}", verdicts, runs
+    return (
+        f"<h2 id=cases>Verification cases</h2>\n<p>{closing_line(verdicts)}</p>\n{shown}{whole}{again}",
+        verdicts,
+        runs,
+    )
 
 
 def view_part(words: Namespace, runs: dict[str, Run]) -> str:
@@ -150,14 +169,12 @@ def view_part(words: Namespace, runs: dict[str, Run]) -> str:
         run = runs.get(name)
         if run is None or run.exit_code != 0:
             continue
-        out = words.folder / "charts" / f"view_{name.replace('/', '_')}.png"
-        asked = ["view", str(run.directory), "--field", field, "--out", str(out)]
-        reader = argparse.ArgumentParser()
-        view.add_words(reader.add_subparsers())
-        view.act(reader.parse_args(asked))
+        out = view.last_state(run.directory, field, words.folder / "charts" / f"view_{name.replace('/', '_')}.png")
         picture = base64.b64encode(out.read_bytes()).decode()
         shown = f'<img alt="{text(caption)}" src="data:image/png;base64,{picture}">'
-        parts.append(figure(shown, caption) + command(f"tools/qsmpm-verify view RESULTS --field {field}, RESULTS of {name}"))
+        parts.append(
+            figure(shown, caption) + command(f"tools/qsmpm-verify view RESULTS --field {field}, RESULTS of {name}")
+        )
     return "<h2 id=views>Pictures</h2>\n" + "".join(parts) if parts else ""
 
 
@@ -170,7 +187,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
 
 
 def act(words: Namespace) -> int:
-    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one did not end as it should."""
+    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one ended otherwise."""
     program = checked_program(words)
     words.folder, words.program = words.out, program
     charts, failed = chart_part(words)

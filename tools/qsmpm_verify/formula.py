@@ -30,7 +30,8 @@ class Formula:
         given = {argument: signed_column(curves, name)[rows] for argument, name in self.columns.items()}
         try:
             return np.array([
-                float(self.function(**self.fixed, **{a: float(v[i]) for a, v in given.items()})) for i in range(len(rows))
+                float(self.function(**self.fixed, **{a: float(v[i]) for a, v in given.items()}))
+                for i in range(len(rows))
             ])  # fmt: skip
         except (ValueError, ArithmeticError, TypeError) as error:
             raise Trouble(f"function {self.name}: {error}") from error

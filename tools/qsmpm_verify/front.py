@@ -74,7 +74,10 @@ class Choice:
 
 
 def choices(samples: Sequence[Sample]) -> list[Choice]:
-    """The cheapest run for every 1, 2 and 5 times a power of ten that the front passes; each run once, at its best."""
+    """The cheapest run for every 1, 2 and 5 times a power of ten that the front passes, and the best run of all.
+
+    A run that serves for several of them is there once, for the smallest.
+    """
     errors = lasting_errors(samples)
     along = front(samples)
     if not along:
@@ -88,4 +91,8 @@ def choices(samples: Sequence[Sample]) -> list[Choice]:
         hits = [i for i in along if errors[i] <= asked]
         if hits:
             found[hits[0]] = Choice(asked, samples[hits[0]], errors[hits[0]])
+    last = along[-1]
+    if last not in found:
+        digits = 10.0 ** math.floor(math.log10(errors[last]) - 1)
+        found[last] = Choice(math.ceil(errors[last] / digits) * digits, samples[last], errors[last])
     return list(found.values())

@@ -135,9 +135,10 @@ def _other(table: dict[str, Any], where: str) -> Other:
     for key in ("label", "points", "caveat", "source"):
         if not table.get(key):
             raise CaseError(f"{where}: figures of another code name their {key}")
-    points = tuple(tuple(float(v) for v in point) for point in table["points"])
-    if any(len(point) != 3 or min(point) <= 0 for point in points):
+    given = [[float(v) for v in point] for point in table["points"]]
+    if any(len(point) != 3 or min(point) <= 0 for point in given):
         raise CaseError(f"{where}: points are [size, error, seconds], all above zero")
+    points = tuple((size, error, seconds) for size, error, seconds in given)
     return Other(table["label"], points, table["caveat"], table["source"])
 
 

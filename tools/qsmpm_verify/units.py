@@ -11,7 +11,8 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-Powers = tuple[int, int, int]
+Powers = tuple[int, ...]
+"""Powers of force, length and time."""
 
 _FORCE, _LENGTH, _TIME, _STRESS = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, -2, 0)
 

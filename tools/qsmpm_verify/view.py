@@ -95,6 +95,21 @@ def frames(words: argparse.Namespace, steps: list[int]) -> list[Array]:
     return pictures
 
 
+def write_picture(picture: Array, out: Path) -> Path:
+    """One PNG file."""
+    from PIL import Image
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(picture).save(out, optimize=True)
+    return out
+
+
+def last_state(result: Path, field: str, out: Path) -> Path:
+    """The picture of the last state of a run with everything else as it comes."""
+    words = argparse.Namespace(result=result, field=field, range=None, no_outline=False, mesh=False)
+    return write_picture(frames(words, written_steps(result)[-1:])[0], out)
+
+
 def write_film(pictures: list[Array], out: Path, rate: float) -> list[Path]:
     """A GIF, an MP4 where imageio can write one, else a series of PNG files."""
     from PIL import Image
@@ -133,10 +148,6 @@ def act(words: argparse.Namespace) -> int:
         if len(written) > 1 and words.out.suffix == ".mp4":
             print("no imageio with ffmpeg here: a series of pictures in place of the MP4")
     else:
-        from PIL import Image
-
-        words.out.parent.mkdir(parents=True, exist_ok=True)
-        Image.fromarray(pictures[0]).save(words.out, optimize=True)
-        written = [words.out]
+        written = [write_picture(pictures[0], words.out)]
     print(written[0] if len(written) == 1 else f"{written[0]} to {written[-1].name}")
     return 0

@@ -49,6 +49,9 @@ class Front(unittest.TestCase):
     def test_the_choice_for_an_error_is_the_cheapest_run_that_has_it(self) -> None:
         found = {c.asked: c.sample.seconds for c in choices(self.samples)}
         self.assertEqual(found, {0.1: 1.0, 0.05: 2.0, 0.02: 3.0, 0.01: 4.0})
+        # the best run is told even where no round number lies between it and the next
+        close = choices([sample("a", 1, 0.19, 1.0), sample("b", 1, 0.12, 2.0)])
+        self.assertEqual([(round(c.asked, 9), c.sample.method) for c in close], [(0.2, "a"), (0.12, "b")])
         self.assertEqual(choices([self.samples[-1]]), [])
 
 
