@@ -75,15 +75,21 @@ def mismatch(own: str, other: str) -> str:
 
 
 def kind_of(function: Callable[..., object]) -> str:
-    """Kind of a formula's value, `stress` or `length`, as the first line of its text tells it; else empty."""
-    first = (inspect.getdoc(function) or "").split("\n\n")[0].replace("\n", " ")
-    found = re.findall(r"\[([^\[\]]+)\]", first)
-    return found[-1] if found else ""
+    """Kind or unit of a formula's value, `stress` or `kN/m3`; empty when its text tells none.
+
+    The text tells it in its entry `Units: ...; result [stress]`, or at the end of its first paragraph.
+    """
+    text = inspect.getdoc(function) or ""
+    entry = re.search(r"^Units:(.*(?:\n[ \t]+.*)*)", text, re.MULTILINE)
+    told = entry[1].rpartition("result")[2] if entry else text.split("\n\n")[0].replace("\n", " ")
+    found = re.findall(r"\[([^\[\]]+)\]", told)
+    return found[0 if entry else -1] if found else ""
 
 
 def wrong_kind(unit: str, kind: str) -> str:
     """Why a column in this unit is no value of a formula of this kind; empty when it is, or nothing is known."""
-    own, wanted = read_unit(unit), _product(kind, {k: (1.0, p) for k, p in KINDS.items()}) if kind else None
+    own = read_unit(unit)
+    wanted = _product(kind, {**ATOMS, **{k: (1.0, p) for k, p in KINDS.items()}}) if kind else None
     if own is None or wanted is None or own.powers == wanted.powers:
         return ""
     return f"[{unit}] is no unit of [{kind}]"
