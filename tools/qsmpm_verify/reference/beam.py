@@ -40,11 +40,13 @@ def _shoot(start: float, load: float, axial: float, shear: float, steps: int) ->
 
 def _tip(load: float, axial: float, shear: float, steps: int) -> State:
     """State of the tip of the beam in equilibrium: shooting on the moment at the clamp."""
-    positive(load_parameter=load)
+    between("load_parameter", load, 0.0, 45.0)
     not_negative(axial=axial, shear=shear)
     between("load_parameter * (shear - axial)", load * (shear - axial), high=1.0)
-    most = 1.01 * math.sqrt(2 * load + load**2 * max(axial - shear, 0.0))
-    start = root(lambda moment: _shoot(moment, load, axial, shear, steps)[1], 0.0, most)
+    # the moment of a beam bent to 90 degrees; below the least one the beam would swing back and forth
+    most = math.sqrt(2 * load + load**2 * max(axial - shear, 0.0))
+    least = 0.0 if load <= 10 else 0.97 * most
+    start = root(lambda moment: _shoot(moment, load, axial, shear, steps)[1], least, 1.01 * most)
     return _shoot(start, load, axial, shear, steps)
 
 
@@ -55,7 +57,7 @@ def cantilever_tip(
 
     Formula: E I theta' = M, M' = -P x', x' = (1 + e) cos theta - g sin theta, e = P sin theta / EA, g = P cos theta / GAs
     Units: load_parameter k = P L^2 / (E I) [-], axial = E I / (E A L^2) and shear = E I / (G As L^2) [-]; result [-]
-    Range: k > 0, k (shear - axial) < 1
+    Range: 0 < k < 45, k (shear - axial) < 1
     Assumes: theta(0) = 0, M(L) = 0, load keeps its direction; axial = shear = 0 is the elastica
     Source: Reissner 1972; the elastica agrees with Mattiasson 1981 to his five digits
     Check: first integral M(theta) and quadrature over the slope; elliptic integrals of Bisshopp & Drucker 1945

@@ -43,8 +43,8 @@ def frozen_stiffness_least_stretch() -> float:
 def frozen_stiffness_confined_iterations(stretch: float, tolerance: float = 1e-10) -> float:
     """Iterations of one confined compression step under load, stiffness frozen at the start, rate law.
 
-    Formula: x_(k+1) = x_k + (1/x_k - 1/lambda), x_0 = 1, until |x_k - lambda| <= tol |1 - lambda|
-    Units: stretch lambda = lambda1/lambda0 [-], tolerance [-]; result [-], infinite when it does not converge
+    Formula: x_(k+1) = x_k + (1/x_k - 1/lambda), x_0 = 1, until |1/x_k - 1/lambda| <= tol
+    Units: stretch lambda = lambda1/lambda0 [-], tolerance = stress out of balance over M [-]; result [-], infinite when it does not converge
     Range: lambda > 0, not 1
     Assumes: step from a state free of stress
     Source: own derivation
@@ -54,9 +54,10 @@ def frozen_stiffness_confined_iterations(stretch: float, tolerance: float = 1e-1
     between("tolerance", tolerance, 0.0, 1.0)
     place = 1.0
     for count in range(MOST):
-        if abs(place - stretch) <= tolerance * abs(1 - stretch):
+        unbalanced = 1 / place - 1 / stretch
+        if abs(unbalanced) <= tolerance:
             return float(count)
-        place += 1 / place - 1 / stretch
+        place += unbalanced
         if place <= 0:
             return math.inf
     return math.inf
