@@ -124,7 +124,7 @@ def bearing_ngamma_smooth(friction: float) -> float:
 
     Formula: growth of the pressure from the edge, dp/dx / (2 g), far from the edge; method of characteristics
     Units: friction [degree]; result [-]
-    Range: 5 <= phi <= 45; accurate to 1e-5
+    Range: 5 <= phi <= 45; accurate to 2e-5
     Assumes: plane strain, associated flow, no cohesion, surcharge -> 0
     Source: Sokolovskii 1965; own march, agrees with Martin 2005
     Check: similarity solution s(omega), t(omega) of the same equations, integrated from the base to the passive zone
@@ -159,7 +159,7 @@ def _smooth_pressure(soil: Soil, width: float, fan: int) -> float:
     high = width
     while -field(high).base[X, -1] < width / 2:
         high *= 2
-    reach = root(lambda r: -float(field(r).base[X, -1]) - width / 2, 1e-3 * width, high)
+    reach = root(lambda r: -float(field(r).base[X, -1]) - width / 2, high / 2 if high > width else 1e-3 * width, high, 1e-9)
     base = field(reach).base
     return _trapezium(soil.vertical(base), -base[X]) / (width / 2)
 

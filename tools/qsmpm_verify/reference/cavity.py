@@ -88,10 +88,10 @@ def _lambda_one(soil: _Soil, r: float, gamma: float, xi: float) -> float:
         power = n - gamma
         term = math.log(r) if abs(power) < 1e-12 else (r**power - 1) / power
         total += factor * term
-        if n > gamma and abs(factor * term) <= 1e-17 * abs(total):
+        if n > gamma and abs(factor * term) <= 1e-17 * abs(total) < math.inf:
             return total
         factor *= xi / (n + 1)
-    raise ArithmeticError("the series of the cavity does not converge")
+    raise ArithmeticError("the series of the cavity does not converge: hardly any friction, or soil too soft")
 
 
 def _series(soil: _Soil) -> tuple[float, float, float]:

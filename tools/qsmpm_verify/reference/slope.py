@@ -114,7 +114,7 @@ def _safety(
         return math.log(number(reduced, math.radians(angle)) * cohesion / (factor * unit_weight * height))
 
     # friction alone holds the slope at the least factor
-    least = 1.0005 * slope / math.tan(math.radians(angle)) if angle < 90 else 1e-3
+    least = 1.0005 * slope / math.tan(math.radians(min(angle, 89.0)))
     high = 2 * max(least, 1.0)
     while spare(high) > 0:
         high *= 2

@@ -65,7 +65,7 @@ def sheared(normal: float, earth_pressure: float, dilatancy: float) -> float:
     lateral = earth_pressure * normal
     radius = (lateral + normal) / 2 * sine + cohesion * math.cos(math.radians(friction))
     first = math.sqrt(radius**2 - ((lateral - normal) / 2) ** 2)
-    return float(runge_kutta(rate, [lateral, first], 0.0, 0.4, 4000)[1])
+    return float(runge_kutta(rate, [lateral, first], 0.0, 0.4, 800)[1])
 
 
 class Failure(unittest.TestCase):
@@ -116,7 +116,7 @@ class SimpleShear(unittest.TestCase):
     def test_any_earth_pressure_ends_at_davis_strength(self):
         for dilatancy in (0.0, 10.0):
             for earth_pressure in (0.5, 1.0, 2.0):
-                # 40 % shear, steps of 1e-4 of which the plastic ones decay as exp(-G d gamma / tau)
+                # the rest of the way to failure decays as exp(-G gamma / tau), 40 % shear is 30 times that
                 own = ref.simple_shear_strength(100.0, *SOIL, dilatancy)
                 self.assertAlmostEqual(own / sheared(100.0, earth_pressure, dilatancy), 1, 6)
 
