@@ -147,20 +147,26 @@ def bearing_ngamma_rough(friction: float) -> float:
     return _extrapolated(_ngamma_rough(friction, SECTORS), _ngamma_rough(friction, 2 * SECTORS))
 
 
-def _smooth_pressure(soil: Soil, width: float, fan: int) -> float:
-    """Average pressure under a smooth footing by one march whose last slip line ends on the axis."""
-    count = 4 * fan
-    grading = np.arange(1, count + 1) / count
-    grading = (np.exp(6 * grading) - 1) / (math.exp(6) - 1)
+def _smooth_field(soil: Soil, reach: float, fan: int) -> Field:
+    """March along the passive boundary up to a distance, finer towards the edge."""
+    grading = np.expm1(np.linspace(0, 6, 4 * fan + 1)[1:]) / math.expm1(6)
+    return march(soil, reach * grading, fan, 0.0)
 
-    def field(reach: float) -> Field:
-        return march(soil, reach * grading, fan, 0.0)
 
-    high = width
-    while -field(high).base[X, -1] < width / 2:
-        high *= 2
-    reach = root(lambda r: -float(field(r).base[X, -1]) - width / 2, high / 2 if high > width else 1e-3 * width, high, 1e-9)
-    base = field(reach).base
+def _smooth_reach(soil: Soil, width: float, fan: int, low: float, high: float) -> float:
+    """Distance between two others whose slip line ends on the axis of the footing."""
+
+    def beyond_axis(reach: float) -> float:
+        return -float(_smooth_field(soil, reach, fan).base[X, -1]) - width / 2
+
+    while beyond_axis(high) < 0:
+        low, high = high, 2 * high
+    return root(beyond_axis, low, high, 1e-8 * width)
+
+
+def _smooth_pressure(soil: Soil, width: float, reach: float, fan: int) -> float:
+    """Average pressure under half the footing."""
+    base = _smooth_field(soil, reach, fan).base
     return _trapezium(soil.vertical(base), -base[X]) / (width / 2)
 
 
@@ -181,4 +187,7 @@ def bearing_capacity_smooth(
     not_negative(cohesion=cohesion, surcharge=surcharge, unit_weight=unit_weight)
     positive(width=width, edge_strength=cohesion + surcharge)
     soil = Soil(phi, cohesion, surcharge, unit_weight)
-    return _extrapolated(_smooth_pressure(soil, width, SECTORS), _smooth_pressure(soil, width, 2 * SECTORS))
+    coarse = _smooth_reach(soil, width, SECTORS, 1e-3 * width, width)
+    fine = _smooth_reach(soil, width, 2 * SECTORS, 0.98 * coarse, 1.02 * coarse)
+    pressures = _smooth_pressure(soil, width, coarse, SECTORS), _smooth_pressure(soil, width, fine, 2 * SECTORS)
+    return _extrapolated(*pressures)

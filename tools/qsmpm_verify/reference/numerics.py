@@ -23,17 +23,18 @@ def root(function: Function, low: float, high: float, tolerance: float = 1e-14) 
 
 def integral(function: Function, low: float, high: float) -> float:
     """Adaptive Gauss-Kronrod quadrature, 1e-11 of the result."""
-    value, error = integrate.quad(function, low, high, epsabs=1e-13, epsrel=1e-11, limit=400)
-    if error > 1e-8 * (1 + abs(value)):
+    # full_output: trouble is told by the error, not by a warning
+    value, error = integrate.quad(function, low, high, epsabs=1e-13, epsrel=1e-11, limit=400, full_output=1)[:2]
+    if not error <= 1e-8 * (1 + abs(value)):
         raise ArithmeticError(f"the quadrature is uncertain by {error:g}")
     return float(value)
 
 
 def minimum(function: Callable[[Sequence[float]], float], start: Sequence[float]) -> float:
     """Smallest value near a start of a function of a few variables, simplex search (Nelder & Mead 1965)."""
-    found = optimize.minimize(
-        function, np.asarray(start), method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-13, "maxiter": 2000}
-    )
+    options = {"xatol": 1e-8, "fatol": 1e-13, "maxiter": 2000}
+    with np.errstate(all="ignore"):
+        found = optimize.minimize(function, np.asarray(start), method="Nelder-Mead", options=options)
     if not found.success:
         raise ArithmeticError(f"no minimum found: {found.message}")
     return float(found.fun)

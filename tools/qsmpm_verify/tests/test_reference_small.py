@@ -7,6 +7,7 @@ import numpy as np
 from scipy import integrate
 
 from qsmpm_verify.reference import iteration, penetration, points, upsetting
+from qsmpm_verify.tests.routes import runge_kutta
 
 
 class TBar(unittest.TestCase):
@@ -57,13 +58,8 @@ class Plate(unittest.TestCase):
 
 class Upsetting(unittest.TestCase):
     def test_force_is_strength_times_the_width_of_kept_volume(self):
-        """dW / dH = -W / H by small steps to H/H0 = 0.3."""
-        height = width = 1.0
-        steps = 20000
-        for _ in range(steps):
-            change = 0.7 / steps
-            width *= (height - change / 2 + change / 2) / (height - change)
-            height -= change
+        """dW / dH = -W / H by Runge-Kutta to H/H0 = 0.3."""
+        width = runge_kutta(lambda height, width: -width / height, [1.0], 1.0, 0.3, 400)[0]
         self.assertAlmostEqual(upsetting.upsetting_force(0.3), width, 9)
 
     def test_force_is_the_plastic_work_rate_over_the_speed(self):
