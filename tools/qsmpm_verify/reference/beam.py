@@ -55,7 +55,8 @@ def cantilever_tip(
 ) -> tuple[float, float]:
     """Tip shortening u/L and deflection w/L of a cantilever under a dead transverse end load.
 
-    Formula: E I theta' = M, M' = -P x', x' = (1 + e) cos theta - g sin theta, e = P sin theta / EA, g = P cos theta / GAs
+    Formula: E I theta' = M, M' = -P x', x' = (1 + e) cos theta - g sin theta, \
+e = P sin theta / EA, g = P cos theta / GAs
     Units: load_parameter k = P L^2 / (E I) [-], axial = E I / (E A L^2) and shear = E I / (G As L^2) [-]; result [-]
     Range: 0 < k < 45, k (shear - axial) < 1
     Assumes: theta(0) = 0, M(L) = 0, load keeps its direction; axial = shear = 0 is the elastica

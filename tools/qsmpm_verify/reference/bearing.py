@@ -136,7 +136,7 @@ def bearing_ngamma_smooth(friction: float) -> float:
 def bearing_ngamma_rough(friction: float) -> float:
     """Factor of the weight, rough footing, q = g B Ngamma / 2.
 
-    Formula: vertical equilibrium of the wedge between base, axis and the slip line with a vertical major stress on the axis
+    Formula: vertical equilibrium of the wedge between base, axis and the slip line that is upright on the axis
     Units: friction [degree]; result [-]
     Range: 5 <= phi <= 45; accurate to 5e-5
     Assumes: plane strain, associated flow, no cohesion, surcharge -> 0, full friction near the edges
@@ -176,7 +176,7 @@ def bearing_capacity_smooth(
     """Bearing pressure of a smooth strip footing on soil with cohesion, surcharge and weight together.
 
     Formula: mean vertical stress on the base, method of characteristics from the surcharge to the axis
-    Units: friction [degree], cohesion and surcharge [stress], unit_weight [force/volume], width [length]; result [stress]
+    Units: friction [degree], cohesion, surcharge and result [stress], unit_weight [force/volume], width [length]
     Range: 0 <= phi <= 45, cohesion or surcharge above zero; accurate to 1e-5
     Assumes: plane strain, associated flow; above the sum c Nc + q Nq + g B Ngamma / 2
     Source: Sokolovskii 1965; own march

@@ -186,7 +186,8 @@ def cavity_mohr_coulomb_quadrature(
 ) -> float:  # fmt: skip
     """The same pressure by quadrature over the plastic zone.
 
-    Formula: a0^q = ((1 - d) b)^q - q int_a^b exp(-f(r)/beta) r^(q-1) dr, f = beta eps_r + k eps_theta (elastic), q = 1 + k/beta
+    Formula: a0^q = ((1 - d) b)^q - q int_a^b exp(-f(r)/beta) r^(q-1) dr, q = 1 + k/beta, \
+f = beta eps_r + k eps_theta of the elastic strain
     Units: as cavity_mohr_coulomb
     Range: as cavity_mohr_coulomb
     Assumes: as cavity_mohr_coulomb

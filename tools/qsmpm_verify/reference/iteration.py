@@ -44,7 +44,7 @@ def frozen_stiffness_confined_iterations(stretch: float, tolerance: float = 1e-1
     """Iterations of one confined compression step under load, stiffness frozen at the start, rate law.
 
     Formula: x_(k+1) = x_k + (1/x_k - 1/lambda), x_0 = 1, until |1/x_k - 1/lambda| <= tol
-    Units: stretch lambda = lambda1/lambda0 [-], tolerance = stress out of balance over M [-]; result [-], infinite when it does not converge
+    Units: stretch = lambda1/lambda0, tolerance = stress out of balance over M [-]; result [-], infinite if it diverges
     Range: lambda > 0, not 1
     Assumes: step from a state free of stress
     Source: own derivation

@@ -42,8 +42,8 @@ def _row(name: str, function: Callable[..., object]) -> str:
     """One line of the table."""
     said = entries(function)
     arguments = ", ".join(inspect.signature(function).parameters)
-    cells = (f"`{name}({arguments})`", said["What"], said["Formula"], said["Units"], f"{said['Range']}. {said['Assumes']}",
-             said["Source"], said["Check"])  # fmt: skip
+    limits = f"{said['Range']}. {said['Assumes']}"
+    cells = (f"`{name}({arguments})`", said["What"], said["Formula"], said["Units"], limits, said["Source"], said["Check"])
     return "| " + " | ".join((cells[0], *map(_cell, cells[1:]))) + " |"
 
 
@@ -54,6 +54,6 @@ def markdown() -> str:
         said = inspect.getdoc(family) or ""
         title = family.__name__.rsplit(".", 1)[-1].replace("_", " ").capitalize()
         lines += ["", f"## {title}", "", said, ""]
-        lines += ["| name | what | formula | units | range and assumptions | source | check |", "|---|---|---|---|---|---|---|"]
+        lines += ["| name | what | formula | units | range and assumptions | source | check |", "|---" * 7 + "|"]
         lines += [_row(name, function) for name, function in functions(family).items()]
     return "\n".join(lines) + "\n"

@@ -147,6 +147,9 @@ class WithWeight(unittest.TestCase):
     def test_all_together_tends_to_its_parts(self):
         without = ref.bearing_capacity_smooth(25.0, 1.0, 1.0, 0.0, 1.0)
         self.assertAlmostEqual(without / (ref.bearing_nc(25.0) + ref.bearing_nq(25.0)), 1, 5)
+        # the fan of 45 degrees reaches farther beside the footing than its width
+        without = ref.bearing_capacity_smooth(45.0, 1.0, 0.0, 0.0, 1.0)
+        self.assertAlmostEqual(without / ref.bearing_nc(45.0), 1, 5)
         heavy = ref.bearing_capacity_smooth(30.0, 0.0, 1.0, 2e4, 1.0)
         # the surcharge adds a few times Nq = 18 to 76530
         self.assertAlmostEqual(heavy / (1e4 * ref.bearing_ngamma_smooth(30.0)), 1, delta=2e-3)

@@ -123,7 +123,8 @@ class MohrCoulomb(unittest.TestCase):
         self.assertAlmostEqual(ref.cavity_mohr_coulomb_limit(**SAND), 505.621, 3)
 
     def test_soils_and_expansions_that_are_none_are_refused(self):
-        for change in ({"friction": 0.0}, {"dilatancy": 26.0}, {"cohesion": -1.0}, {"pressure": -50.0}, {"poisson": 0.5}):
+        wrong = {"friction": 0.0, "dilatancy": 26.0, "cohesion": -1.0, "pressure": -50.0, "poisson": 0.5}
+        for change in ({name: value} for name, value in wrong.items()):
             self.assertRaises(ValueError, ref.cavity_mohr_coulomb, 2.0, **(SAND | change))
         self.assertRaises(ValueError, ref.cavity_mohr_coulomb, 1.001, **SAND)
         self.assertRaises(ValueError, ref.cavity_mohr_coulomb_quadrature, 1.001, **SAND)

@@ -51,7 +51,8 @@ def sheared(normal: float, earth_pressure: float, dilatancy: float) -> float:
     def gradient(lateral: float, tau: float, angle_sine: float) -> Array:
         half = (lateral - normal) / 2
         radius = math.hypot(half, tau)
-        return np.array([half / (2 * radius), -half / (2 * radius), tau / radius]) + np.array([-1, -1, 0]) * angle_sine / 2
+        mobilised = np.array([half / (2 * radius), -half / (2 * radius), tau / radius])
+        return mobilised - np.array([0.5, 0.5, 0]) * angle_sine
 
     def rate(_: float, state: Array) -> list[float]:
         f, g = gradient(*state, sine), gradient(*state, dilation)

@@ -41,7 +41,7 @@ def spiral_by_polygon(place, friction: float, angle: float) -> float:
 
 
 def slices(place, angle: float, height: float):
-    """Width, weight per unit weight, sine and cosine of plain slices of the circle with centre `place` through the toe."""
+    """Width, weight, sine and cosine of plain slices of the circle with centre `place` through the toe."""
     cx, cy = place
     radius = math.hypot(cx, cy)
     if cy < height or cx - radius > 0:
@@ -170,6 +170,7 @@ class Searches(unittest.TestCase):
 
     def test_a_slope_as_steep_as_its_friction_has_no_slip_surface(self):
         self.assertEqual(ref._spiral_number(math.radians(25.0), math.radians(25.01)), ref.NEVER)
+        self.assertRaises(ArithmeticError, ref.slope_bishop_unit_weight, 1.0, 60.0, 61.0, 1.0)
 
 
 class Elastic(unittest.TestCase):
