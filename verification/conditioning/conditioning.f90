@@ -173,7 +173,7 @@ contains
     allocate (values(size(matrix, 1)))
     call eigenvalues(matrix, values)
     spurious_modes = count(abs(values) < zero_share*maxval(abs(values))) - merge(6, 3, basis(1) == 'HEX8')
-    call step%solver%destroy()
+    call end_system(step%system)
   end function spurious_modes
 
   !> The model of a block.
