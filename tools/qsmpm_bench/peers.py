@@ -66,13 +66,15 @@ def column(bench: Bench, result: Result) -> None:
     """Error of the self-weight column against CPU seconds."""
     theirs = {f"Kratos, {n} cells, {p} points a cell": kratos(bench, "kratos_column.py", n, p)
               for n, p in (KRATOS_COLUMNS[:2] if bench.quick else KRATOS_COLUMNS)}
-    own = {f"QSMPM, {n} cells, 36 points a cell": bench.job(column_deck(n)) for n in OWN_COLUMNS[:1 if bench.quick else 3]}
+    own = {f"QSMPM, {n} cells, 36 points a cell": bench.job(column_deck(n))
+           for n in (OWN_COLUMNS[:1] if bench.quick else OWN_COLUMNS)}
     samples = interleave({**theirs, **own}, bench.repeat, bench.tell)
     table = Table("column", ["program", "points", "iterations", "CPU s", "stress error", "with volumes of the end"],
                   title="Self-weight column: 50 m, E = 10 kPa, nu = 0, 0.8 kN/m3, 40 steps",
-                  note="QSMPM: `verification/cases/decks/column_grid.inp` with BASIS=SPLINE2G, INTEGRATION=CELL. Error: "
-                       "mean of |s - s(X)| over rho g l0, weighted with the volumes at the start, or with those at the "
-                       "end over the sum at the start. Kratos is neo-Hookean, QSMPM Hencky; the exact stress is the same.")
+                  note="QSMPM: `verification/cases/decks/column_grid.inp` with BASIS=SPLINE2G, INTEGRATION=CELL. "
+                       "Error: mean of |s - s(X)| over rho g l0, weighted with the volumes at the start, or "
+                       "with those at the end over the sum at the start. Kratos is neo-Hookean, QSMPM Hencky; the "
+                       "exact stress is the same.")
     errors: dict[str, float] = {}
     for name, runs in samples.items():
         figures = runs[0].figures
@@ -95,7 +97,8 @@ def column(bench: Bench, result: Result) -> None:
 
         four, many = ([n for n in theirs if n.endswith(f" {p} points a cell")] for p in (4, 25))
         charts.log_lines(bench.figures / "bench_column.svg",
-                         [("Kratos, 4 points a cell", *line(four), "s-"), ("Kratos, 25 points a cell", *line(many), "^-"),
+                         [("Kratos, 4 points a cell", *line(four), "s-"),
+                          ("Kratos, 25 points a cell", *line(many), "^-"),
                           ("QSMPM, SPLINE2G with CELL", *line(list(own)), "o-")],
                          "CPU seconds of the process", "stress error", "Self-weight column, 40 steps")
 
@@ -151,7 +154,7 @@ def slope(bench: Bench, result: Result) -> None:
     samples = interleave(jobs, bench.repeat, bench.tell)
     table = Table("slope", ["program", "points", "iterations", "CPU s", "gamma reached", "unconverged steps accepted",
                             *[f"crest settlement m at {gamma:g}" for gamma in GAMMAS]],
-                  title="Slope: 45 degrees, 1 m, E = 50 kPa, c = 1 kPa, phi = 25, psi = 0, h = 0.125 m, gamma to 100 kN/m3",
+                  title="Slope: 45 degrees, 1 m, E = 50 kPa, c = 1 kPa, phi = 25, psi = 0, h = 0.125 m, gamma to 100",
                   note="QSMPM: `input/slope_grid.inp` with 40 by 8 cells, E = 50 and FACTOR=0.01, without hold tests.")
     for name, runs in samples.items():
         figures = runs[0].figures

@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 from qsmpm_bench import charts
+from qsmpm_bench.blocks import factor_rate
 from qsmpm_bench.context import Bench
 from qsmpm_bench.decks import INPUT, NO_HOLD, first_steps, scene
 from qsmpm_bench.machine import blas_of, dgemm_rate
@@ -63,8 +64,7 @@ def share(run: Sample, part: str) -> float:
 
 def factor_table(bench: Bench, runs: list[Sample]) -> Table:
     """Rate of the factorisation of the slice against dgemm, both with one thread, one after the other."""
-    rates = Spread.of(run.figures["factor_operations"] / run.figures["parts"]["factorisation"]["cpu_seconds"] * 1e-9
-                      for run in runs)
+    rates = Spread.of(factor_rate(run) for run in runs)
     product = Spread.of(dgemm_rate(blas_of(bench.program)) for _ in range(3))
     figures = runs[0].figures
     table = Table("factor", ["equations", "entries of the factor", "operations of one", "factorisation GF/s",
@@ -121,10 +121,10 @@ def same_bytes(one: Path, other: Path) -> bool:
 def scene_study(bench: Bench) -> Result:
     """The model the program chooses against the plane twin and the 3D slice of the same slope."""
     auto = INPUT / "slope_auto.inp"
-    decks = [Deck("plane twin", INPUT / "slope_e200_plane.inp", (NO_HOLD,)),
-             Deck("3D slice", INPUT / ("slope_e200_coarse.inp" if bench.quick else "slope_e200_medium.inp"), (NO_HOLD,))]
+    plane, solid = "slope_e200_plane.inp", "slope_e200_coarse.inp" if bench.quick else "slope_e200_medium.inp"
+    decks = [scene("plane twin", NO_HOLD, file=plane), scene("3D slice", NO_HOLD, file=solid)]
     if bench.quick:
-        decks = [first_steps("plane twin", "slope_e200_plane.inp", 2), first_steps("3D slice", "slope_e200_coarse.inp", 2)]
+        decks = [first_steps("plane twin", plane, 2), first_steps("3D slice", solid, 2)]
     remarks = []
     if auto.exists():
         decks.insert(0, Deck("chosen (TYPE=AUTO)", auto))
