@@ -86,6 +86,8 @@ module qsmpm_analysis
     real(wp) :: perturbation = 0.0_wp
     !> Grid: seed of the shifts and of random diagonals.
     integer :: seed = 1
+    !> Grid: look only at the part around the material.
+    logical :: windowed = .true.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).
@@ -230,6 +232,9 @@ module qsmpm_analysis
     !> Iterations below which a cut step grows again, above which the next one shrinks.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
+    !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
+    !> steps as they are cut.
+    real(wp) :: step_error = 0.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
     !> Share of the load that stabilisation may carry; a step is held until it is below.

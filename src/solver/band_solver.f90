@@ -129,16 +129,17 @@ contains
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
 
-    integer :: i, j, k, diagonal
+    integer :: i, j, k
 
-    diagonal = 2*self%half + 1
-    if (self%symmetric) diagonal = 1
     self%band = 0.0_wp
     do i = 1, matrix%n
       do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
         j = matrix%column(k)
-        if (self%symmetric .and. j > i) exit
-        self%band(diagonal + i - j, j) = matrix%values(k)
+        if (.not. self%symmetric) then
+          self%band(2*self%half + 1 + i - j, j) = matrix%values(k)
+        else if (j >= i) then
+          self%band(1 + j - i, i) = matrix%values(k)
+        end if
       end do
     end do
   end subroutine fill_band

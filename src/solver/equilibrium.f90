@@ -18,7 +18,8 @@ module qsmpm_equilibrium
   use qsmpm_assembly, only: evaluate
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
 
@@ -63,8 +64,14 @@ module qsmpm_equilibrium
     !> Forces of stabilisation and drag as shares of it.
     real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
     real(wp) :: largest_move = 0.0_wp
-    !> Node with the largest residual.
+    !> Share of the step's displacements and stresses that is due to its length, and whether that is why
+    !> it was not taken; set by whoever looks at it.
+    real(wp) :: step_error = 0.0_wp
+    logical :: too_long = .false.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
 contains
@@ -210,8 +217,8 @@ contains
       call turn_to(step%profile%watch, part_assembly)
       call build_matrix(step, goal%drag, model%mesh%dimension)
       call turn_to(step%profile%watch, part_factorisation)
-      call factorise(step, model%mesh%dimension, error)
-      call count_factorisation(step%profile, step%solver, size(step%matrix%values))
+      call factorise_system(step%system, step%matrix, error)
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     end if
     call turn_to(step%profile%watch, part_solves)
     rhs = residual
@@ -220,7 +227,7 @@ contains
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call step%solver%solve(rhs, x, error)
+    if (.not. allocated(error)) call solve_system(step%system, rhs, x, error)
     call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       solution%cause = error_singular

@@ -17,6 +17,7 @@ program run_unit_tests
   use test_zero_modes, only: collect_zero_modes
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_logarithmic_law, only: collect_logarithmic_law
+  use test_halved_law, only: collect_halved_law
   use test_jaumann_law, only: collect_jaumann_law
   use test_linear_solver, only: collect_linear_solver
   use test_node_ordering, only: collect_node_ordering
@@ -79,6 +80,7 @@ program run_unit_tests
   call register('zero_modes', collect_zero_modes)
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('logarithmic_law', collect_logarithmic_law)
+  call register('halved_law', collect_halved_law)
   call register('jaumann_law', collect_jaumann_law)
   call register('linear_solver', collect_linear_solver)
   call register('node_ordering', collect_node_ordering)
