@@ -14,8 +14,8 @@ from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, memory_mi
 from qsmpm_bench.tables import Result, Table
 from qsmpm_verify.results import read_curves
 
-PARTS = ["input", "initialisation", "analysis", "evaluation", "assembly", "factorisation", "solves", "convection",
-         "output", "control"]
+PARTS = ["input", "initialisation", "analysis", "evaluation", "assembly", "factorisation", "solves", "step error",
+         "convection", "output", "control"]
 SLICE = "3D slice, wedge 15"
 
 
@@ -37,7 +37,8 @@ def parts(bench: Bench) -> Result:
                              *[f"{part} %" for part in PARTS]],
                   title="Share of the CPU seconds a part",
                   note="Medians. The parts are those of `qsmpm run --profile`: analysis is the numbering of the "
-                       "equations, their order and the symbolic factorisation; control is the rest of a step.")
+                       "equations, their order and the symbolic factorisation; step error measures the length of a "
+                       "step where the deck asks for it; control is the rest of a step.")
     if bench.against:
         table.columns.append("CPU s of the other / CPU s")
     bars: dict[str, list[float]] = {part: [] for part in PARTS}
