@@ -137,16 +137,20 @@ def empty(bench: Bench) -> Result:
     table = Table("empty", ["scene", "active cells", "CPU s", "CPU s, domain 10 times larger", "ratio", "MiB",
                             "MiB, domain 10 times larger", "MiB ratio"],
                   title="The same scene in a domain ten times larger")
-    result = Result("empty", [table])
+    result, bars = Result("empty", [table]), {}
     for name, (small, large) in pairs.items():
         one, other = samples[small.name], samples[large.name]
         ratios = [b.cpu / a.cpu for a, b in zip(one, other)]
         growth = memory_mib(other) / memory_mib(one)
         table.add(name, one[0].figures["active_cells"], cpu(one), cpu(other), Spread.of(ratios), memory_mib(one),
                   memory_mib(other), growth)
+        bars[f"{name}, time"], bars[f"{name}, memory"] = Spread.of(ratios).median, growth
         worst = max(Spread.of(ratios).median, growth)
         result.remarks.append(f"{name}: target at most 1.05 for time and memory, the larger is {worst:.2f}: "
                               f"{'met' if worst <= 1.05 else 'missed'}.")
+    if bench.figures:
+        charts.bars(bench.figures / "bench_empty.svg", list(bars), list(bars.values()),
+                    "domain ten times larger / domain as it is", (1.05, "target: at most 1.05"))
     return result
 
 

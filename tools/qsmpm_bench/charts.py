@@ -43,7 +43,7 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
     """One horizontal bar a name, cut into parts."""
     figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5))
     left = [0.0] * len(names)
-    colours = plt.get_cmap("tab10").colors
+    colours = [*plt.get_cmap("tab10").colors, "black"]
     for number, (part, values) in enumerate(parts.items()):
         axes.barh(names, values, left=left, label=part, color=colours[number % len(colours)])
         left = [start + value for start, value in zip(left, values)]
@@ -54,17 +54,16 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
     return save(figure, path)
 
 
-def bars(path: Path, names: list[str], values: list[float], x: str, limit: tuple[float, str] | None = None,
-         log: bool = False) -> Path:
+def bars(path: Path, names: list[str], values: list[float], x: str, limit: tuple[float, str] | None = None) -> Path:
     """One horizontal bar a name with its figure, and the line of a target."""
     figure, axes = plt.subplots(figsize=(6.4, 0.32 * len(names) + 1.2))
-    drawn: Any = axes.barh(names, values, color="tab:blue", log=log)
+    drawn: Any = axes.barh(names, values, color="tab:blue")
     axes.bar_label(drawn, labels=[f" {significant(value)}" for value in values], fontsize=8)
     if limit is not None:
         axes.axvline(limit[0], color="tab:red", linewidth=1.0, label=limit[1])
         axes.legend(fontsize=8)
     axes.invert_yaxis()
-    axes.margins(x=0.15)
+    axes.margins(x=0.15, y=0.5 / len(names))
     axes.set_xlabel(x)
     axes.grid(axis="y", visible=False)
     return save(figure, path)

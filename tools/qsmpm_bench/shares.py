@@ -68,6 +68,9 @@ def factor_table(bench: Bench, runs: list[Sample]) -> Table:
     rates = Spread.of(factor_rate(run) for run in runs)
     product = Spread.of(dgemm_rate(blas_of(bench.program)) for _ in range(3))
     figures = runs[0].figures
+    if bench.figures:
+        charts.bars(bench.figures / "bench_factor.svg", [f"factorisation, {SLICE}", "dgemm"],
+                    [rates.median, product.median], "GF/s, one thread", (0.5 * product.median, "target: half of dgemm"))
     table = Table("factor", ["equations", "entries of the factor", "operations of one", "factorisation GF/s",
                              "dgemm GF/s", "ratio", "target"],
                   title=f"{SLICE}: rate of the factorisation against the machine's matrix product")
@@ -143,6 +146,9 @@ def scene_study(bench: Bench) -> Result:
         table.add(deck.name, runs[0].figures["points"], runs[0].figures["equations"], runs[0].figures["steps"],
                   cpu(runs), cpu(runs).median / chosen, memory_mib(runs), float(curves.column("load_factor")[-1]),
                   None if settlement is None else float(settlement[-1]))
+    if bench.figures:
+        charts.bars(bench.figures / "bench_scene.svg", [deck.name for deck in decks],
+                    [cpu(samples[deck.name]).median for deck in decks], "CPU seconds to the end of the load")
     return Result("scene", [table], remarks)
 
 
