@@ -19,46 +19,55 @@ contains
     integer, intent(in) :: tangent
     integer :: p
 
+    if (all(batch%status(:batch%count) == status_ok)) then
+      if (results_finite(batch, 1, batch%count, tangent)) return
+    end if
     do p = 1, batch%count
       if (batch%status(p) == status_ok) then
-        if (.not. results_finite(batch, p)) batch%status(p) = status_failed
-        if (tangent /= tangent_none) then
-          if (.not. is_finite(size(batch%tangent, 1)**2, batch%tangent(:, :, p))) batch%status(p) = status_failed
-        end if
+        if (.not. results_finite(batch, p, p, tangent)) batch%status(p) = status_failed
       end if
       if (batch%status(p) /= status_ok) call undo(batch, p, tangent)
     end do
   end subroutine finish_points
 
-  !> Whether stress, state and piola of a point are finite.
-  pure logical function results_finite(batch, p)
+  !> Whether stress, state, piola and, if wanted, tangent of a range of points are finite.
+  pure logical function results_finite(batch, from, to, tangent)
     !> The batch.
     type(batch_type), intent(in) :: batch
-    !> Number of the point.
-    integer, intent(in) :: p
+    !> The first point.
+    integer, intent(in) :: from
+    !> The last point.
+    integer, intent(in) :: to
+    !> Which tangent was asked for.
+    integer, intent(in) :: tangent
+    integer :: n
 
-    results_finite = is_finite(size(batch%stress, 1), batch%stress(:, p)) &
-      .and. is_finite(size(batch%state, 1), batch%state(:, p)) .and. is_finite(size(batch%piola, 1), batch%piola(:, p))
+    n = to - from + 1
+    results_finite = is_finite(n*size(batch%stress, 1), batch%stress(:, from:to)) &
+      .and. is_finite(n*size(batch%state, 1), batch%state(:, from:to)) &
+      .and. is_finite(n*size(batch%piola, 1), batch%piola(:, from:to))
+    if (results_finite .and. tangent /= tangent_none) results_finite = &
+      is_finite(n*size(batch%tangent, 1)**2, batch%tangent(:, :, from:to))
   end function results_finite
 
-  !> Whether numbers are finite: zero times each is zero then. Four sums side by side because one would wait
+  !> Whether numbers are finite: zero times each is zero then. Eight sums side by side because one would wait
   !> for itself.
   pure logical function is_finite(n, x)
     !> How many.
     integer, intent(in) :: n
     !> The numbers.
     real(wp), intent(in) :: x(n)
-    real(wp) :: zero(4)
+    real(wp) :: zero(8)
     integer :: i
 
     zero = 0.0_wp
-    do i = 1, n - 3, 4
-      zero = zero + 0.0_wp*x(i:i + 3)
+    do i = 1, n - 7, 8
+      zero = zero + 0.0_wp*x(i:i + 7)
     end do
-    do i = n - modulo(n, 4) + 1, n
+    do i = n - modulo(n, 8) + 1, n
       zero(1) = zero(1) + 0.0_wp*x(i)
     end do
-    is_finite = ieee_is_finite(zero(1) + zero(2) + zero(3) + zero(4))
+    is_finite = ieee_is_finite(sum(zero))
   end function is_finite
 
   !> Put the start values of a point back.
