@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Run the tests of the Python package and close with `N passed, N failed`.
+"""Run the tests of the Python packages and close with `N passed, N failed`.
 
 Every line of the package of references must have run: that counts as one more test.
 """
@@ -14,7 +14,8 @@ TOOLS = pathlib.Path(__file__).resolve().parents[1] / "tools"
 sys.path.insert(0, str(TOOLS))
 coverage = LineCoverage(TOOLS / "qsmpm_verify" / "reference")
 coverage.start()
-suite = unittest.defaultTestLoader.discover(str(TOOLS / "qsmpm_verify" / "tests"), top_level_dir=str(TOOLS))
+suite = unittest.TestSuite(unittest.TestLoader().discover(str(TOOLS / package / "tests"), top_level_dir=str(TOOLS))
+                           for package in ("qsmpm_verify", "qsmpm_bench"))
 result = unittest.TextTestRunner(stream=sys.stderr, verbosity=1).run(suite)
 coverage.stop()
 print("references:", coverage.report())

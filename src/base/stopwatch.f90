@@ -15,14 +15,14 @@ module qsmpm_stopwatch
 
   !> Parts of a run.
   integer, parameter, public :: part_input = 1, part_initialisation = 2, part_analysis = 3, part_evaluation = 4, &
-    part_assembly = 5, part_factorisation = 6, part_solves = 7, part_convection = 8, part_output = 9, &
-    part_control = 10, part_count = 10
+    part_assembly = 5, part_factorisation = 6, part_solves = 7, part_step_error = 8, &
+    part_convection = 9, part_output = 10, part_control = 11, part_count = 11
 
   integer, parameter :: name_length = 14
   !> Their names, for tables and files.
   character(len=name_length), parameter, public :: part_names(part_count) = [character(len=name_length) :: &
-    'input', 'initialisation', 'analysis', 'evaluation', 'assembly', 'factorisation', 'solves', 'convection', &
-    'output', 'control']
+    'input', 'initialisation', 'analysis', 'evaluation', 'assembly', 'factorisation', 'solves', 'step error', &
+    'convection', 'output', 'control']
 
   !> The accounts.
   type :: stopwatch_type

@@ -8,7 +8,7 @@
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_stopwatch, only: turn_to, part_control, part_convection
+  use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type
   use qsmpm_model, only: model_type
   use qsmpm_kept_state, only: kept_places_type, keep, restore
@@ -110,7 +110,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_error_type) :: errors
 
+    call turn_to(step%profile%watch, part_step_error)
     call measure_step_error(model, step, solution%displacement, errors, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) return
     solution%step_error = max(errors%path, errors%position)
     solution%too_long = solution%step_error > controls%step_error .and. &
