@@ -17,8 +17,11 @@ module qsmpm_run
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_phases, only: run_phases, error_stopped
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, signal_number
+  use qsmpm_reduction, only: expansion_type, verdict_type
   use qsmpm_restart, only: read_restart, text_fingerprint
+  use qsmpm_scene, only: reduce_scene
   use qsmpm_version, only: version, compiler, build_type
+  use qsmpm_whole_scene, only: begin_whole
   implicit none
   private
 
@@ -50,10 +53,13 @@ contains
     text = 'qsmpm '//version//' ('//compiler//', '//build_type//')'
   end function program_name
 
-  !> Read a deck and build its model.
-  subroutine load_deck(path, model, warnings, error)
+  !> Read a deck and build its model: the smallest one where the deck leaves it open.
+  subroutine load_deck(path, scene, expansion, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
+    !> The scene as the deck says it, with all defaults, and the way back to it from the model.
+    type(analysis_type), intent(out) :: scene
+    type(expansion_type), intent(out) :: expansion
     !> The model.
     type(model_type), intent(out) :: model
     !> What the reader has to say, one sentence a line; empty when nothing.
@@ -62,11 +68,16 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
+    type(verdict_type), allocatable :: verdicts(:)
 
-    call read_deck(path, analysis, messages, error)
+    call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
+    call reduce_scene(scene, analysis, expansion, verdicts)
     call build_model(analysis, model, error)
+    if (allocated(error)) return
+    scene%method = model%analysis%method
+    scene%materials = model%analysis%materials
   end subroutine load_deck
 
   !> Read, mesh and seed a deck and tell its totals.
@@ -80,11 +91,13 @@ contains
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
     type(model_type) :: model
+    type(analysis_type) :: scene
+    type(expansion_type) :: expansion
     type(error_type), allocatable :: error
 
     exit_code = 0
     summary = ''
-    call load_deck(path, model, report, error)
+    call load_deck(path, scene, expansion, model, report, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)
     else
@@ -101,6 +114,8 @@ contains
     !> 0 when the run finished; else the code of the error, or 128 plus the number of the signal.
     integer, intent(out) :: exit_code
     type(model_type) :: model
+    type(analysis_type) :: scene
+    type(expansion_type) :: expansion
     type(recorder_options_type) :: options
     type(error_type), allocatable :: error
     character(len=:), allocatable :: echo
@@ -109,9 +124,10 @@ contains
     call start_clock(options%clock)
     call omp_set_num_threads(max(1, request%threads))
     call set_blas_threads(1)
-    call load_deck(request%deck, model, report, error)
+    call load_deck(request%deck, scene, expansion, model, report, error)
+    if (.not. allocated(error)) call begin_whole(options%whole, scene, expansion, model, error)
     if (.not. allocated(error)) then
-      call echo_text(model%analysis, echo)
+      call echo_text(scene, echo)
       options%display = request%display
       options%banner = program_name()
       options%fingerprint = text_fingerprint(echo)
