@@ -144,7 +144,7 @@ contains
     !> The model.
     type(model_type), intent(in) :: model
     type(image_list_type) :: images
-    integer :: i, d, components
+    integer :: i, d, n, components
 
     call make_images(whole%expansion, model%state%points, model%mesh%dimension, images)
     d = whole%model%mesh%dimension
@@ -162,11 +162,12 @@ contains
       points%body = images%body
       points%cell = images%cell
     end associate
+    n = model%mesh%dimension
     do i = 1, size(whole%node)
-      whole%model%state%coordinates(:, i) = whole%model%mesh%coordinates(:, i)
-      whole%model%state%coordinates(:model%mesh%dimension, i) = whole%model%state%coordinates(:model%mesh%dimension, i) &
-        + whole%sign(:model%mesh%dimension, i)*(model%state%coordinates(:, whole%node(i)) &
-        - whole%start(:, whole%node(i)))
+      associate (place => whole%model%state%coordinates(:, i), own => whole%node(i))
+        place = whole%model%mesh%coordinates(:, i)
+        place(:n) = place(:n) + whole%sign(:n, i)*(model%state%coordinates(:, own) - whole%start(:, own))
+      end associate
     end do
     call show_loads(whole, model, images)
   end subroutine show_state

@@ -9,7 +9,8 @@ module qsmpm_mirror
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, surface_type, traction_type, body_all, body_box, body_polygon, &
     select_box, select_segment, select_outline, select_list, mesh_grid, three_dimensional, basis_standard, &
-    basis_fem, stabilise_ghost, diagonal_alternate, quantity_reaction
+    basis_fem, integrate_cells, stabilise_ghost, diagonal_alternate, quantity_reaction
+  use qsmpm_element, only: element_from_name, element_order
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
@@ -76,7 +77,8 @@ contains
     associate (mesh => analysis%mesh, lines => analysis%mesh%axes(axis)%lines)
       n = size(lines)
       if (any(abs(lines + lines(n:1:-1) - 2.0_wp*c) > scene_tolerance(analysis))) &
-        call refuse(reason, 'the lines of *GRID'//place_text(mesh%where)//' along '//letters(axis)//' are not symmetric')
+        call refuse(reason, 'the lines of *GRID'//place_text(mesh%where)//' along '//letters(axis)// &
+        ' are not symmetric')
       if (mod(n, 2) == 0) call refuse(reason, 'no line of *GRID'//place_text(mesh%where)// &
         ' lies in the plane: the number of cells along '//letters(axis)//' is odd')
       if (mesh%perturbation > 0.0_wp) call refuse(reason, 'the nodes of *GRID'//place_text(mesh%where)//' are shifted')
@@ -108,6 +110,9 @@ contains
       'splines and GIMP are smooth across the plane, those of the half are not'
     if (analysis%method%stabilisation == stabilise_ghost .and. len(reason) == 0) reason = &
       'the ghost penalty acts across the plane, that of the half does not'
+    if (analysis%method%basis == basis_standard .and. analysis%method%integration == integrate_cells .and. &
+      element_order(element_from_name(analysis%mesh%element)) > 1 .and. len(reason) == 0) reason = &
+      'gradients of quadratic elements are recovered across the plane, those of the half are not'
   end function mirror_reservation
 
   !> A box on the other side.

@@ -6,7 +6,7 @@
 module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_auto, mirror_yes, mirror_no
   use qsmpm_reduction, only: reduction_type, expansion_type, verdict_type, reduce_prismatic, reduce_column, &
-    reduce_mirror, reduction_name, append_step, refuse
+    reduce_mirror, append_step, refuse
   use qsmpm_prismatic, only: prove_prismatic, make_plane
   use qsmpm_column, only: prove_column, make_column
   use qsmpm_mirror, only: prove_mirror, mirror_reservation
@@ -129,19 +129,18 @@ contains
     end select
   end subroutine apply
 
-  !> A verdict as a line of the plan.
+  !> A verdict as a sentence.
   pure function verdict_text(verdict) result(text)
     !> What was found.
     type(verdict_type), intent(in) :: verdict
     character(len=:), allocatable :: text
 
-    text = reduction_name(verdict%kind, verdict%axis)
     if (verdict%used) then
-      text = text//': used'
+      text = 'used'
     else if (verdict%possible) then
-      text = text//': possible, not used: '//verdict%reason
+      text = 'possible, not used: '//verdict%reason
     else
-      text = text//': not possible: '//verdict%reason
+      text = 'not possible: '//verdict%reason
     end if
   end function verdict_text
 end module qsmpm_scene
