@@ -7,7 +7,8 @@ module qsmpm_images
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axis_type
   use qsmpm_points, only: points_type
-  use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_column, reduce_mirror
+  use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_revolved, reduce_column, &
+    reduce_mirror
   implicit none
   private
 
@@ -49,6 +50,8 @@ contains
       select case (expansion%steps(s)%kind)
       case (reduce_prismatic)
         call undo_prismatic(expansion%steps(s), before, images)
+      case (reduce_revolved)
+        call undo_revolved(expansion%steps(s), before, images)
       case (reduce_column)
         call undo_column(expansion%steps(s), before, images)
       case (reduce_mirror)
@@ -196,6 +199,73 @@ contains
     end associate
   end subroutine undo_prismatic
 
+  !> Points around the axis, about as far from each other as they stand for in the half section.
+  pure subroutine undo_revolved(step, flat, images)
+    !> The step.
+    type(reduction_type), intent(in) :: step
+    !> Points of the half section, their volumes per radian.
+    type(image_list_type), intent(in) :: flat
+    !> Points of the scene.
+    type(image_list_type), intent(out) :: images
+    integer :: i, k, n, copies(flat%count), counts(3), place(4)
+    real(wp) :: sector, angle
+
+    sector = step%sector(2) - step%sector(1)
+    counts = brick_counts(step%lines)
+    do i = 1, flat%count
+      associate (r => flat%initial_position(1, i))
+        copies(i) = max(1, nint(sector*r/sqrt(flat%initial_volume(i)/r)))
+      end associate
+    end do
+    call allocate_images(images, sum(copies))
+    n = 0
+    do i = 1, flat%count
+      do k = 1, copies(i)
+        n = n + 1
+        angle = step%sector(1) + sector*(k - 0.5_wp)/copies(i)
+        call copy_image(flat, i, sector/copies(i), images, n)
+        call turn(step%centre, angle, images%position(:, n))
+        call turn(step%centre, angle, images%initial_position(:, n))
+        images%stress(:, n) = turned_stress(flat%stress(:, i), cos(angle), sin(angle))
+        place = [0, interval(step%lines(1)%lines, images%position(1, n)), &
+          interval(step%lines(2)%lines, images%position(2, n)), interval(step%lines(3)%lines, images%position(3, n))]
+        images%cell(n) = cell_number(place, 1, counts)
+      end do
+    end do
+  end subroutine undo_revolved
+
+  !> Turn a place in the half section about the axis.
+  pure subroutine turn(centre, angle, place)
+    !> x and z of the axis, and the angle from x to z.
+    real(wp), intent(in) :: centre(2), angle
+    !> Radius and height in, place out (3).
+    real(wp), intent(inout) :: place(3)
+
+    place = [centre(1) + place(1)*cos(angle), place(2), centre(2) + place(1)*sin(angle)]
+  end subroutine turn
+
+  !> Stresses along x, y and z by those along radius, height and ring.
+  pure function turned_stress(stress, c, s) result(turned)
+    !> Radius, height, ring and the shear of the first two: 11, 22, 33, 12.
+    real(wp), intent(in) :: stress(6)
+    !> Cosine and sine of the angle from x to z.
+    real(wp), intent(in) :: c, s
+    real(wp) :: turned(6)
+
+    turned = [c*c*stress(1) + s*s*stress(3), stress(2), s*s*stress(1) + c*c*stress(3), c*stress(4), &
+      c*s*(stress(1) - stress(3)), s*stress(4)]
+  end function turned_stress
+
+  !> Interval of lines that holds a place, from 0.
+  pure integer function interval(lines, x)
+    !> Rising lines.
+    real(wp), intent(in) :: lines(:)
+    !> The place.
+    real(wp), intent(in) :: x
+
+    interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
+  end function interval
+
   !> Columns beside each other. Nothing moves along x, so the column's places are those of all.
   pure subroutine undo_column(step, column, images)
     !> The step.
@@ -277,6 +347,9 @@ contains
         case (reduce_prismatic)
           place(3) = 0.0_wp
           sign(3) = 0.0_wp
+        case (reduce_revolved)
+          place = [norm2(place([1, 3]) - step%centre), place(2), 0.0_wp]
+          sign([1, 3]) = 0.0_wp
         case (reduce_column)
           associate (lines => step%lines(1)%lines)
             i = max(1, min(size(lines) - 1, count(lines <= place(1))))

@@ -5,9 +5,10 @@
 !> mirror is used unasked only where `mirror_reservation` has nothing against it.
 module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_auto, mirror_yes, mirror_no
-  use qsmpm_reduction, only: reduction_type, expansion_type, verdict_type, reduce_prismatic, reduce_column, &
-    reduce_mirror, append_step, refuse
+  use qsmpm_reduction, only: reduction_type, expansion_type, verdict_type, reduce_prismatic, reduce_revolved, &
+    reduce_column, reduce_mirror, append_step, refuse
   use qsmpm_prismatic, only: prove_prismatic, make_plane
+  use qsmpm_revolved, only: figure_type, prove_revolved, make_revolved
   use qsmpm_column, only: prove_column, make_column
   use qsmpm_mirror, only: prove_mirror, mirror_reservation
   use qsmpm_mirror_half, only: make_half
@@ -17,13 +18,13 @@ module qsmpm_scene
   public :: reduce_scene, verdict_text
 
   !> What is tried, in this order: kind and axis.
-  integer, parameter :: tries(2, 4) = reshape([reduce_prismatic, 3, reduce_column, 1, reduce_mirror, 1, &
-    reduce_mirror, 3], [2, 4])
+  integer, parameter :: tries(2, 5) = reshape([reduce_prismatic, 3, reduce_revolved, 0, reduce_column, 1, &
+    reduce_mirror, 1, reduce_mirror, 3], [2, 5])
 
 contains
 
   !> Find the smallest model.
-  pure subroutine reduce_scene(scene, model, expansion, verdicts)
+  subroutine reduce_scene(scene, model, expansion, verdicts)
     !> The scene as the deck says it.
     type(analysis_type), intent(in) :: scene
     !> What is to be modelled: the scene itself when nothing is used.
@@ -34,6 +35,7 @@ contains
     type(verdict_type), allocatable, intent(out) :: verdicts(:)
     type(analysis_type) :: smaller
     type(reduction_type) :: step
+    type(figure_type) :: figure
     integer :: i
 
     model = scene
@@ -42,12 +44,12 @@ contains
     do i = 1, size(verdicts)
       verdicts(i)%kind = tries(1, i)
       verdicts(i)%axis = tries(2, i)
-      call judge(smaller, verdicts(i))
+      call judge(smaller, verdicts(i), figure)
       if (.not. verdicts(i)%possible) cycle
       call take_if_wanted(scene, smaller, verdicts(i))
       ! Where the deck wants no reduction the verdicts go on as if it did.
       if (.not. (verdicts(i)%used .or. .not. scene%reduce)) cycle
-      call apply(verdicts(i), smaller, step)
+      call apply(verdicts(i), figure, smaller, step)
       if (.not. verdicts(i)%used) cycle
       call append_step(expansion, step)
       model = smaller
@@ -55,11 +57,13 @@ contains
   end subroutine reduce_scene
 
   !> Prove one reduction, or find why it is not possible.
-  pure subroutine judge(analysis, verdict)
+  subroutine judge(analysis, verdict, figure)
     !> The scene so far.
     type(analysis_type), intent(in) :: analysis
     !> Kind and axis in, proof out.
     type(verdict_type), intent(inout) :: verdict
+    !> Section of a figure of revolution.
+    type(figure_type), intent(inout) :: figure
 
     if (analysis%model == axisymmetric) then
       call refuse(verdict%reason, 'the scene is axisymmetric already')
@@ -68,6 +72,8 @@ contains
     select case (verdict%kind)
     case (reduce_prismatic)
       call prove_prismatic(analysis, verdict%reason)
+    case (reduce_revolved)
+      call prove_revolved(analysis, figure, verdict%reason)
     case (reduce_column)
       call prove_column(analysis, verdict%reason)
     case default
@@ -111,9 +117,11 @@ contains
   end function trim_reservation
 
   !> Make the smaller scene.
-  pure subroutine apply(verdict, analysis, step)
+  pure subroutine apply(verdict, figure, analysis, step)
     !> Kind and axis.
     type(verdict_type), intent(in) :: verdict
+    !> Section of a figure of revolution.
+    type(figure_type), intent(in) :: figure
     !> The scene so far; the smaller one.
     type(analysis_type), intent(inout) :: analysis
     !> The way back.
@@ -122,6 +130,8 @@ contains
     select case (verdict%kind)
     case (reduce_prismatic)
       call make_plane(analysis, step)
+    case (reduce_revolved)
+      call make_revolved(analysis, figure, step)
     case (reduce_column)
       call make_column(analysis, step)
     case default
