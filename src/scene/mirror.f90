@@ -511,7 +511,9 @@ contains
         do i = 1, size(now%prescriptions)
           associate (prescription => now%prescriptions(i))
             if (prescription%component /= component) cycle
-            if (is_one_sided(prescription%set) .or. p == phase) text = "*PRESCRIBE of '"//prescription%set//"'"// &
+            ! A motion along the normal of a set that holds both nodes is none of mirror images.
+            if (is_one_sided(prescription%set) .or. (node(component) /= image(component) .and. p == phase) .or. &
+              (all(node == image) .and. p == phase)) text = "*PRESCRIBE of '"//prescription%set//"'"// &
               place_text(prescription%where)//' has no mirror image'
           end associate
         end do
