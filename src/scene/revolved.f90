@@ -35,6 +35,8 @@ module qsmpm_revolved
     !> x and z of the axis, largest radius of the grid, and the first and last angle of the sector.
     real(wp) :: centre(2) = 0.0_wp
     real(wp) :: radius = 0.0_wp
+    !> Largest radius of each body's corners (bodies).
+    real(wp), allocatable :: widest(:)
     real(wp) :: sector(2) = 0.0_wp
     !> The grid begins at the axis along x, and along z.
     logical :: cut(2) = .false.
@@ -89,6 +91,7 @@ contains
     integer :: b
 
     figure%bodies = analysis%bodies
+    allocate (figure%widest(size(analysis%bodies)))
     do b = 1, size(analysis%bodies)
       associate (body => figure%bodies(b))
         call read_stl(body%file, facets, error)
@@ -97,9 +100,12 @@ contains
           return
         end if
         if (b == 1) figure%centre = on_lines(analysis, find_axis(facets), maxval(abs(facets)))
+        figure%widest(b) = sqrt(maxval((facets(1, :, :) - figure%centre(1))**2 &
+          + (facets(3, :, :) - figure%centre(2))**2))
         call find_profile(facets, figure%centre, profile, problem)
         if (len(problem) > 0) then
-          call refuse(reason, "*BODY '"//body%name//"'"//place_text(body%where)//' is no figure of revolution: '//problem)
+          call refuse(reason, "*BODY '"//body%name//"'"//place_text(body%where)//&
+            ' is no figure of revolution: '//problem)
           return
         end if
         body%kind = body_polygon
@@ -155,7 +161,7 @@ contains
       end associate
     end do
     do b = 1, size(figure%bodies)
-      if (maxval(figure%bodies(b)%polygon(1, :)) >= figure%radius - tolerance) call refuse(reason, "*BODY '"// &
+      if (figure%widest(b) >= (1.0_wp - single_share)*figure%radius) call refuse(reason, "*BODY '"// &
         figure%bodies(b)%name//"'"//place_text(figure%bodies(b)%where)//' reaches the sides of the grid')
     end do
     figure%sector = [-pi, pi]
@@ -316,15 +322,12 @@ contains
     !> The box must be flat along the axis.
     logical, intent(in) :: level
     real(wp) :: widest
-    integer :: i, b
+    integer :: i
 
     associate (surface => analysis%surfaces(surface_number(analysis, name)))
       round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
       if (.not. round .or. .not. surface%boxed) return
-      widest = 0.0_wp
-      do b = 1, size(figure%bodies)
-        widest = max(widest, maxval(figure%bodies(b)%polygon(1, :)))
-      end do
+      widest = maxval(figure%widest)
       do i = 1, 2
         round = round .and. surface%box(2*i - 1, 2) >= figure%centre(i) + widest .and. &
           surface%box(2*i - 1, 1) <= figure%centre(i) - merge(0.0_wp, widest, figure%cut(i))

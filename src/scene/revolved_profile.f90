@@ -240,7 +240,8 @@ contains
     before = 0
     next = 0
     r = first
-    if (rings%beside(2, r) == 0 .and. rings%place(1, r) > noise) call append_corner([0.0_wp, rings%place(2, r)], path, n)
+    if (rings%beside(2, r) == 0 .and. rings%place(1, r) > noise) &
+      call append_corner([0.0_wp, rings%place(2, r)], path, n)
     do steps = 1, rings%count
       call append_corner(rings%place(:, r), path, n)
       next = rings%beside(1, r)
