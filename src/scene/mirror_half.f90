@@ -10,7 +10,8 @@ module qsmpm_mirror_half
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
-  use qsmpm_mirror, only: mirror_plane, body_partner, mirrored_box, set_side, side_both, side_other
+  use qsmpm_mirror, only: set_side, side_both, side_other
+  use qsmpm_mirror_images, only: mirror_plane, body_partner, mirrored_box
   implicit none
   private
 

@@ -4,11 +4,12 @@
 !> With *MODEL, TYPE=AUTO what is proved is used; otherwise the verdicts only tell what could be. A
 !> mirror is used unasked only where `mirror_reservation` has nothing against it.
 module qsmpm_scene
-  use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_auto, mirror_yes, mirror_no
+  use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_reduction, only: reduction_type, expansion_type, verdict_type, reduce_prismatic, reduce_revolved, &
     reduce_column, reduce_mirror, append_step, refuse
   use qsmpm_prismatic, only: prove_prismatic, make_plane
-  use qsmpm_revolved, only: figure_type, prove_revolved, make_revolved
+  use qsmpm_revolved, only: figure_type, prove_revolved
+  use qsmpm_revolved_half, only: make_revolved
   use qsmpm_column, only: prove_column, make_column
   use qsmpm_mirror, only: prove_mirror, mirror_reservation
   use qsmpm_mirror_half, only: make_half

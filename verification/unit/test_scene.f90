@@ -60,23 +60,29 @@ contains
       "*BODY 'toe' (test.inp:28) depends on z")
     call expect(tests, changed(deck, '*NSET, NSET=base, PLANE=Y| 0|', '*NSET, NSET=base| 1, 2|'), kind, 3, &
       "*NSET 'base' (test.inp:6) is a list of labels")
-    call expect(tests, changed(deck, 'front, Z|', 'front, XZ|'), kind, 3, "*FIX of 'front' (test.inp:43) depends on z")
+    call expect(tests, changed(deck, 'front, Z|', 'front, XZ|'), kind, 3, &
+      "*FIX of 'front' (test.inp:43) depends on z")
     call expect(tests, changed(deck, ' left, X, 0.01|', ' front, X, 0.01|'), kind, 3, &
       "*PRESCRIBE of 'front' (test.inp:53) depends on z")
-    call expect(tests, changed(deck, ' left, X, 0.01|', ' left, Z, 0.01|'), kind, 3, "*PRESCRIBE of 'left' (test.inp:53) "// &
+    call expect(tests, changed(deck, ' left, X, 0.01|', ' left, Z, 0.01|'), kind, 3, &
+      "*PRESCRIBE of 'left' (test.inp:53) "// &
       'moves along z')
     call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0.1|'), kind, 3, &
       "*GRAVITY of phase 'load' (test.inp:38) has a part along z")
-    call expect(tests, changed(deck, ' 0, -5, 0|', ' 0, -5, 1|'), kind, 3, "*TRACTION on 'crest' (test.inp:47) has a part")
-    call expect(tests, changed(deck, '*TRACTION, SURFACE=crest|', '*TRACTION, SURFACE=crest, CARRIER=POINTS|'), kind, 3, &
+    call expect(tests, changed(deck, ' 0, -5, 0|', ' 0, -5, 1|'), kind, 3, &
+      "*TRACTION on 'crest' (test.inp:47) has a part")
+    call expect(tests, changed(deck, '*TRACTION, SURFACE=crest|', '*TRACTION, SURFACE=crest, CARRIER=POINTS|'), &
+      kind, 3, &
       'carried by the outermost points')
     call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 1, 1, 0, 0.25|'), kind, 3, &
       "*SURFACE 'crest' (test.inp:16) depends on z")
     call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 0.5, 1, 0, 0.5|'), kind, 3, &
       'has faces across it')
-    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=back, AXIS=Z|*PHASE, NAME=load|'), kind, 3, &
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=back, AXIS=Z|*PHASE, NAME=load|'), &
+      kind, 3, &
       '*MOVING MESH (test.inp:38) depends on z')
-    call expect(tests, changed(deck, ' back, Z|', ''), kind, 3, "the last plane across z is not held along z in phase 'load'")
+    call expect(tests, changed(deck, ' back, Z|', ''), kind, 3, &
+      "the last plane across z is not held along z in phase 'load'")
     call expect(tests, changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE|'), kind, 3, &
       "not held along z in phase 'push'")
     call expect(tests, changed(changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE| front, Z| back, Z|'), &
@@ -135,12 +141,14 @@ contains
     call expect(tests, deck, kind, 1, 'used')
     call expect(tests, changed(slice_deck(), ' back, Z|', ''), kind, 1, 'the scene depends on z')
     call expect(tests, changed(deck, ' 5, 2.5|', ' 5, 2.4|'), kind, 1, "*BODY 'upper' (test.inp:20) depends on x")
-    call expect(tests, changed(deck, ' 0, 4, 0, 1|', ' 0, 3, 0, 1|'), kind, 1, "*BODY 'lower' (test.inp:18) depends on x")
+    call expect(tests, changed(deck, ' 0, 4, 0, 1|', ' 0, 3, 0, 1|'), kind, 1, &
+      "*BODY 'lower' (test.inp:18) depends on x")
     call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 2, 2.5, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
     call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 4, 2, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
     call expect(tests, changed(deck, ' left, X|', ' left, XY|'), kind, 1, "*FIX of 'left' (test.inp:34) depends on x")
     call expect(tests, changed(deck, ' right, X|', ''), kind, 1, 'the last plane across x is not held')
-    call expect(tests, changed(deck, ' X, LINES, 0, 1, 1.5, 2.5, 4|', ' X, LINES, 0, 4|'), kind, 1, 'one cell wide already')
+    call expect(tests, changed(deck, ' X, LINES, 0, 1, 1.5, 2.5, 4|', ' X, LINES, 0, 4|'), kind, 1, &
+      'one cell wide already')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI3'), kind, 1, 'the triangles of *GRID (test.inp:2)')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=QUAD4, PERTURB=0.1'), kind, 1, 'are shifted')
     call expect(tests, changed(deck, 'COMPONENT=Y| 2.2, 2.5|', 'COMPONENT=Y| 4.2, 2.5|'), kind, 1, &
@@ -159,22 +167,28 @@ contains
     deck = twin_deck()
     call expect(tests, deck, kind, 1, 'used')
     call expect(tests, deck, kind, 3, 'there is no z in the model')
-    call expect(tests, changed(deck, ' X, 0, 8, 16|', ' X, 0, 3, 8| X, 3, 8, 8|'), kind, 1, 'along x are not symmetric')
+    call expect(tests, changed(deck, ' X, 0, 8, 16|', ' X, 0, 3, 8| X, 3, 8, 8|'), kind, 1, &
+      'along x are not symmetric')
     call expect(tests, changed(deck, ' X, 0, 8, 16|', ' X, 0, 8, 17|'), kind, 1, 'the number of cells along x is odd')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=QUAD4, PERTURB=0.1'), kind, 1, 'are shifted')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=LEFT'), kind, 1, 'lean to one side')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=ALTERNATE'), kind, 1, 'used')
-    call expect(tests, changed(deck, ' 8, 1| 6, 1|', ' 8, 1| 6.1, 1|'), kind, 1, "*BODY 'first' (test.inp:24) has no mirror")
-    call expect(tests, changed(deck, ' 3, 5, 0, 1|', ' 3, 4, 0, 1|'), kind, 1, "*BODY 'middle' (test.inp:34) has no mirror")
-    call expect(tests, changed(deck, ' right, X|', ' right, XY|'), kind, 1, "*FIX of 'right' (test.inp:46) has no mirror")
+    call expect(tests, changed(deck, ' 8, 1| 6, 1|', ' 8, 1| 6.1, 1|'), kind, 1, &
+      "*BODY 'first' (test.inp:24) has no mirror")
+    call expect(tests, changed(deck, ' 3, 5, 0, 1|', ' 3, 4, 0, 1|'), kind, 1, &
+      "*BODY 'middle' (test.inp:34) has no mirror")
+    call expect(tests, changed(deck, ' right, X|', ' right, XY|'), kind, 1, &
+      "*FIX of 'right' (test.inp:46) has no mirror")
     call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate, BOX| 3, 4, 1, 1|'), &
       kind, 1, "*PRESCRIBE of 'plate' (test.inp:50) has no mirror")
     call expect(tests, changed(deck, ' plate, Y, -0.01|', ' plate, X, -0.01|'), kind, 1, "*PRESCRIBE of 'plate'")
     call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate| 1|'), kind, 1, &
       "*NSET 'plate' (test.inp:11) is a list of labels")
-    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=Y, NSET=odd|*NSET, NSET=odd, BOX| 0, 5, 0, 0|'), &
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', &
+      'COMPONENT=Y, NSET=odd|*NSET, NSET=odd, BOX| 0, 5, 0, 0|'), &
       kind, 1, 'neither symmetric nor in one half')
-    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=left, AXIS=X|*PHASE, NAME=load|'), kind, 1, &
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=left, AXIS=X|*PHASE, NAME=load|'), &
+      kind, 1, &
       '*MOVING MESH (test.inp:42) is not symmetric')
     call expect(tests, changed(changed(slice_deck(), ' back, Z|', ' back, ALL|'), ' front, Z|', ' front, ALL|'), &
       kind, 3, 'used')
@@ -190,15 +204,18 @@ contains
 
     deck = twin_deck()
     call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
-    call expect(tests, changed(deck, ' 7, 1, 6, 1|', ' 7, 1, 6.5, 1|'), kind, 1, "*SURFACE 'one' (test.inp:13) has no mirror")
+    call expect(tests, changed(deck, ' 7, 1, 6, 1|', ' 7, 1, 6.5, 1|'), kind, 1, &
+      "*SURFACE 'one' (test.inp:13) has no mirror")
     call expect(tests, changed(deck, ' 0, 8, 1, 1|', ' 0, 8, 0.5, 1|'), kind, 1, 'may have faces in the plane')
     call expect(tests, changed(deck, ' -1, -5|', ' 1, -5|'), kind, 1, "the load on 'one' (test.inp:51) has no mirror")
     call expect(tests, changed(deck, '*TRACTION, SURFACE=two| -1, -5|', ''), kind, 1, "the load on 'one'")
-    call expect(tests, changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), kind, 1, 'has no mirror image')
+    call expect(tests, changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), kind, 1, &
+      'has no mirror image')
     call expect(tests, changed(changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), &
       '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two|'), kind, 1, 'used')
     call expect(tests, changed(changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), &
-      '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two, TYPE=ALL|'), kind, 1, "*SUPPORT of 'one' (test.inp:51)")
+      '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two, TYPE=ALL|'), kind, 1, &
+      "*SUPPORT of 'one' (test.inp:51)")
   end subroutine check_mirror_loads
 
   !> A proved mirror is taken unasked only where the half has the equations of the whole and failure is
@@ -221,7 +238,8 @@ contains
       'not used: the ghost penalty acts across the plane')
     call expect(tests, changed(changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), &
       'ELEMENT=QUAD4', 'ELEMENT=QUAD8'), kind, 1, 'not used: gradients of quadratic elements are recovered')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), kind, 1, 'used')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), kind, 1, &
+      'used')
   end subroutine check_reservations
 
   !> A quarter of a cylinder is axisymmetric; what is not the same all around is not.
@@ -243,27 +261,38 @@ contains
     call expect(tests, layers_deck(), kind, 0, 'the scene is plane')
     call expect(tests, changed(slice_deck(), ' back, Z|', ''), kind, 0, 'not all bodies are polyhedra')
     call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=WEDGE6'), kind, 0, 'is not of regular bricks')
-    call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 0, 'is not of regular bricks')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=FEM|*NSET, NSET=base'), kind, 0, 'a carried mesh')
+    call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 0, &
+      'is not of regular bricks')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=FEM|*NSET, NSET=base'), kind, 0, &
+      'a carried mesh')
     call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, 0.9, 2.5, 5|'), kind, 0, 'the axis lies on no line')
     call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, -0.5, 1, 6|'), kind, 0, 'the axis lies on the far side')
-    call expect(tests, changed(deck, ' Z, 1, 2.5, 6|', ' Z, 1, 2, 6|'), kind, 0, "*BODY 'figure' (test.inp:21) reaches the sides")
-    call expect(tests, changed(deck, ' cut z, Z|', ''), kind, 0, "a side through the axis is not held in phase 'load'")
-    call expect(tests, changed(deck, ' cut z, Z|', ' cut z, YZ|'), kind, 0, "*FIX of 'cut z' (test.inp:34) is not the same")
-    call expect(tests, changed(deck, ' base, ALL|', ' base, XY|'), kind, 0, "*FIX of 'base' (test.inp:32) is not the same")
+    call expect(tests, changed(deck, ' Z, 1, 2.5, 6|', ' Z, 1, 2, 6|'), kind, 0, &
+      "*BODY 'figure' (test.inp:21) reaches the sides")
+    call expect(tests, changed(deck, ' cut z, Z|', ''), kind, 0, &
+      "a side through the axis is not held in phase 'load'")
+    call expect(tests, changed(deck, ' cut z, Z|', ' cut z, YZ|'), kind, 0, &
+      "*FIX of 'cut z' (test.inp:34) is not the same")
+    call expect(tests, changed(deck, ' base, ALL|', ' base, XY|'), kind, 0, &
+      "*FIX of 'base' (test.inp:32) is not the same")
     call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0|*PRESCRIBE| far, Y, 1|'), kind, 0, &
       "*PRESCRIBE of 'far' (test.inp:39) is not the same")
-    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=far, AXIS=X|*PHASE, NAME=load|'), kind, 0, &
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=far, AXIS=X|*PHASE, NAME=load|'), &
+      kind, 0, &
       'does not go along the axis')
-    call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0.1, -1, 0|'), kind, 0, 'does not go along the axis')
-    call expect(tests, changed(deck, ' 0, -5, 0|', ' 1, -5, 0|'), kind, 0, "the load on 'top' (test.inp:38) is not the same")
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0.1, -1, 0|'), kind, 0, &
+      'does not go along the axis')
+    call expect(tests, changed(deck, ' 0, -5, 0|', ' 1, -5, 0|'), kind, 0, &
+      "the load on 'top' (test.inp:38) is not the same")
     call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 1.5, 1, 1, 0, 3|'), kind, 0, "the load on 'top'")
     call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), kind, 0, 'used')
-    call expect(tests, changed(changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), '*TRACTION, SURFACE=top| 0, -5, 0|', &
+    call expect(tests, changed(changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), &
+      '*TRACTION, SURFACE=top| 0, -5, 0|', &
       '*SUPPORT, SURFACE=top|'), kind, 0, "*SUPPORT of 'top' (test.inp:38) is not the same")
     call expect(tests, changed(deck, 'COMPONENT=ZZ| 1.3, 0.5, 1|', 'COMPONENT=ZZ| 1.3, 0.5, 1.1|'), kind, 0, &
       "*HISTORY 'szz' (test.inp:28) cannot be told")
-    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=X, NSET=base|'), kind, 0, "*HISTORY 'force'")
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=X, NSET=base|'), kind, 0, &
+      "*HISTORY 'force'")
     call write_stl(figure_file, turned_facets(section, 16, [1.0_wp, 1.0_wp]))
     call expect(tests, deck, kind, 0, "*BODY 'figure' (test.inp:21) is no figure of revolution: a ring has fewer")
     open (newunit=unit, file=figure_file, status='old')

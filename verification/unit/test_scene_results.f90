@@ -34,8 +34,10 @@ contains
     call check_quarter(tests)
     call check_figure(tests)
     call check_seeds(tests, slice_deck(), 'a slice')
-    call check_seeds(tests, changed(changed(slice_deck(), 'HEX8', 'WEDGE15'), 'ELEMENT=27', 'ELEMENT=18'), 'a slice of wedges')
-    call check_seeds(tests, changed(slice_deck(), 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), 'a slice of shifted bricks')
+    call check_seeds(tests, changed(changed(slice_deck(), 'HEX8', 'WEDGE15'), 'ELEMENT=27', 'ELEMENT=18'), &
+      'a slice of wedges')
+    call check_seeds(tests, changed(slice_deck(), 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), &
+      'a slice of shifted bricks')
     call check_seeds(tests, layers_deck(), 'layers')
     call check_seeds(tests, twin_deck(), 'a mirrored scene')
     call check_seeds(tests, changed(twin_deck(), 'QUAD4', 'TRI6, DIAGONAL=ALTERNATE'), 'mirrored triangles')
@@ -252,7 +254,8 @@ contains
       [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 0.0_wp, 0.0_wp])), 0.0_wp, 0.0_wp)
     call tests%close('its image has the other shear', maxval(abs(images%stress(:, n + 1) - &
       [1.0_wp, 2.0_wp, 3.0_wp, -4.0_wp, 0.0_wp, 0.0_wp])), 0.0_wp, 0.0_wp)
-    call tests%check('and the other sign along x', all(abs(images%sign(:, n + 1) - [-1.0_wp, 1.0_wp, 1.0_wp]) <= 0.0_wp))
+    call tests%check('and the other sign along x', all(abs(images%sign(:, n + 1) - [-1.0_wp, 1.0_wp, &
+      1.0_wp]) <= 0.0_wp))
     ! The same points about an axis: radial 1, vertical 2, ring 3, shear 4.
     expansion%steps(1)%kind = reduce_revolved
     expansion%steps(1)%sector = [0.0_wp, 2.0_wp*pi]
