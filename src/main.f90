@@ -74,6 +74,7 @@ contains
     request%directory = command%directory
     request%restart = command%restart
     request%threads = command%threads
+    request%profile = command%profile
     request%display = display_plain
     if (is_terminal(1)) request%display = display_terminal
     if (command%quiet) request%display = display_quiet

@@ -23,13 +23,14 @@ module qsmpm_arguments
     logical :: quiet = .false.
     !> The plan is wanted as JSON.
     logical :: json = .false.
+    logical :: profile = .false.
   end type command_type
 
   integer, parameter :: word_length = 10
   character(len=word_length), parameter :: commands(4) = [character(len=word_length) :: &
     'run', 'check', 'plan', 'help']
-  character(len=word_length), parameter :: run_options(4) = [character(len=word_length) :: &
-    '--out', '--threads', '--restart', '--quiet']
+  character(len=word_length), parameter :: run_options(5) = [character(len=word_length) :: &
+    '--out', '--threads', '--restart', '--quiet', '--profile']
   character(len=1), parameter :: newline = new_line('a')
 
 contains
@@ -38,8 +39,9 @@ contains
   pure function usage_text() result(text)
     character(len=:), allocatable :: text
 
-    text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet]'//newline// &
-      '    runs a deck; results go to DIR (default output/<job>)'//newline// &
+    text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
+      '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
+      '    went and writes profile.json'//newline// &
       'qsmpm check DECK'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
       'qsmpm plan DECK [--json]'//newline// &
@@ -177,6 +179,8 @@ contains
     do while (i <= size(words))
       if (words(i)%text == '--quiet') then
         command%quiet = .true.
+      else if (words(i)%text == '--profile') then
+        command%profile = .true.
       else if (index(words(i)%text, '-') == 1) then
         call parse_option(words(i:min(i + 1, size(words))), command, error)
         i = i + 1

@@ -9,6 +9,7 @@ module qsmpm_plan
   use qsmpm_deck_words, only: model_words, basis_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
+  use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_equation_count, only: count_equations
@@ -18,6 +19,7 @@ module qsmpm_plan
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_reduction, only: verdict_type, reduction_name
   use qsmpm_scene, only: verdict_text
+  use qsmpm_stopwatch, only: start_stopwatch, part_control
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced
   implicit none
   private
@@ -167,6 +169,7 @@ contains
       return
     end if
     call start_phase(first)
+    call start_stopwatch(step%profile%watch, part_control)
     call start_clock(clock)
     associate (controls => model%analysis%phases(1)%controls)
       call load_step(first, step, controls, 1.0_wp/controls%steps, controls%tolerance, 0.0_wp, huge(1.0_wp), &
@@ -180,9 +183,9 @@ contains
     call add_item(items, 'matrix', symmetry_text(model, step%equations%symmetric))
     call add_item(items, 'equations', integer_text(step%equations%count), is_figure=.true.)
     call add_item(items, 'entries', integer_text(size(step%matrix%column)), is_figure=.true.)
-    if (allocated(step%solver)) call plan_solver(step, items)
+    if (allocated(step%system%solver)) call plan_solver(step, items)
     call plan_cost(model, solution, seconds, items)
-    if (allocated(step%solver)) call step%solver%destroy()
+    call end_system(step%system)
   end subroutine plan_equations
 
   !> Why the matrix is symmetric or not.
@@ -213,9 +216,9 @@ contains
     type(plan_items_type), intent(inout) :: items
     real(wp) :: bytes
 
-    call add_item(items, 'solver', step%solver%name)
-    call add_item(items, 'factors', integer_text(step%solver%factor_nonzeros), is_figure=.true.)
-    bytes = number_bytes*real(step%solver%factor_nonzeros, wp) &
+    call add_item(items, 'solver', step%system%solver%name)
+    call add_item(items, 'factors', integer_text(step%system%solver%factor_nonzeros), is_figure=.true.)
+    bytes = number_bytes*real(step%system%solver%factor_nonzeros, wp) &
       + (number_bytes + index_bytes)*real(size(step%matrix%column), wp) &
       + number_bytes*real(size(step%evaluation%block), wp)
     call add_item(items, 'memory of the equations', short_text(bytes/megabyte, 2)// &

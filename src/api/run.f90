@@ -18,9 +18,12 @@ module qsmpm_run
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
   use qsmpm_phases, only: run_phases, error_stopped
-  use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, signal_number
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_profile_report, only: profile_json, profile_table, shares_line
+  use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, profile_file, signal_number
   use qsmpm_restart, only: read_restart, text_fingerprint
+  use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_stopwatch, only: start_stopwatch, turn_to, part_input, part_output
+  use qsmpm_reduction, only: expansion_type, verdict_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_version, only: version, compiler, build_type
   use qsmpm_whole_scene, only: whole_scene_type, begin_whole
@@ -38,6 +41,8 @@ module qsmpm_run
     !> Restart file that the run continues, empty for a run from the start.
     character(len=:), allocatable :: restart
     integer :: threads = 1
+    !> Show where the time went, and write it to profile.json.
+    logical :: profile = .false.
     !> One of the display_* values of qsmpm_display.
     integer :: display = display_plain
   end type run_request_type
@@ -161,10 +166,12 @@ contains
     type(verdict_type), allocatable :: verdicts(:)
     type(recorder_options_type) :: options
     type(error_type), allocatable :: error
+    type(run_profile_type) :: profile
     character(len=:), allocatable :: echo
 
     exit_code = 0
     call start_clock(options%clock)
+    call start_stopwatch(profile%watch, part_input)
     call omp_set_num_threads(max(1, request%threads))
     call set_blas_threads(1)
     call load_deck(request%deck, scene, expansion, verdicts, model, report, error)
@@ -182,12 +189,12 @@ contains
     if (allocated(error)) then
       call report_error(report, error, exit_code)
     else
-      call record_run(request, options, model, echo, report, exit_code)
+      call record_run(request, options, model, echo, profile, report, exit_code)
     end if
   end subroutine run_deck
 
   !> Run a model with a recorder.
-  subroutine record_run(request, options, model, echo, report, exit_code)
+  subroutine record_run(request, options, model, echo, profile, report, exit_code)
     !> What is to be run.
     type(run_request_type), intent(in) :: request
     !> How it is recorded.
@@ -196,6 +203,8 @@ contains
     type(model_type), intent(inout) :: model
     !> The resolved deck.
     character(len=*), intent(in) :: echo
+    !> Time and work of the run, its stopwatch started.
+    type(run_profile_type), intent(inout) :: profile
     !> Warnings and errors, one a line.
     character(len=:), allocatable, intent(inout) :: report
     !> Unchanged when the run finished.
@@ -206,6 +215,7 @@ contains
 
     directory = request%directory
     if (len(directory) == 0) directory = 'output/'//model%analysis%job
+    call turn_to(profile%watch, part_output)
     call create(recorder, model, directory, options, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)
@@ -214,11 +224,32 @@ contains
     if (len(report) > 0) call recorder%note(without_last_newline(report))
     report = ''
     call write_text(directory//'/'//model%analysis%job//'.echo.inp', echo, outcome)
-    if (.not. allocated(outcome)) call run_phases(model, recorder, outcome)
+    if (.not. allocated(outcome)) call run_phases(model, recorder, profile, outcome)
+    call tell_times(request, directory, profile, recorder, error)
+    if (allocated(error) .and. .not. allocated(outcome)) call move_alloc(error, outcome)
     call close(recorder, model, error, outcome)
     if (allocated(error)) call report_error(report, error, exit_code)
     if (allocated(outcome)) call report_error(report, outcome, exit_code)
   end subroutine record_run
+
+  !> Where the time went: a line of the log and, on request, a table and a file.
+  subroutine tell_times(request, directory, profile, recorder, error)
+    !> What is to be run.
+    type(run_request_type), intent(in) :: request
+    !> Where the results go.
+    character(len=*), intent(in) :: directory
+    !> Time and work of the run.
+    type(run_profile_type), intent(in) :: profile
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> Set when the file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    recorder%times = shares_line(profile, request%threads)
+    if (.not. request%profile) return
+    call recorder%note(profile_table(profile, request%threads))
+    call write_text(directory//'/'//profile_file, profile_json(profile, request%threads), error)
+  end subroutine tell_times
 
   !> Add an error to the report and take its exit code.
   subroutine report_error(report, error, exit_code)

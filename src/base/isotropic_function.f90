@@ -7,7 +7,8 @@
 !> a tensor are here too. Nothing is known of what S and R mean.
 module qsmpm_isotropic_function
   use qsmpm_kinds, only: wp
-  use qsmpm_tensor, only: congruence, spectral, unpack_symmetric, pack_symmetric
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: congruence, unpack_symmetric, pack_symmetric
   implicit none
   private
 

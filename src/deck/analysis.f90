@@ -89,6 +89,8 @@ module qsmpm_analysis
     real(wp) :: perturbation = 0.0_wp
     !> Grid: seed of the shifts and of random diagonals.
     integer :: seed = 1
+    !> Grid: look only at the part around the material.
+    logical :: windowed = .true.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).

@@ -137,6 +137,7 @@ contains
     text = text//', PERTURB='//real_text(mesh%perturbation)
     if (mesh%perturbation > 0.0_wp .or. mesh%diagonal == diagonal_random) &
       text = text//', SEED='//integer_text(mesh%seed)
+    text = text//', WINDOW='//trim(answer_words(merge(1, 0, mesh%windowed)))
     call echo%line(text)
     do axis = 1, dimension
       associate (lines => mesh%axes(axis)%lines)

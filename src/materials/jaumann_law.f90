@@ -15,10 +15,11 @@ module qsmpm_jaumann_law
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, tangent_none, &
     tangent_elastic
   use qsmpm_midpoint_rotation, only: spin_change
-  use qsmpm_point_result, only: finish_point
+  use qsmpm_point_result, only: finish_points
   use qsmpm_principal_model, only: principal_model_type, response_type, respond, blend_elastic
+  use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: determinant, inverse, congruence, unpack_gradient, pack_gradient, &
-    unpack_symmetric, pack_symmetric, spectral, stress_size, gradient_row, gradient_column
+    unpack_symmetric, pack_symmetric, stress_size, gradient_row, gradient_column
   implicit none
   private
 
@@ -81,8 +82,8 @@ contains
 
     do p = 1, batch%count
       call update_point(self, batch, p, tangent)
-      call finish_point(batch, p, tangent)
     end do
+    call finish_points(batch, tangent)
   end subroutine update
 
   !> Update one point; a point with a status other than ok is left half done.

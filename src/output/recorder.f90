@@ -60,6 +60,8 @@ module qsmpm_recorder
     integer :: restart_step = -1
     !> First failure of the log; told at the next accepted step.
     type(error_type), allocatable :: log_error
+    !> Where the time went: the last but one line of the log.
+    character(len=:), allocatable :: times
   contains
     procedure :: accepted
     procedure :: phase_done
@@ -68,6 +70,8 @@ module qsmpm_recorder
   end type recorder_type
 
   character(len=1), parameter :: newline = new_line('a')
+  !> Name of the profile that a run writes on request.
+  character(len=*), parameter, public :: profile_file = 'profile.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
@@ -127,8 +131,8 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(7) = [character(len=16) :: 'curves.csv', 'points.pvd', &
-      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log']
+    character(len=*), parameter :: names(8) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', profile_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
@@ -317,6 +321,7 @@ contains
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
 
+    if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     if (allocated(outcome)) then
       call keep_last_state(recorder, model, outcome, error)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)

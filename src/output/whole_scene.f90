@@ -8,13 +8,17 @@ module qsmpm_whole_scene
   use qsmpm_analysis, only: analysis_type
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_reduction, only: expansion_type, history_of_scene, reduction_name
-  use qsmpm_images, only: image_list_type, make_images, fold_place
+  use qsmpm_images, only: image_list_type, make_images, fold_place, window_of_scene
+  use qsmpm_grid, only: grid_type, make_grid, whole_window, pieces_of
+  use qsmpm_grid_window, only: window_type, operator(==), renumber
+  use qsmpm_mesh, only: mesh_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_points, only: allocate_points
   use qsmpm_fault_list, only: fault_list_type
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: make_mesh, make_sets
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
+  use qsmpm_model_window, only: fit_window
   use qsmpm_observer, only: step_record_type
   use qsmpm_equation_count, only: count_equations
   use qsmpm_number_text, only: integer_text
@@ -31,7 +35,9 @@ module qsmpm_whole_scene
     !> Node of the model that each node of the scene moves with, and the signs of its motion.
     integer, allocatable :: node(:)
     real(wp), allocatable :: sign(:, :)
-    !> Nodes of the model as it was built (dimension of the model, nodes).
+    !> Part of the model's grid that the mesh of the scene answers to, and its nodes as they are built
+    !> (dimension of the model, nodes).
+    type(window_type) :: window
     real(wp), allocatable :: start(:, :)
   end type whole_scene_type
 
@@ -64,6 +70,7 @@ contains
     whole%model%analysis = scene
     whole%model%analysis%materials = model%analysis%materials
     whole%model%notes = ''
+    whole%model%state%window = window_of_scene(expansion, model%state%window)
     call make_mesh(whole%model, faults)
     if (faults%count == 0) call make_sets(whole%model, faults)
     if (faults%count == 0) call make_space(whole%model, faults)
@@ -84,18 +91,22 @@ contains
     !> The model.
     type(model_type), intent(in) :: model
     type(point_bins_type) :: bins
+    type(mesh_type) :: built
     real(wp) :: place(3)
     integer :: i
 
-    whole%start = model%mesh%coordinates
+    call make_grid(grid_of(model%analysis), built, model%state%window)
+    whole%window = model%state%window
+    whole%start = built%coordinates
+    if (allocated(whole%node)) deallocate (whole%node, whole%sign)
     associate (mesh => whole%model%mesh)
       allocate (whole%node(mesh%node_count), whole%sign(3, mesh%node_count))
-      call make_bins(model%mesh%coordinates, bins)
+      call make_bins(whole%start, bins)
       do i = 1, mesh%node_count
         place = 0.0_wp
         place(:mesh%dimension) = mesh%coordinates(:, i)
         call fold_place(whole%expansion, place, whole%sign(:, i))
-        whole%node(i) = nearest_in_bins(bins, model%mesh%coordinates, place(:model%mesh%dimension))
+        whole%node(i) = nearest_in_bins(bins, whole%start, place(:model%mesh%dimension))
       end do
     end associate
   end subroutine match_nodes
@@ -144,9 +155,16 @@ contains
     !> The model.
     type(model_type), intent(in) :: model
     type(image_list_type) :: images
+    type(grid_type) :: grid
     integer :: i, d, n, components
 
-    call make_images(whole%expansion, model%state%points, model%mesh%dimension, images)
+    if (.not. whole%window == model%state%window) then
+      call fit_window(whole%model, window_of_scene(whole%expansion, model%state%window))
+      call match_nodes(whole, model)
+    end if
+    call make_images(whole%expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), &
+      model%mesh%dimension, images)
+    grid = grid_of(whole%model%analysis)
     d = whole%model%mesh%dimension
     components = merge(4, 6, d == 2)
     associate (points => whole%model%state%points)
@@ -160,7 +178,9 @@ contains
       points%plastic = images%plastic
       points%material = images%material
       points%body = images%body
-      points%cell = images%cell
+      do i = 1, images%count
+        points%cell(i) = renumber(whole_window(grid), whole%model%state%window, pieces_of(grid), images%cell(i))
+      end do
     end associate
     n = model%mesh%dimension
     do i = 1, size(whole%node)

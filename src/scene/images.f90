@@ -6,13 +6,14 @@
 module qsmpm_images
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axis_type
+  use qsmpm_grid_window, only: window_type
   use qsmpm_points, only: points_type
   use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
   implicit none
   private
 
-  public :: image_list_type, make_images, fold_place
+  public :: image_list_type, make_images, fold_place, window_of_scene
 
   !> Points of the scene; vectors with three components, stresses with six.
   type :: image_list_type
@@ -22,7 +23,9 @@ module qsmpm_images
     !> 11, 22, 33, 12, 13, 23 (6, count).
     real(wp), allocatable :: stress(:, :)
     real(wp), allocatable :: volume(:), initial_volume(:), weight(:)
-    integer, allocatable :: body(:), material(:), plastic(:), cell(:)
+    integer, allocatable :: body(:), material(:), plastic(:)
+    !> Number of the cell in the whole grid.
+    integer, allocatable :: cell(:)
     !> Point of the model that each is an image of.
     integer, allocatable :: origin(:)
     !> Signs of the components of its vectors against those of the origin (3, count).
@@ -32,11 +35,12 @@ module qsmpm_images
 contains
 
   !> All points of the scene.
-  pure subroutine make_images(expansion, points, dimension, images)
+  pure subroutine make_images(expansion, points, cells, dimension, images)
     !> The way back.
     type(expansion_type), intent(in) :: expansion
-    !> Points of the model.
+    !> Points of the model, and the numbers of their cells in the whole grid (points).
     type(points_type), intent(in) :: points
+    integer, intent(in) :: cells(:)
     !> Dimension of the model.
     integer, intent(in) :: dimension
     !> Points of the scene.
@@ -44,7 +48,7 @@ contains
     type(image_list_type) :: before
     integer :: s
 
-    call first_images(points, dimension, images)
+    call first_images(points, cells, dimension, images)
     do s = size(expansion%steps), 1, -1
       before = images
       select case (expansion%steps(s)%kind)
@@ -61,9 +65,10 @@ contains
   end subroutine make_images
 
   !> The points of the model with all components.
-  pure subroutine first_images(points, dimension, images)
-    !> Points of the model.
+  pure subroutine first_images(points, cells, dimension, images)
+    !> Points of the model, and the numbers of their cells in the whole grid (points).
     type(points_type), intent(in) :: points
+    integer, intent(in) :: cells(:)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> The list.
@@ -80,7 +85,7 @@ contains
     images%body = points%body
     images%material = points%material
     images%plastic = points%plastic
-    images%cell = points%cell
+    images%cell = cells
     images%origin = [(i, i=1, points%count)]
   end subroutine first_images
 
@@ -328,6 +333,33 @@ contains
       images%sign(a, k) = -half%sign(a, i)
     end do
   end subroutine undo_mirror
+
+  !> The part of the scene's grid that a part of the model's grid is an image of.
+  pure function window_of_scene(expansion, window) result(wide)
+    !> The way back.
+    type(expansion_type), intent(in) :: expansion
+    !> The part of the model's grid.
+    type(window_type), intent(in) :: window
+    type(window_type) :: wide
+    integer :: s, counts(3)
+
+    wide = window
+    do s = size(expansion%steps), 1, -1
+      associate (step => expansion%steps(s), a => expansion%steps(s)%axis)
+        counts = brick_counts(step%lines)
+        select case (step%kind)
+        case (reduce_prismatic, reduce_column)
+          wide%first(a) = 1
+          wide%last(a) = counts(a)
+        case (reduce_revolved)
+          wide%first([1, 3]) = 1
+          wide%last([1, 3]) = counts([1, 3])
+        case (reduce_mirror)
+          wide%last(a) = counts(a) + 1 - wide%first(a)
+        end select
+      end associate
+    end do
+  end function window_of_scene
 
   !> Place of the model that a place of the scene is an image of, and the signs of its vectors. What
   !> does not move is of sign 0.

@@ -23,6 +23,7 @@ module qsmpm_convection
   use qsmpm_points, only: carried_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
+  use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
   private
@@ -63,6 +64,7 @@ contains
       model%state%coordinates = model%mesh%coordinates
       call refresh_space(model%space, model%mesh)
     end if
+    call follow_material(model)
     call find_again(model, error)
   end subroutine convect
 

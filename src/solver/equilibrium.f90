@@ -8,15 +8,18 @@
 module qsmpm_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
+  use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_model, only: model_type
+  use qsmpm_run_profile, only: count_evaluation, count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluate
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, factorise, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
 
@@ -65,8 +68,10 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Node with the largest residual.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
 contains
@@ -91,7 +96,7 @@ contains
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
     allocate (solution%displacement, mold=goal%force)
     solution%displacement = 0.0_wp
-    call evaluate(step%integration, model%laws, solution%displacement, tangent, step%evaluation)
+    call timed_evaluation(model, step, solution%displacement, tangent)
     if (.not. step%evaluation%ok) then
       call give_up(step, 'the stress of a point could not be updated', solution)
       return
@@ -107,12 +112,30 @@ contains
       call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
+      call count_iteration(step%profile, model%state%points%count)
       call search_line(model, step, goal, controls, tangent, correction, residual, solution)
       if (allocated(solution%reason)) return
     end do
     solution%converged = .true.
     call take_shares(step, goal, solution)
   end subroutine solve_equilibrium
+
+  !> Evaluate stresses and forces, on the account of that part.
+  subroutine timed_evaluation(model, step, displacement, tangent)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> tangent_none, tangent_consistent or tangent_elastic.
+    integer, intent(in) :: tangent
+
+    call turn_to(step%profile%watch, part_evaluation)
+    call evaluate(step%integration, model%laws, displacement, tangent, step%evaluation)
+    call turn_to(step%profile%watch, part_control)
+    call count_evaluation(step%profile, step%integration%point_count)
+  end subroutine timed_evaluation
 
   !> Note why the solution is not to be used.
   subroutine give_up(step, reason, solution)
@@ -191,16 +214,21 @@ contains
       return
     end if
     if (.not. keep_factors) then
+      call turn_to(step%profile%watch, part_assembly)
       call build_matrix(step, goal%drag, model%mesh%dimension)
-      call factorise(step, model%mesh%dimension, error)
+      call turn_to(step%profile%watch, part_factorisation)
+      call factorise_system(step%system, step%matrix, error)
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     end if
+    call turn_to(step%profile%watch, part_solves)
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
       correction = goal%prescribed
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call step%solver%solve(rhs, x, error)
+    if (.not. allocated(error)) call solve_system(step%system, rhs, x, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
@@ -241,7 +269,7 @@ contains
     wanted = merge(tangent_none, tangent, frozen)
     do halving = 0, most_halvings
       solution%displacement = start + length*correction
-      call evaluate(step%integration, model%laws, solution%displacement, wanted, step%evaluation)
+      call timed_evaluation(model, step, solution%displacement, wanted)
       if (step%evaluation%ok) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit

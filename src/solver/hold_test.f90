@@ -8,7 +8,8 @@ module qsmpm_hold_test
   use qsmpm_observer, only: observer_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_load_step, only: load_step, restore
+  use qsmpm_load_step, only: load_step
+  use qsmpm_model_window, only: restore
   use qsmpm_histories, only: take_histories
   implicit none
   private

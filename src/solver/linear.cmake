@@ -19,7 +19,8 @@ target_sources(qsmpm PRIVATE
   ${linear_dir}/mumps_library.f90
   ${linear_dir}/mumps_solver.f90
   ${suitesparse_sources}
-  ${linear_dir}/solver_choice.f90)
+  ${linear_dir}/solver_choice.f90
+  ${linear_dir}/linear_system.f90)
 
 # See cmake/FindMUMPSSeq.cmake.
 set_source_files_properties(${linear_dir}/mumps_library.f90 TARGET_DIRECTORY qsmpm

@@ -6,10 +6,13 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    cure_none, cure_auto, cure_uniform_pressure, usual_factor
+    cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: make_mesh, make_sets
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
+  use qsmpm_first_window, only: first_window
+  use qsmpm_grid, only: whole_window
+  use qsmpm_grid_window, only: cells_of
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces
@@ -20,7 +23,7 @@ module qsmpm_model_builder
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
-  use qsmpm_text, only: real_text
+  use qsmpm_text, only: real_text, integer_text
   implicit none
   private
 
@@ -46,6 +49,8 @@ contains
     model%analysis = analysis
     call fill_defaults(model)
     model%notes = ''
+    if (model%analysis%mesh%kind == mesh_grid) &
+      call first_window(model%analysis, grid_of(model%analysis), model%state%window)
     call make_mesh(model, faults)
     if (faults%count == 0) call make_sets(model, faults)
     if (faults%count == 0) call make_space(model, faults)
@@ -201,6 +206,9 @@ contains
     call add_line(text, line)
     write (line, '(a,es14.7)') '  volume        ', mesh_volume(model%mesh)
     call add_line(text, line)
+    if (model%analysis%mesh%kind == mesh_grid) call add_line(text, '  of a grid of '// &
+      cells_text(cells_of(whole_window(grid_of(model%analysis))), model%mesh%dimension)//' cells, '// &
+      cells_text(cells_of(model%state%window), model%mesh%dimension)//' of them looked at')
     write (line, '(a,i0,a,es14.7,a,es14.7)') 'material points: ', model%state%points%count, ', volume ', &
       sum(model%state%points%volume), ', weight at gravity 1 ', sum(model%state%points%weight)
     call add_line(text, line)
@@ -217,6 +225,21 @@ contains
     call summarise_phases(model, text)
     text = text//model%notes
   end subroutine model_summary
+
+  !> Numbers of cells along the axes, as in `4 x 2`.
+  pure function cells_text(cells, dimension) result(text)
+    !> Along each axis (3).
+    integer, intent(in) :: cells(3)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = integer_text(cells(1))
+    do a = 2, dimension
+      text = text//' x '//integer_text(cells(a))
+    end do
+  end function cells_text
 
   !> Append a line.
   pure subroutine add_line(text, line)

@@ -31,7 +31,7 @@ module qsmpm_mumps_solver
   type, extends(linear_solver_type) :: mumps_solver_type
     private
     type(dmumps_struc), pointer :: mumps => null()
-    !> Place in `values` of each entry handed over; the lower triangle when symmetric.
+    !> Place in `values` of each entry handed over; unallocated where all are.
     integer, allocatable :: place(:)
   contains
     procedure :: analyse_pattern
@@ -110,21 +110,27 @@ contains
     class(mumps_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
 
-    integer :: i, k, entry_count, rows(size(matrix%column))
+    integer :: i, k, entry, entry_count
+    logical :: whole
 
-    do i = 1, matrix%n
-      rows(matrix%row_first(i):matrix%row_first(i + 1) - 1) = i
-    end do
     entry_count = matrix%row_first(matrix%n + 1) - 1
-    self%place = [(k, k=1, entry_count)]
-    if (self%symmetric) then
-      self%place = pack(self%place, matrix%column(:entry_count) <= rows(:entry_count))
+    whole = matrix%symmetric .or. .not. self%symmetric
+    if (.not. whole) then
+      allocate (self%place((entry_count + matrix%n)/2))
+      entry_count = size(self%place)
     end if
-    self%mumps%nnz = size(self%place, kind=long)
-    allocate (self%mumps%irn(size(self%place)), self%mumps%jcn(size(self%place)), &
-      self%mumps%a(size(self%place)))
-    self%mumps%irn = rows(self%place)
-    self%mumps%jcn = matrix%column(self%place)
+    self%mumps%nnz = int(entry_count, long)
+    allocate (self%mumps%irn(entry_count), self%mumps%jcn(entry_count), self%mumps%a(entry_count))
+    entry = 0
+    do i = 1, matrix%n
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        if (.not. whole .and. matrix%column(k) < i) cycle
+        entry = entry + 1
+        self%mumps%irn(entry) = i
+        self%mumps%jcn(entry) = matrix%column(k)
+        if (.not. whole) self%place(entry) = k
+      end do
+    end do
   end subroutine hand_over_pattern
 
   !> Numeric factorisation, repeated with more space when MUMPS asks for it.
@@ -133,7 +139,11 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
 
-    self%mumps%a = matrix%values(self%place)
+    if (allocated(self%place)) then
+      self%mumps%a = matrix%values(self%place)
+    else
+      self%mumps%a = matrix%values(:size(self%mumps%a))
+    end if
     do
       call run(self%mumps, job_factorise)
       if (self%mumps%infog(1) /= info_work_int .and. self%mumps%infog(1) /= info_work_real) exit
@@ -147,6 +157,7 @@ contains
     else
       if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
       self%factor_nonzeros = count_of(self%mumps%infog(9))
+      self%factor_operations = self%mumps%rinfog(3)
     end if
   end subroutine factorise_values
 

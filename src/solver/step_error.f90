@@ -12,8 +12,10 @@ module qsmpm_step_error
   use qsmpm_error, only: error_type
   use qsmpm_law, only: law_slot_type, tangent_none
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
+  use qsmpm_linear_system, only: solve_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
+  use qsmpm_linear_system, only: solve_system
   use qsmpm_system_matrix, only: gather
   implicit none
   private
@@ -57,7 +59,7 @@ contains
     if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
     call gather(step%equations, step%evaluation%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
-    call step%solver%solve(residual, move, error)
+    call solve_system(step%system, residual, move, error)
     if (allocated(error)) return
     errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
   end subroutine measure_step_error

@@ -25,6 +25,7 @@ program conditioning
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_house_keeping, only: relocate
+  use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_assembly, only: evaluate
   use qsmpm_law, only: tangent_elastic
@@ -131,7 +132,7 @@ contains
       matrix(:, i) = matrix(:, i)/(roots*roots(i))
     end do
     scaled = condition(matrix)
-    call step%solver%destroy()
+    call end_system(step%system)
   end subroutine condition_numbers
 
   !> The model of a block.
@@ -218,6 +219,7 @@ contains
       do i = 1, sparse%n
         do k = sparse%row_first(i), sparse%row_first(i + 1) - 1
           matrix(i, sparse%column(k)) = sparse%values(k)
+          if (sparse%symmetric) matrix(sparse%column(k), i) = sparse%values(k)
         end do
       end do
     end associate

@@ -19,12 +19,12 @@ contains
     type(error_type), allocatable :: error
 
     call tests%start('arguments')
-    call parse('run a.inp --out d --threads 3 --restart r.h5 --quiet', command, error)
+    call parse('run a.inp --out d --threads 3 --restart r.h5 --quiet --profile', command, error)
     call tests%check('a run with all options is understood', .not. allocated(error))
     call tests%check('the deck is the word without a dash', command%subject == 'a.inp')
     call tests%check('options keep their values', command%command == command_run .and. &
       command%directory == 'd' .and. command%restart == 'r.h5' .and. command%threads == 3 .and. &
-      command%quiet)
+      command%quiet .and. command%profile)
     call parse('run --threads 2 b.inp', command, error)
     call tests%check('options may stand before the deck', command%subject == 'b.inp' .and. &
       command%threads == 2 .and. .not. allocated(error))

@@ -156,13 +156,21 @@ contains
     call build_model(analysis, model, error)
     call tests%check('its model is built', .not. allocated(error))
     if (allocated(error)) return
-    call make_images(expansion, model%state%points, 2, images)
+    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
     call tests%close('the images have the volume of the quarter', sum(images%volume), &
       8.0_wp*sin(2.0_wp*pi/32)*0.5_wp, 1.0e-6_wp)
     call tests%check('they lie in the quarter', all(images%position([1, 3], :) > 1.0_wp) .and. &
       all(norm2(images%position([1, 3], :) - 1.0_wp, dim=1) < 1.0_wp))
     call check_folds(tests, expansion, model, images, 'a cylinder')
   end subroutine check_figure
+
+  !> Numbers of the cells of all points in the whole grid.
+  function grid_cells(model) result(cells)
+    type(model_type), intent(in) :: model
+    integer :: cells(model%state%points%count)
+
+    cells = model%mesh%cell_label(model%state%points%cell)
+  end function grid_cells
 
   !> Images fold back to their origins.
   subroutine check_folds(tests, expansion, model, images, name)
@@ -207,7 +215,7 @@ contains
     if (.not. allocated(error)) call build_model(scene, whole, error)
     call tests%check(name//' is built both ways', .not. allocated(error))
     if (allocated(error)) return
-    call make_images(expansion, model%state%points, model%mesh%dimension, images)
+    call make_images(expansion, model%state%points, grid_cells(model), model%mesh%dimension, images)
     call tests%check('the images of '//name//' are fewer in the model and as many as in the scene', &
       images%count == whole%state%points%count .and. model%state%points%count < images%count)
     d = whole%mesh%dimension
@@ -220,7 +228,7 @@ contains
         taken(k) = .true.
         worst = max(worst, maxval(abs(points%position(:, k) - images%position(:d, i))), &
           abs(points%volume(k) - images%volume(i)), abs(points%weight(k) - images%weight(i)), &
-          real(abs(points%cell(k) - images%cell(i)) + abs(points%body(k) - images%body(i)) &
+          real(abs(whole%mesh%cell_label(points%cell(k)) - images%cell(i)) + abs(points%body(k) - images%body(i)) &
           + abs(points%material(k) - images%material(i)), wp))
       end do
     end associate
@@ -248,7 +256,7 @@ contains
     do i = 1, 4
       model%state%points%stress(i, :) = real(i, wp)
     end do
-    call make_images(expansion, model%state%points, 2, images)
+    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
     n = model%state%points%count
     call tests%close('the half keeps its stress', maxval(abs(images%stress(:, 1) - &
       [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 0.0_wp, 0.0_wp])), 0.0_wp, 0.0_wp)
@@ -260,7 +268,7 @@ contains
     expansion%steps(1)%kind = reduce_revolved
     expansion%steps(1)%sector = [0.0_wp, 2.0_wp*pi]
     expansion%steps(1)%lines(3)%lines = expansion%steps(1)%lines(1)%lines
-    call make_images(expansion, model%state%points, 2, images)
+    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
     worst = 0.0_wp
     do i = 1, images%count
       associate (s => images%stress(:, i), x => images%position(1, i), z => images%position(3, i))

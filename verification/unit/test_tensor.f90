@@ -3,8 +3,9 @@ module test_tensor
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose, pair_quotients, isotropic_change, tensor_logarithm, &
     tensor_exponential
+  use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: determinant, inverse, congruence, unpack_gradient, pack_gradient, &
-    unpack_symmetric, pack_symmetric, spectral, gradient_row, gradient_column, gradient_index, &
+    unpack_symmetric, pack_symmetric, gradient_row, gradient_column, gradient_index, &
     gradient_size, identity
   use testing, only: tests_type
   implicit none
