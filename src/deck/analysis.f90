@@ -17,6 +17,9 @@ module qsmpm_analysis
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
+  !> Whether a reduced model may be half of a symmetric scene: where nothing speaks against it, whenever
+  !> the scene is symmetric, never.
+  integer, parameter, public :: mirror_auto = 0, mirror_yes = 1, mirror_no = 2
   !> Where the mesh comes from.
   integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3
   !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
@@ -319,6 +322,9 @@ module qsmpm_analysis
     character(len=:), allocatable :: heading
     character(len=:), allocatable :: length_unit, force_unit
     integer :: model = 0
+    !> The smallest model that answers is looked for, and may be half of a symmetric scene.
+    logical :: reduce = .false.
+    integer :: mirror = mirror_auto
     type(mesh_source_type) :: mesh
     type(set_type), allocatable :: node_sets(:)
     type(set_type), allocatable :: element_sets(:)

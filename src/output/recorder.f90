@@ -26,6 +26,7 @@ module qsmpm_recorder
   use qsmpm_restart, only: write_restart
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
+  use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
   implicit none
   private
 
@@ -43,6 +44,8 @@ module qsmpm_recorder
     type(clock_type) :: clock
     !> First line of the log: the program and its version.
     character(len=:), allocatable :: banner
+    !> The scene that the model answers, where it is a reduced one: results are those of the scene.
+    type(whole_scene_type) :: whole
   end type recorder_options_type
 
   !> Everything that is open or remembered between two steps.
@@ -101,7 +104,15 @@ contains
     call open_log(recorder, error)
     if (allocated(error)) return
     call begin_log(recorder, model)
-    call open_tables(recorder, model, error)
+    if (is_reduced(recorder%options%whole)) then
+      call log_savings(recorder, model)
+      call follow_step(recorder%options%whole, model)
+      call open_tables(recorder, recorder%options%whole%model, error)
+    else
+      call open_tables(recorder, model, error)
+    end if
+    ! A run from the start has a picture of it.
+    if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine create
 
@@ -177,7 +188,7 @@ contains
     end if
   end subroutine begin_log
 
-  !> Begin or continue the curves and the pictures; a run from the start has a picture of it.
+  !> Begin or continue the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
     !> The recorder.
     type(recorder_type), intent(inout) :: recorder
@@ -203,9 +214,20 @@ contains
     there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
     there = there .and. recorder%options%continued
     if (model%analysis%output%hdf5 .and. .not. there) call write_mesh_results(recorder%directory, model, error)
-    if (allocated(error) .or. recorder%options%continued) return
-    call write_pictures(recorder, model, error)
   end subroutine open_tables
+
+  !> Tell by what the model is smaller than the scene.
+  subroutine log_savings(recorder, model)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    if (recorder%options%continued) return
+    call savings_text(recorder%options%whole, model, text)
+    call recorder%note(text)
+  end subroutine log_savings
 
   !> A step was accepted: its row, and what is due.
   subroutine accepted(self, model, record, error)
@@ -216,7 +238,7 @@ contains
     integer :: step
 
     step = model%state%progress%step
-    call append_row(self%curves, model, record, total_seconds(self), error)
+    call write_row(self, model, record, error)
     if (allocated(error)) return
     call write_log(self, step_text(model, record)//', '//integer_text(record%equations)// &
       ' equations, '//integer_text(record%holds)//' holds, '//integer_text(record%substeps)// &
@@ -233,6 +255,27 @@ contains
     end if
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine accepted
+
+  !> The row of a step, of the scene where the model is a reduced one.
+  subroutine write_row(recorder, model, record, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the step went.
+    type(step_record_type), intent(in) :: record
+    !> Set when the row could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    type(step_record_type) :: shown
+
+    if (is_reduced(recorder%options%whole)) then
+      call follow_step(recorder%options%whole, model)
+      call whole_record(recorder%options%whole, record, shown)
+      call append_row(recorder%curves, recorder%options%whole%model, shown, total_seconds(recorder), error)
+    else
+      call append_row(recorder%curves, model, record, total_seconds(recorder), error)
+    end if
+  end subroutine write_row
 
   !> A phase has ended: everything is written that this step has not written already.
   subroutine phase_done(self, model, error)
@@ -336,8 +379,27 @@ contains
     end if
   end subroutine keep_last_state
 
-  !> Write the pictures and results of the present step and their lists.
+  !> Write the pictures and results of the present step, those of the scene where the model is a
+  !> reduced one.
   subroutine write_pictures(recorder, model, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (is_reduced(recorder%options%whole)) then
+      call follow_step(recorder%options%whole, model)
+      call show_state(recorder%options%whole, model)
+      call write_fields(recorder, recorder%options%whole%model, error)
+    else
+      call write_fields(recorder, model, error)
+    end if
+  end subroutine write_pictures
+
+  !> Write the pictures and results of a state and their lists.
+  subroutine write_fields(recorder, model, error)
     !> The recorder.
     class(recorder_type), intent(inout) :: recorder
     !> The model.
@@ -362,7 +424,7 @@ contains
       if (allocated(error)) return
       call write_results_index(directory, recorder%pictures%steps, error)
     end associate
-  end subroutine write_pictures
+  end subroutine write_fields
 
   !> Write restart.h5.
   subroutine save_restart(recorder, model, error)

@@ -63,9 +63,9 @@ module qsmpm_model
     !> Traction vector of each surface (3, surfaces), and who carries it.
     real(wp), allocatable :: traction_start(:, :), traction_final(:, :)
     integer, allocatable :: carrier(:)
-    !> Mesh nodes of which a component is held, and cells with a face on the outside of the mesh that is
-    !> not held (node_count), (cell_count).
-    logical, allocatable :: held(:), open_edge(:)
+    !> Held components of the mesh nodes, and cells with a face on the outside of the mesh that is not held
+    !> along its normal (dimension, node_count), (cell_count).
+    logical, allocatable :: held(:, :), open_edge(:)
     !> Pressure and kind of support of each surface (surfaces).
     real(wp), allocatable :: pressure_start(:), pressure_final(:)
     integer, allocatable :: support(:)

@@ -25,6 +25,9 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
+  use test_scene, only: collect_scene
+  use test_revolved_profile, only: collect_revolved_profile
+  use test_scene_results, only: collect_scene_results
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -89,6 +92,9 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
+  call register('scene', collect_scene)
+  call register('revolved_profile', collect_revolved_profile)
+  call register('scene_results', collect_scene_results)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
