@@ -65,6 +65,11 @@ module qsmpm_cholmod_solver
       type(c_ptr), value :: handle
     end function qsmpm_cholmod_factor_size
 
+    real(c_double) function qsmpm_cholmod_operations(handle) bind(c)
+      import :: c_ptr, c_double
+      type(c_ptr), value :: handle
+    end function qsmpm_cholmod_operations
+
     integer(c_int) function qsmpm_cholmod_solve(handle, n, rhs, x) bind(c)
       import :: c_ptr, c_int, c_double
       type(c_ptr), value :: handle
@@ -126,6 +131,7 @@ contains
       call library_error(status, error)
     else
       self%negative_pivots = 0
+      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       self%factor_nonzeros = int(qsmpm_cholmod_factor_size(self%handle), long)
       call judge_pivots(self, matrix, error)
     end if

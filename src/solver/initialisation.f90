@@ -19,7 +19,7 @@ module qsmpm_initialisation
   use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_system, only: linear_system_type, start_system
+  use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
   implicit none
   private
@@ -78,7 +78,7 @@ contains
     call build_supports(model, step%activation, step%supports)
     call group_by_pressure(model, step)
     call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
-    step%equations%solver_kind = model%analysis%solver%kind
+    step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return

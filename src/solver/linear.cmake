@@ -18,6 +18,9 @@ target_sources(qsmpm PRIVATE
   ${linear_dir}/band_solver.f90
   ${linear_dir}/mumps_library.f90
   ${linear_dir}/mumps_solver.f90
+  ${linear_dir}/single_solver.f90
+  ${linear_dir}/incomplete_solver.f90
+  ${linear_dir}/krylov.f90
   ${suitesparse_sources}
   ${linear_dir}/solver_choice.f90
   ${linear_dir}/linear_system.f90)

@@ -35,8 +35,13 @@ module qsmpm_linear_solver
     logical :: indefinite = .false.
     !> Negative pivots of the last factorisation; -1 when the back end does not count them.
     integer :: negative_pivots = -1
+    !> The factors are not those of the matrix to working precision: a solution comes from a Krylov
+    !> method they precondition (qsmpm_krylov).
+    logical :: approximate = .false.
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
+    !> Floating-point operations of the factorisation, as the library counts them.
+    real(wp) :: factor_operations = 0.0_wp
     !> Size and entry count of the analysed pattern.
     integer, private :: n = 0
     integer, private :: entry_count = 0
@@ -126,6 +131,7 @@ contains
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     if (.not. self%analysed) then
       call fail(error, error_other, self%name//': the pattern was not analysed')
       return
@@ -208,6 +214,7 @@ contains
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     self%n = 0
     self%entry_count = 0
   end subroutine destroy

@@ -21,6 +21,9 @@ module qsmpm_step_error
 
   public :: step_error_type, measure_step_error
 
+  !> Residual of the move where it is iterated: an estimate needs no more.
+  real(wp), parameter :: digits_of_move = 1.0e-4_wp
+
   !> Errors of a step as shares.
   type :: step_error_type
     !> Of the stresses.
@@ -58,7 +61,7 @@ contains
     if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
     call gather(step%equations, step%evaluation%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
-    call solve_system(step%system, residual, move, error)
+    call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
     if (allocated(error)) return
     errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
   end subroutine measure_step_error
