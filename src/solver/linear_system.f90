@@ -27,9 +27,9 @@ module qsmpm_linear_system
   real(wp), parameter :: single_rate = 0.7_wp
   !> Operations a second of a factorisation over those of a solve, which waits for memory, and the share
   !> of a factorisation that sweeps with an old factor may cost.
-  real(wp), parameter :: speed_ratio = 6.5_wp, stale_share = 0.5_wp
+  real(wp), parameter :: speed_ratio = 4.5_wp, stale_share = 0.6_wp
   !> Sweeps an old factor must be allowed for KEEP FACTOR=AUTO to try it, and those of YES at least.
-  integer, parameter :: least_sweeps = 12, sweeps_of_yes = 10
+  integer, parameter :: least_sweeps = 8, sweeps_of_yes = 10
   !> Most matrices in a row that are factorised without a try after the old factor has failed.
   integer, parameter :: longest_pause = 15
   !> Sweeps with incomplete factors: this times n**(2/3), half of what a factorisation in 3D costs
@@ -102,7 +102,7 @@ contains
     if (matrix%n == 0) return
     kind = choose_solver(kind_for(system, choice), matrix%n, bandwidth, symmetric, dimension)
     system%banded = kind == solver_krylov
-    if (use_single(system%choice%precision, kind, matrix%n, dimension)) kind = solver_single
+    if (use_single(system%choice%precision, kind, matrix%n, symmetric, dimension)) kind = solver_single
     call make_solver(kind, matrix%n, bandwidth, symmetric, dimension, system%solver)
     call system%solver%analyse(matrix, error)
   end subroutine start_system

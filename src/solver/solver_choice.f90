@@ -22,8 +22,9 @@ module qsmpm_solver_choice
   integer, parameter :: widest_symmetric = 120, widest_unsymmetric = 50
   !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
   integer, parameter :: most_for_cholmod = 400000
-  !> Equations in three dimensions from which factors of single precision and Krylov methods pay.
-  integer, parameter :: least_for_single = 30000, least_for_krylov = 60000
+  !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov
+  !> methods with incomplete factors, for symmetric matrices only: those of yielding bodies stall them.
+  integer, parameter :: single_symmetric = 30000, single_unsymmetric = 10000, least_for_krylov = 100000
 
 contains
 
@@ -95,7 +96,7 @@ contains
     if (kind /= solver_auto .and. kind /= solver_direct) return
     if (bandwidth <= merge(widest_symmetric, widest_unsymmetric, symmetric)) then
       choose_solver = solver_band
-    else if (kind == solver_auto .and. dimension == 3 .and. n >= least_for_krylov) then
+    else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
     else if (symmetric .and. cholmod_available .and. .not. &
         (dimension == 3 .and. n > most_for_cholmod)) then
@@ -106,17 +107,19 @@ contains
   end function choose_solver
 
   !> Whether a direct solver of a kind is to work in single precision.
-  pure logical function use_single(precision, kind, n, dimension)
+  pure logical function use_single(precision, kind, n, symmetric, dimension)
     !> One of the `precision_*` values of the analysis.
     integer, intent(in) :: precision
     !> What `choose_solver` said.
     integer, intent(in) :: kind
     !> As for `make_solver`.
     integer, intent(in) :: n
+    logical, intent(in) :: symmetric
     integer, intent(in) :: dimension
 
     use_single = precision == precision_single
-    if (precision == precision_auto) use_single = dimension == 3 .and. n >= least_for_single
+    if (precision == precision_auto) use_single = dimension == 3 .and. &
+      n >= merge(single_symmetric, single_unsymmetric, symmetric)
     use_single = use_single .and. (kind == solver_cholmod .or. kind == solver_mumps)
   end function use_single
 
