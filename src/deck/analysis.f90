@@ -53,7 +53,11 @@ module qsmpm_analysis
     grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
   !> Linear solvers.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
-    solver_umfpack = 3, solver_mumps = 4
+    solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5
+  !> Precision of the factors.
+  integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
+  !> Whether a factor serves later matrices of the same pattern as a preconditioner.
+  integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
   !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
   !> How a phase starts its stresses.
@@ -180,6 +184,8 @@ module qsmpm_analysis
 
   type :: solver_choice_type
     integer :: kind = solver_auto
+    integer :: precision = precision_auto
+    integer :: keep_factor = keep_auto
   end type solver_choice_type
 
   !> Fixed components of a node set: zero displacement, or freed again.

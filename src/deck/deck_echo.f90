@@ -13,7 +13,7 @@ module qsmpm_deck_echo
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, solver_words, quantity_words, answer_words, cure_words
+    stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words
   implicit none
   private
 
@@ -86,7 +86,9 @@ contains
         real_text(m%stabilisation_factor)
     end associate
     call echo%line(method)
-    call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind)))
+    call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind))//', PRECISION='// &
+      trim(precision_words(analysis%solver%precision))//', KEEP FACTOR='// &
+      trim(keep_words(analysis%solver%keep_factor)))
     if (analysis%moving_mesh%active) call echo%line('*MOVING MESH, NSET='// &
       quoted(analysis%moving_mesh%set)//', AXIS='//trim(axis_words(analysis%moving_mesh%axis))// &
       ', BASE='//real_text(analysis%moving_mesh%base))

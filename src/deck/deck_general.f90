@@ -3,12 +3,14 @@
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
     moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, plane_strain, mirror_auto
+    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, plane_strain, mirror_auto, &
+    precision_single, solver_band, solver_umfpack, solver_krylov
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_words, only: bar_list, position_of, model_words, mirror_words, basis_words, integration_words, &
-    kinematics_words, rate_words, stabilisation_words, solver_words, axis_words, answer_words
+    kinematics_words, rate_words, stabilisation_words, solver_words, precision_words, keep_words, axis_words, &
+    answer_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_name, &
     kind_file, kind_integer, kind_real
   implicit none
@@ -60,6 +62,11 @@ contains
     call table%add('SOLVER', in_model, once, 'The solver of linear equations.', handle_solver)
     call table%parameter('TYPE', kind_word, 'AUTO chooses by size and symmetry', &
       default=trim(solver_words(solver%kind)), allowed=bar_list(solver_words))
+    call table%parameter('PRECISION', kind_word, 'of the factors of CHOLMOD and MUMPS: SINGLE takes half the '// &
+      'memory and is refined to what the step asks; a matrix it cannot refine is factorised in double '// &
+      'precision from then on', default=trim(precision_words(solver%precision)), allowed=bar_list(precision_words))
+    call table%parameter('KEEP FACTOR', kind_word, 'YES: a factor preconditions the matrices that follow it '// &
+      'until a new one is cheaper', default=trim(keep_words(solver%keep_factor)), allowed=bar_list(keep_words))
     call table%example('*SOLVER, TYPE=MUMPS')
 
     call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
@@ -229,7 +236,13 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    state%analysis%solver%kind = position_of(card%word('TYPE'), solver_words) - 1
+    associate (solver => state%analysis%solver)
+      solver%kind = position_of(card%word('TYPE'), solver_words) - 1
+      solver%precision = position_of(card%word('PRECISION'), precision_words) - 1
+      solver%keep_factor = position_of(card%word('KEEP FACTOR'), keep_words) - 1
+      if (solver%precision == precision_single .and. any(solver%kind == [solver_band, solver_umfpack, &
+        solver_krylov])) call state%fault(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
+    end associate
   end subroutine handle_solver
 
   !> *MOVING MESH.

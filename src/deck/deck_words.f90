@@ -37,8 +37,13 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
     'NONE', 'AUTO', 'UNIFORM PRESSURE']
   !> From 0.
-  character(len=n), parameter, public :: solver_words(0:4) = [character(len=n) :: &
-    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS']
+  character(len=n), parameter, public :: solver_words(0:5) = [character(len=n) :: &
+    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS', 'KRYLOV']
+  !> From 0.
+  character(len=n), parameter, public :: precision_words(0:2) = [character(len=n) :: &
+    'AUTO', 'DOUBLE', 'SINGLE']
+  !> From 0.
+  character(len=n), parameter, public :: keep_words(0:2) = [character(len=n) :: 'AUTO', 'NO', 'YES']
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']

@@ -103,6 +103,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     self%factor_nonzeros = size(self%band, kind=long)
+    self%factor_operations = merge(1.0_wp, 4.0_wp, self%symmetric)*size(self%band, 2)*real(self%half + 1, wp)**2
     call fill_band(self, matrix)
     self%factor_operations = operations(matrix%n, self%half, self%symmetric)
     if (self%symmetric) then

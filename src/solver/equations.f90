@@ -11,7 +11,7 @@ module qsmpm_equations
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
   use qsmpm_solver_choice, only: choose_solver
-  use qsmpm_analysis, only: solver_band, solver_umfpack
+  use qsmpm_analysis, only: solver_band, solver_umfpack, solver_krylov
   use qsmpm_error, only: error_type
   implicit none
   private
@@ -208,12 +208,13 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
-    integer :: i, c, node, width
+    integer :: i, c, node, width, kind
 
     call order_bandwidth(first, neighbour, position)
     width = (node_distance(first, neighbour, position) + 1)*size(equations%constrained, 1)
-    if (choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
-      equations%symmetric, size(equations%constrained, 1)) /= solver_band) then
+    kind = choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
+      equations%symmetric, size(equations%constrained, 1))
+    if (kind /= solver_band .and. kind /= solver_krylov) then
       call order_metis(first, neighbour, position, error)
       if (allocated(error)) return
     end if

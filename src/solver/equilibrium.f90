@@ -230,7 +230,8 @@ contains
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call solve_system(step%system, rhs, x, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
+      digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
     call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       solution%cause = error_singular
@@ -239,6 +240,16 @@ contains
     end if
     call scatter(step%equations, x, correction)
   end subroutine correct
+
+  !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
+  !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
+  pure real(wp) function digits_of_correction(tolerance, out_of_balance)
+    !> Out-of-balance allowed, and the one to be corrected.
+    real(wp), intent(in) :: tolerance, out_of_balance
+    real(wp), parameter :: coarsest = 1.0e-3_wp, finest = 1.0e-11_wp, margin = 0.1_wp
+
+    digits_of_correction = min(coarsest, max(finest, margin*tolerance/max(out_of_balance, tolerance)))
+  end function digits_of_correction
 
   !> Take the correction, or as much of it as lowers the residual.
   subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)

@@ -22,7 +22,7 @@ module qsmpm_initialisation
   use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_system, only: linear_system_type, start_system
+  use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
   use qsmpm_run_profile, only: run_profile_type
   implicit none
@@ -96,7 +96,7 @@ contains
     else
       call join_patches(step%at_points, step%stabilisation%patches, step%supports%patches, patches)
     end if
-    step%equations%solver_kind = model%analysis%solver%kind
+    step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model)
     call turn_to(step%profile%watch, part_analysis)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)

@@ -35,6 +35,9 @@ module qsmpm_linear_solver
     logical :: indefinite = .false.
     !> Negative pivots of the last factorisation; -1 when the back end does not count them.
     integer :: negative_pivots = -1
+    !> The factors are not those of the matrix to working precision: a solution comes from a Krylov
+    !> method they precondition (qsmpm_krylov).
+    logical :: approximate = .false.
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
     !> Floating-point operations of the last factorisation; 0 when the back end does not tell.

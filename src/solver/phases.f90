@@ -162,6 +162,10 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
+    if (allocated(step%system%note)) then
+      call observer%note(step%system%note)
+      deallocate (step%system%note)
+    end if
     model%state%progress%step = model%state%progress%step + 1
     model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     record%inaccurate_points = step%inaccurate_points

@@ -10,19 +10,22 @@
 module qsmpm_step_error
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_law, only: law_slot_type, tangent_none
+  use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_linear_system, only: solve_system
   use qsmpm_model, only: model_type
   use qsmpm_integration, only: integration_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_linear_system, only: solve_system
-  use qsmpm_system_matrix, only: gather
+  use qsmpm_system_matrix, only: complete_matrix, gather
   implicit none
   private
 
   public :: step_error_type, measure_step_error
+
+  !> Residual of the move where it is iterated: an estimate needs no more.
+  real(wp), parameter :: digits_of_move = 1.0e-4_wp
 
   !> Errors of a step as shares.
   type :: step_error_type
@@ -70,10 +73,35 @@ contains
     if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
     call gather(step%equations, whole%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
-    call solve_system(step%system, residual, move, error)
+    call respond_to(model, step, displacement, residual, move, error)
     if (allocated(error)) return
     errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
   end subroutine measure_step_error
+
+  !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
+  !> preconditioner, by the present matrix.
+  subroutine respond_to(model, step, displacement, residual, move, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Residual (equations).
+    real(wp), intent(in) :: residual(:)
+    !> The answer (equations).
+    real(wp), intent(out) :: move(:)
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (step%system%solver%approximate) then
+      call evaluate_step(model, step, displacement, tangent_consistent)
+      call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+      call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
+    else
+      call step%system%solver%solve(residual, move, error)
+    end if
+  end subroutine respond_to
 
   !> The laws, each in two halves a step.
   subroutine halve(laws, halved)

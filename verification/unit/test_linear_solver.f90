@@ -7,13 +7,14 @@ module test_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, error_singular
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps
+  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
+    solver_krylov, precision_auto, precision_double, precision_single
   use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, residual_norm, bandwidth, &
     row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_cholmod_solver, only: cholmod_available
-  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver
+  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver, use_single, solver_direct
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
   use model_matrices, only: upper_triangle, node_graph, elastic_matrix
   use testing, only: tests_type
@@ -94,7 +95,18 @@ contains
     call tests%check('a wide unsymmetric matrix goes to MUMPS', &
       choose_solver(solver_auto, 10000, 500, .false., 3) == solver_mumps)
     call tests%check('a factor too large for CHOLMOD goes to MUMPS', &
-      choose_solver(solver_auto, 1000000, 30000, .true., 3) == solver_mumps)
+      choose_solver(solver_direct, 1000000, 30000, .true., 3) == solver_mumps)
+    call tests%check('a large symmetric matrix in 3D is iterated', &
+      choose_solver(solver_auto, 1000000, 30000, .true., 3) == solver_krylov)
+    call tests%check('a large unsymmetric one is not', &
+      choose_solver(solver_auto, 1000000, 30000, .false., 3) == solver_mumps)
+    call tests%check('single precision is for large matrices in 3D, and where it is asked for', &
+      use_single(precision_auto, solver_mumps, 50000, .false., 3) .and. &
+      .not. use_single(precision_auto, solver_mumps, 50000, .false., 2) .and. &
+      .not. use_single(precision_auto, solver_mumps, 5000, .false., 3) .and. &
+      .not. use_single(precision_double, solver_mumps, 50000, .false., 3) .and. &
+      use_single(precision_single, solver_mumps, 500, .true., 2) .and. &
+      .not. use_single(precision_single, solver_band, 500, .true., 2))
     call tests%check('a solver asked for is kept', &
       choose_solver(solver_umfpack, 10, 1, .false., 2) == solver_umfpack)
     call tests%check('an unsymmetric matrix asked of CHOLMOD goes to MUMPS', &
