@@ -5,16 +5,16 @@
 !> a point that does not yield needs neither principal values nor directions. A point that yields needs
 !> twice the angle of the directions only: cos = h/r, sin = o/r, r = sqrt(h^2 + o^2).
 !>
-!> A tensor of the plane block is written as mean, half difference and shear, (a_11 + a_22)/2,
-!> (a_11 - a_22)/2, a_12. In these the tangent c - (d tau + tau d) of the Kirchhoff stress is a matrix K,
-!> with the component 33 as the fourth; a change F_kL gives l = e_k F^-1(L,:), whose symmetric part has
-!> half the components of the vector r_kL of `pull_back`, so that with S = F^-1 tau F^-T
+!> Tensors are those of qsmpm_plane_frame. On them the tangent c - (d tau + tau d) of the Kirchhoff stress is
+!> a matrix K; a change F_kL gives l = e_k F^-1(L,:), whose symmetric part has half the components of the
+!> vector r_kL of `pull_back`, so that with S = F^-1 tau F^-T
 !>   A_iJkL = r_iJ K r_kL/2 + (i = k) S_JL.
 !> Everything is per volume of the start of the step: divided by J_n.
 module qsmpm_logarithmic_plane
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, response_type, elastic_strain, respond, &
     blend_elastic, inside_strength
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
@@ -63,7 +63,8 @@ contains
       if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), trial, &
         tangent /= tangent_none, batch%state(:, p), tau, k)
       batch%plastic(p) = merge(1, 0, yields)
-      call store_stress(trial, tau, batch%gradient(:, p), batch%stress(:, p), batch%piola(:, p))
+      batch%stress(:, p) = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
+      call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
       if (.not. yields) call elastic_stiffness(model, trial, k)
       call pull_back(trial, k, batch%gradient(:, p), batch%volume_ratio(p), batch%tangent(:, :, p))
@@ -219,19 +220,6 @@ contains
     call plastic_stiffness(model, response, trial, c, s, k)
   end subroutine return_point
 
-  !> Mean, half difference, shear and 33 of a tensor with given principal values.
-  pure function from_principal(value, c, s) result(tensor)
-    !> Principal values (3).
-    real(wp), intent(in) :: value(3)
-    !> Cosine and sine of twice the angle of the first direction.
-    real(wp), intent(in) :: c, s
-    real(wp) :: tensor(4)
-    real(wp) :: half
-
-    half = 0.5_wp*(value(1) - value(2))
-    tensor = [0.5_wp*(value(1) + value(2)), half*c, half*s, value(3)]
-  end function from_principal
-
   !> K of a point that yields: in the frame of the principal directions, then turned.
   pure subroutine plastic_stiffness(model, response, trial, c, s, k)
     !> Moduli.
@@ -244,31 +232,16 @@ contains
     real(wp), intent(in) :: c, s
     !> K.
     real(wp), intent(out) :: k(4, 4)
-    real(wp) :: d(3, 3), row_sum, mean, half, difference, shear
-    integer :: a, b
+    real(wp) :: d(3, 3), row_sum, shear
+    integer :: a
 
     do a = 1, 3
       row_sum = response%derivative(a, 1) + response%derivative(a, 2) + response%derivative(a, 3)
-      do b = 1, 3
-        d(a, b) = model%lame*row_sum + 2.0_wp*model%shear*response%derivative(a, b)
-      end do
+      d(a, :) = model%lame*row_sum + 2.0_wp*model%shear*response%derivative(a, :)
+      d(a, a) = d(a, a) - 2.0_wp*response%stress(a)
     end do
-    mean = response%stress(1) + response%stress(2)
-    half = response%stress(1) - response%stress(2)
-    shear = 2.0_wp*model%shear*response%quotient(1)*trial%g - mean
-    difference = 0.5_wp*(d(1, 1) - d(1, 2) - d(2, 1) + d(2, 2)) - mean
-    k(1, 1) = 0.5_wp*(d(1, 1) + d(1, 2) + d(2, 1) + d(2, 2)) - mean
-    k(1, 2:3) = (0.5_wp*(d(1, 1) - d(1, 2) + d(2, 1) - d(2, 2)) - half)*[c, s]
-    k(2:3, 1) = (0.5_wp*(d(1, 1) + d(1, 2) - d(2, 1) - d(2, 2)) - half)*[c, s]
-    k(2, 2) = c*c*difference + s*s*shear
-    k(2, 3) = c*s*(difference - shear)
-    k(3, 2) = k(2, 3)
-    k(3, 3) = s*s*difference + c*c*shear
-    k(1, 4) = 0.5_wp*(d(1, 3) + d(2, 3))
-    k(2:3, 4) = 0.5_wp*(d(1, 3) - d(2, 3))*[c, s]
-    k(4, 1) = 0.5_wp*(d(3, 1) + d(3, 2))
-    k(4, 2:3) = 0.5_wp*(d(3, 1) - d(3, 2))*[c, s]
-    k(4, 4) = d(3, 3) - 2.0_wp*response%stress(3)
+    shear = 2.0_wp*model%shear*response%quotient(1)*trial%g - response%stress(1) - response%stress(2)
+    k = frame_map(d, shear, c, s)
   end subroutine plastic_stiffness
 
   !> K of a point that does not yield.
@@ -286,32 +259,11 @@ contains
     h = trial%h/trial%m
     o = trial%o/trial%m
     k(:, 1) = [2.0_wp*(model%lame + model%shear - trial%tau(1)), -2.0_wp*trial%tau(2), -2.0_wp*trial%tau(3), &
-      model%lame]
+      2.0_wp*model%lame]
     k(:, 2) = [k(2, 1), shear - turned*h*h, -turned*h*o, 0.0_wp]
     k(:, 3) = [k(3, 1), k(3, 2), shear - turned*o*o, 0.0_wp]
     k(:, 4) = [model%lame, 0.0_wp, 0.0_wp, model%lame + 2.0_wp*model%shear - 2.0_wp*trial%tau(4)]
   end subroutine elastic_stiffness
-
-  !> Cauchy stress and Q of a Kirchhoff stress.
-  pure subroutine store_stress(trial, tau, f, stress, piola)
-    !> The point.
-    type(trial_type), intent(in) :: trial
-    !> Stress: mean, half difference, shear, 33.
-    real(wp), intent(in) :: tau(4)
-    !> Incremental deformation gradient, packed.
-    real(wp), intent(in) :: f(5)
-    !> Cauchy stress.
-    real(wp), intent(out) :: stress(4)
-    !> Q, packed.
-    real(wp), intent(out) :: piola(5)
-
-    stress = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
-    piola(1) = (stress(1)*f(4) - stress(4)*f(3))*f(5)
-    piola(2) = (stress(4)*f(4) - stress(2)*f(3))*f(5)
-    piola(3) = (stress(4)*f(1) - stress(1)*f(2))*f(5)
-    piola(4) = (stress(2)*f(1) - stress(4)*f(2))*f(5)
-    piola(5) = stress(3)*trial%det
-  end subroutine store_stress
 
   !> A = dQ/dF of K and the stress.
   pure subroutine pull_back(trial, k, f, volume_ratio, a)
@@ -336,7 +288,7 @@ contains
     do j = 1, 4
       t = half*(k(1:3, 1)*r(j, 1) + k(1:3, 2)*r(j, 2) + k(1:3, 3)*r(j, 3))
       a(1:4, j) = r(:, 1)*t(1) + r(:, 2)*t(2) + r(:, 3)*t(3)
-      a(5, j) = trial%scale*(k(4, 1)*r(j, 1) + k(4, 2)*r(j, 2) + k(4, 3)*r(j, 3))
+      a(5, j) = 0.5_wp*trial%scale*(k(4, 1)*r(j, 1) + k(4, 2)*r(j, 2) + k(4, 3)*r(j, 3))
     end do
     a(1:4, 5) = trial%scale*(r(:, 1)*k(1, 4) + r(:, 2)*k(2, 4) + r(:, 3)*k(3, 4))
     a(5, 5) = (k(4, 4) + trial%tau(4))/(volume_ratio*f(5)*f(5))

@@ -21,7 +21,8 @@ contains
     !> x^2.
     real(wp), intent(in) :: y
 
-    artanh_terms = 1.0_wp/3.0_wp + y*(0.2_wp + y*(1.0_wp/7.0_wp + y*(1.0_wp/9.0_wp + y*(1.0_wp/11.0_wp &
-      + y/13.0_wp))))
+    ! In pairs, which do not wait for each other.
+    artanh_terms = (1.0_wp/3.0_wp + 0.2_wp*y) + y*y*((1.0_wp/7.0_wp + (1.0_wp/9.0_wp)*y) &
+      + y*y*(1.0_wp/11.0_wp + (1.0_wp/13.0_wp)*y))
   end function artanh_terms
 end module qsmpm_logarithmic_series

@@ -13,12 +13,12 @@ module qsmpm_equilibrium
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_model, only: model_type
-  use qsmpm_run_profile, only: count_evaluation, count_factorisation, count_iteration
+  use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
@@ -96,7 +96,11 @@ contains
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
     allocate (solution%displacement, mold=goal%force)
     solution%displacement = 0.0_wp
-    call timed_evaluation(model, step, solution%displacement, tangent)
+    if (any(abs(goal%prescribed) > 0.0_wp)) then
+      call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
+    else
+      call evaluate_step(model, step, solution%displacement, tangent)
+    end if
     if (.not. step%evaluation%ok) then
       call give_up(step, 'the stress of a point could not be updated', solution)
       return
@@ -119,23 +123,6 @@ contains
     solution%converged = .true.
     call take_shares(step, goal, solution)
   end subroutine solve_equilibrium
-
-  !> Evaluate stresses and forces, on the account of that part.
-  subroutine timed_evaluation(model, step, displacement, tangent)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    !> tangent_none, tangent_consistent or tangent_elastic.
-    integer, intent(in) :: tangent
-
-    call turn_to(step%profile%watch, part_evaluation)
-    call evaluate(step%integration, model%laws, displacement, tangent, step%evaluation)
-    call turn_to(step%profile%watch, part_control)
-    call count_evaluation(step%profile, step%integration%point_count)
-  end subroutine timed_evaluation
 
   !> Note why the solution is not to be used.
   subroutine give_up(step, reason, solution)
@@ -215,7 +202,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call build_matrix(step, goal%drag, model%mesh%dimension)
+      call complete_matrix(step, goal%drag, model%mesh%dimension)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
       call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
@@ -269,7 +256,7 @@ contains
     wanted = merge(tangent_none, tangent, frozen)
     do halving = 0, most_halvings
       solution%displacement = start + length*correction
-      call timed_evaluation(model, step, solution%displacement, wanted)
+      call evaluate_step(model, step, solution%displacement, wanted)
       if (step%evaluation%ok) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit

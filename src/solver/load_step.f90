@@ -10,8 +10,8 @@ module qsmpm_load_step
   use qsmpm_error, only: error_type
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection
   use qsmpm_analysis, only: controls_type
-  use qsmpm_model, only: model_type, state_type
-  use qsmpm_model_window, only: restore
+  use qsmpm_model, only: model_type
+  use qsmpm_kept_state, only: kept_places_type, keep, restore
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
@@ -48,11 +48,10 @@ contains
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
-    type(state_type) :: before
+    type(kept_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
-    before = model%state
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     goal%tolerance = tolerance
     goal%drag = drag
@@ -81,6 +80,7 @@ contains
     end if
 
     ! Convective phase, section 3.3: eqs. 28, 29
+    call keep(model, before)
     call take_reactions_and_work(model, step, goal, force_before, solution)
     call turn_to(step%profile%watch, part_convection)
     call convect(model, step, solution%displacement, error)
@@ -112,7 +112,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_error_type) :: errors
 
-    call measure_step_error(step, model%laws, solution%displacement, errors, error)
+    call measure_step_error(model, step, solution%displacement, errors, error)
     if (allocated(error)) return
     solution%step_error = max(errors%path, errors%position)
     solution%too_long = solution%step_error > controls%step_error .and. &

@@ -23,7 +23,7 @@ module qsmpm_model_window
   implicit none
   private
 
-  public :: follow_material, restore, fit_window
+  public :: follow_material, restore, return_to_window, place_mesh, fit_window
 
 contains
 
@@ -181,14 +181,31 @@ contains
     !> The model.
     type(model_type), intent(inout) :: model
 
-    if (model%analysis%mesh%kind == mesh_grid) then
-      if (.not. model%state%window == state%window) call fit_window(model, state%window)
-    end if
+    call return_to_window(model, state%window)
     model%state = state
-    model%mesh%coordinates = state%coordinates
+    call place_mesh(model)
+  end subroutine restore
+
+  !> Lay a window again that was there before, when it is another one.
+  subroutine return_to_window(model, window)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The window.
+    type(window_type), intent(in) :: window
+
+    if (model%analysis%mesh%kind /= mesh_grid) return
+    if (.not. model%state%window == window) call fit_window(model, window)
+  end subroutine return_to_window
+
+  !> Mesh and space where the state says the nodes are.
+  subroutine place_mesh(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+
+    model%mesh%coordinates = model%state%coordinates
     if (model%analysis%moving_mesh%active) call find_moving_bounds(model)
     call refresh_space(model%space, model%mesh)
-  end subroutine restore
+  end subroutine place_mesh
 
   !> Ends of a moving mesh along its axis, of which all rows are there.
   subroutine find_moving_bounds(model)

@@ -27,9 +27,9 @@ program conditioning
   use qsmpm_house_keeping, only: relocate
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_law, only: tangent_elastic
-  use qsmpm_system_matrix, only: build_matrix
+  use qsmpm_system_matrix, only: complete_matrix
   implicit none
 
   interface
@@ -120,8 +120,8 @@ contains
     call initialise_step(model, step, error)
     call give_up(error)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    call evaluate(step%integration, model%laws, still, tangent_elastic, step%evaluation)
-    call build_matrix(step, 0.0_wp, model%mesh%dimension)
+    call evaluate_step(model, step, still, tangent_elastic)
+    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
     call make_dense(step, matrix)
     plain = condition(matrix)
     allocate (roots(size(matrix, 1)))
