@@ -16,7 +16,7 @@ module qsmpm_cell_average
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
   use qsmpm_cell_fit, only: fit_cell, fit_order, monomials, monomial_count
   use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
-    set_average, set_radius, take_point
+    set_average, take_point
   implicit none
   private
 
@@ -25,12 +25,14 @@ module qsmpm_cell_average
 contains
 
   !> Replace the points of full cells by Gauss points.
-  subroutine integrate_in_cells(mesh, space, activation, points, laws, domains, at_points, integration, &
+  subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
     inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
+    !> Volumes are per radian.
+    logical, intent(in) :: is_axisymmetric
     !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> The material points.
@@ -39,15 +41,13 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> Domains of the points; used when the space is averaged.
     type(domains_type), intent(in) :: domains
-    !> The same model integrated at its points.
-    type(integration_type), intent(in) :: at_points
     !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     !> Points of full cells that differ much from the fit.
     integer, intent(out) :: inaccurate
     type(pieces_type) :: pieces
     logical, allocatable :: whole(:)
-    integer :: g, group, count
+    integer :: g, group, own
 
     if (space%averaged) then
       call cut_domains(space, mesh%cell_count, domains, pieces)
@@ -58,40 +58,37 @@ contains
     do g = 1, size(whole)
       group = activation%active_number(pieces%cell(g))
       whole(g) = group > 0
-      if (whole(g)) whole(g) = activation%full(group) .and. one_material(at_points, group)
+      if (whole(g)) whole(g) = activation%full(group) .and. &
+        one_material(points%material(activation%point(activation%first(group):activation%first(group + 1) - 1)))
     end do
-    integration%axisymmetric = at_points%axisymmetric
+    integration%axisymmetric = is_axisymmetric
     call set_group_nodes(mesh, space, pieces%cell, integration)
-    call count_points(mesh, space, pieces, whole, integration%first, count)
-    call allocate_integration(mesh%dimension, count, size(points%stress, 1), &
-      size(points%state, 1), integration)
+    call count_points(mesh, space, pieces, whole, integration%first, own)
+    call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), own, .false., integration)
     inaccurate = 0
+    own = 0
     do g = 1, size(whole)
       if (whole(g)) then
-        call average_cell(mesh, space, points, laws, at_points, activation%active_number(pieces%cell(g)), &
-          g, integration, inaccurate)
+        group = activation%active_number(pieces%cell(g))
+        call average_cell(mesh, space, points, laws, &
+          activation%point(activation%first(group):activation%first(group + 1) - 1), g, own, integration, inaccurate)
       else
         call take_pieces(mesh, space, points, pieces, g, integration)
       end if
     end do
   end subroutine integrate_in_cells
 
-  !> True when all points of a group are of one material.
-  pure function one_material(integration, group) result(one)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    !> Number of the group.
-    integer, intent(in) :: group
+  !> True when all points of a cell are of one material.
+  pure function one_material(material) result(one)
+    !> Materials of the points.
+    integer, intent(in) :: material(:)
     logical :: one
 
-    associate (material => integration%material(integration%first(group): &
-      integration%first(group + 1) - 1))
-      one = all(material == material(1))
-    end associate
+    one = all(material == material(1))
   end function one_material
 
-  !> First integration point of every group, and their total.
-  subroutine count_points(mesh, space, pieces, whole, first, count)
+  !> First integration point of every group, and the number of Gauss points.
+  subroutine count_points(mesh, space, pieces, whole, first, own)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
@@ -102,20 +99,21 @@ contains
     logical, intent(in) :: whole(:)
     !> First places of the rows.
     integer, intent(inout) :: first(:)
-    integer, intent(out) :: count
+    integer, intent(out) :: own
     real(wp), allocatable :: places(:, :), weights(:)
     integer :: g
 
     first(1) = 1
+    own = 0
     do g = 1, size(whole)
       if (whole(g)) then
         call cell_rule(space, mesh%cell_kind(pieces%cell(g)), places, weights)
         first(g + 1) = first(g) + size(weights)
+        own = own + size(weights)
       else
         first(g + 1) = first(g) + pieces%first(g + 1) - pieces%first(g)
       end if
     end do
-    count = first(size(whole) + 1) - 1
   end subroutine count_points
 
   !> The pieces of a cell as they are.
@@ -139,8 +137,7 @@ contains
       p = pieces%point(n)
       q = integration%first(group) + n - pieces%first(group)
       if (space%averaged) then
-        call set_average(space, pieces%low(:, n), pieces%high(:, n), first, count, q, integration)
-        call set_radius(mesh, space, group, q, integration)
+        call set_average(mesh, space, pieces%low(:, n), pieces%high(:, n), first, count, group, q, integration)
       else
         call set_basis(mesh, space, group, q, points%local(:, p), integration)
       end if
@@ -149,7 +146,7 @@ contains
   end subroutine take_pieces
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
-  subroutine average_cell(mesh, space, points, laws, at_points, active, group, integration, inaccurate)
+  subroutine average_cell(mesh, space, points, laws, chosen, group, own, integration, inaccurate)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
@@ -158,10 +155,12 @@ contains
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> The same integrated at the material points.
-    type(integration_type), intent(in) :: at_points
-    !> Number of the cell's group among the points, and of the group that is filled.
-    integer, intent(in) :: active, group
+    !> Material points of the cell.
+    integer, intent(in) :: chosen(:)
+    !> Number of the group that is filled.
+    integer, intent(in) :: group
+    !> Gauss points so far, added to.
+    integer, intent(inout) :: own
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     !> Count of inaccurate points, added to.
@@ -170,22 +169,24 @@ contains
     real(wp) :: determinant
     integer :: kind, material, fields, order, q, k
 
-    kind = mesh%cell_kind(at_points%cell(active))
-    material = at_points%material(at_points%first(active))
+    kind = mesh%cell_kind(integration%cell(group))
+    material = points%material(chosen(1))
     fields = laws(material)%law%fit_count()
-    order = fit_order(space, mesh%dimension, at_points%first(active + 1) - at_points%first(active))
+    order = fit_order(space, mesh%dimension, size(chosen))
     allocate (coefficients(monomial_count(mesh%dimension, order), fields + 1), sampled(fields + 1))
-    call fit_cell(mesh, points, laws(material), at_points, active, coefficients, inaccurate)
+    call fit_cell(kind, points, laws(material), chosen, coefficients, inaccurate)
     call cell_rule(space, kind, places, weights)
     do k = 1, size(weights)
       q = integration%first(group) + k - 1
       call set_basis(mesh, space, group, q, places(:, k), integration, determinant)
       sampled = matmul(monomials(kind, places(:, k), size(coefficients, 1)), coefficients)
       integration%weight(q) = weights(k)*determinant
-      integration%volume_ratio(q) = exp(sampled(fields + 1))
       integration%material(q) = material
-      call laws(material)%law%from_fields(sampled(:fields), integration%volume_ratio(q), &
-        integration%stress(:, q), integration%state(:laws(material)%law%state_count, q))
+      own = own + 1
+      integration%source(q) = -own
+      integration%volume_ratio(own) = exp(sampled(fields + 1))
+      call laws(material)%law%from_fields(sampled(:fields), integration%volume_ratio(own), &
+        integration%stress(:, own), integration%state(:laws(material)%law%state_count, own))
     end do
   end subroutine average_cell
 

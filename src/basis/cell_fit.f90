@@ -7,11 +7,9 @@
 module qsmpm_cell_fit
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, local_centre
-  use qsmpm_mesh, only: mesh_type
   use qsmpm_space, only: space_type
   use qsmpm_points, only: points_type
   use qsmpm_law, only: law_slot_type
-  use qsmpm_integration, only: integration_type
   implicit none
   private
 
@@ -25,17 +23,15 @@ module qsmpm_cell_fit
 contains
 
   !> Coefficients of the fit; the last field is ln J.
-  subroutine fit_cell(mesh, points, slot, at_points, group, coefficients, inaccurate)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
+  subroutine fit_cell(kind, points, slot, chosen, coefficients, inaccurate)
+    !> Element kind of the cell.
+    integer, intent(in) :: kind
     !> The material points.
     type(points_type), intent(in) :: points
     !> The law.
     type(law_slot_type), intent(in) :: slot
-    !> The same integrated at the material points.
-    type(integration_type), intent(in) :: at_points
-    !> Number of the group.
-    integer, intent(in) :: group
+    !> Material points of the cell.
+    integer, intent(in) :: chosen(:)
     !> (monomials, fields + 1).
     real(wp), intent(out) :: coefficients(:, :)
     !> Count of inaccurate points, added to.
@@ -43,28 +39,26 @@ contains
     real(wp) :: normal(size(coefficients, 1), size(coefficients, 1)), z(size(coefficients, 1))
     real(wp), allocatable :: y(:, :), monomial(:, :)
     real(wp) :: volume
-    integer :: q, p, k, n, last, i
+    integer :: p, k, n, last, i
 
-    n = at_points%first(group + 1) - at_points%first(group)
+    n = size(chosen)
     last = size(coefficients, 2)
     allocate (y(last, n), monomial(size(z), n))
     normal = 0.0_wp
     coefficients = 0.0_wp
     volume = 0.0_wp
     do k = 1, n
-      q = at_points%first(group) + k - 1
-      p = at_points%source(q)
-      z = monomials(mesh%cell_kind(at_points%cell(group)), points%local(:, p), size(z))
-      call slot%law%to_fields(at_points%stress(:, q), &
-        at_points%state(:slot%law%state_count, q), y(:last - 1, k))
-      y(last, k) = log(at_points%volume_ratio(q))
+      p = chosen(k)
+      z = monomials(kind, points%local(:, p), size(z))
+      call slot%law%to_fields(points%stress(:, p), points%state(:slot%law%state_count, p), y(:last - 1, k))
+      y(last, k) = log(points%volume(p)/points%initial_volume(p))
       monomial(:, k) = z
-      volume = volume + at_points%weight(q)
+      volume = volume + points%volume(p)
       do i = 1, size(z)
-        normal(:, i) = normal(:, i) + at_points%weight(q)*z*z(i)
+        normal(:, i) = normal(:, i) + points%volume(p)*z*z(i)
       end do
       do i = 1, last
-        coefficients(:, i) = coefficients(:, i) + at_points%weight(q)*z*y(i, k)
+        coefficients(:, i) = coefficients(:, i) + points%volume(p)*z*y(i, k)
       end do
     end do
     normal = normal/volume

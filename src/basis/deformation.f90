@@ -2,7 +2,7 @@
 module qsmpm_deformation
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: unpack_gradient, pack_gradient, identity
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, place_of
   implicit none
   private
 
@@ -39,18 +39,20 @@ contains
     !> Group and integration point.
     integer, intent(in) :: group, point
     real(wp) :: f(3, 3)
-    integer :: a, j, d, first
+    integer :: a, j, d, n, first, place
 
     d = size(displacement, 1)
     f = identity
     first = at_points%node_first(group)
-    do a = first, at_points%node_first(group + 1) - 1
-      do j = 1, d
-        f(:d, j) = f(:d, j) &
-          + displacement(:, at_points%nodes(a))*at_points%gradient(j, a - first + 1, point)
-      end do
-      if (at_points%axisymmetric) f(3, 3) = f(3, 3) + displacement(1, at_points%nodes(a)) &
-        *at_points%shape(a - first + 1, point)/at_points%radius(point)
+    n = at_points%node_first(group + 1) - first
+    place = at_points%directions*place_of(at_points, group, point)
+    do a = 1, n
+      associate (u => displacement(:, at_points%nodes(first + a - 1)))
+        do j = 1, d
+          f(:d, j) = f(:d, j) + u*at_points%gradient(place + (j - 1)*n + a)
+        end do
+        if (at_points%axisymmetric) f(3, 3) = f(3, 3) + u(1)*at_points%gradient(place + 2*n + a)
+      end associate
     end do
   end function step_gradient
 end module qsmpm_deformation

@@ -1,47 +1,52 @@
 !> The one data structure of the assembler: integration points with a weight, a start state and the
 !> basis functions they see, grouped so that a group is assembled densely and scattered once.
 !>
-!> A group is the part of one cell that is integrated together; all its points see the same nodes.
-!> Whether a point is a material point (eqs. 16-20 integrated over Omega_p) or a Gauss point of a
-!> full cell, and whether its functions are an element's, a spline's or their averages over a domain,
-!> makes no difference to who uses this. In axisymmetry volumes are per radian.
+!> All points of a group see the same nodes. Whether a point is a material point (eqs. 16-20 integrated
+!> over Omega_p) or a Gauss point of a full cell, and whether its functions are an element's, a spline's
+!> or their averages over a domain, makes no difference to who uses this. In axisymmetry volumes are per
+!> radian.
+!>
+!> The functions are packed without gaps, node first: with n nodes and k = q - first(g) the values of
+!> point q of group g follow place b = value_first(g) + k n of `shape`, and its gradients place
+!> `directions` b of `gradient`, direction by direction. So the gradients of a whole group are one
+!> matrix (n, directions * points). In axisymmetry the third direction is the hoop, N/r.
+!> qsmpm_point_integration and qsmpm_cell_average fill it.
 module qsmpm_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type
-  use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, tensor_nodes, &
-    node_position, most_functions
-  use qsmpm_spline_axis, only: axis_averages, interval_cells, most_averaged
-  use qsmpm_domains, only: domains_type
+  use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, node_position, most_functions
+  use qsmpm_spline_axis, only: axis_averages, most_averaged
   implicit none
   private
 
-  public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, set_radius, &
-    take_point, integrate_at_points
+  public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, set_hoop, &
+    take_point, place_of, group_of
 
   !> Integration points in groups.
   type :: integration_type
     integer :: group_count = 0, point_count = 0
+    !> Directions of a gradient: the dimension, in axisymmetry three.
+    integer :: directions = 0
     logical :: axisymmetric = .false.
-    !> Cell of each group (group_count).
+    !> Cell of each group, of its first point where domains reach over faces (group_count).
     integer, allocatable :: cell(:)
     !> Points of group g: first(g) : first(g+1)-1.
     integer, allocatable :: first(:)
     !> Nodes of the space that group g sees: nodes(node_first(g) : node_first(g+1)-1).
     integer, allocatable :: node_first(:), nodes(:)
-    !> Basis functions and their derivatives at the start of the step
-    !> (most nodes of a group, n) and (dimension, most nodes, n).
-    real(wp), allocatable :: shape(:, :), gradient(:, :, :)
-    !> Distance from the axis (n), axisymmetry only.
-    real(wp), allocatable :: radius(:)
-    !> Volume at the start of the step and its ratio to the initial one (n).
-    real(wp), allocatable :: weight(:), volume_ratio(:)
-    !> Start stress (4 or 6, n) and law state (states, n).
-    real(wp), allocatable :: stress(:, :), state(:, :)
+    !> Values of the functions before those of each group (group_count+1).
+    integer, allocatable :: value_first(:)
+    !> Basis functions (none where they are not wanted) and their gradients at the start of the step.
+    real(wp), allocatable :: shape(:), gradient(:)
+    !> Volume at the start of the step (n).
+    real(wp), allocatable :: weight(:)
     integer, allocatable :: material(:)
-    !> Material point behind the integration point; 0 for a Gauss point.
+    !> Material point behind the integration point, which holds its start state; for a Gauss point the
+    !> negative of its place in the start states below (n).
     integer, allocatable :: source(:)
+    !> Of the Gauss points: start stress (4 or 6, m), law state (states, m), volume ratio (m).
+    real(wp), allocatable :: stress(:, :), state(:, :), volume_ratio(:)
     !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
     !> rule (dimension, dimension, n).
     real(wp), allocatable :: given(:, :, :)
@@ -49,83 +54,67 @@ module qsmpm_integration
 
 contains
 
-  !> Integrate at the material points: STANDARD, GIMP, splines, and FEM with its Gauss points.
-  subroutine integrate_at_points(mesh, space, is_axisymmetric, activation, points, domains, integration)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
-    type(space_type), intent(in) :: space
-    !> Volumes are per radian.
-    logical, intent(in) :: is_axisymmetric
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    !> The material points.
-    type(points_type), intent(in) :: points
-    !> Domains of the points; used when the space is averaged.
-    type(domains_type), intent(in) :: domains
-    !> Integration points in groups.
-    type(integration_type), intent(out) :: integration
-    integer :: first(3, activation%active_count), count(3, activation%active_count)
-    integer :: g, p, q
-
-    integration%axisymmetric = is_axisymmetric
-    if (space%averaged) then
-      call average_ranges(space, activation, domains, first, count)
-      call set_block_nodes(space, activation%active_cell, first, count, integration)
-    else
-      call set_group_nodes(mesh, space, activation%active_cell, integration)
-    end if
-    call allocate_integration(mesh%dimension, points%count, size(points%stress, 1), &
-      size(points%state, 1), integration)
-    integration%first = activation%first
-    do g = 1, integration%group_count
-      do q = integration%first(g), integration%first(g + 1) - 1
-        p = activation%point(q)
-        if (space%averaged) then
-          call set_average(space, domains%low(:, p), domains%high(:, p), first(:, g), count(:, g), q, &
-            integration)
-          call set_radius(mesh, space, g, q, integration)
-        else
-          call set_basis(mesh, space, g, q, points%local(:, p), integration)
-        end if
-        call take_point(points, p, 1.0_wp, q, integration)
-      end do
-    end do
-    if (space%averaged) call drop_unseen(integration)
-  end subroutine integrate_at_points
-
-  !> Take the nodes out of the groups that none of their points sees: when one domain reaches to the
-  !> left and another one upwards, the block of both has a corner that belongs to neither, and an
-  !> equation for it would be empty.
-  pure subroutine drop_unseen(integration)
+  !> Allocate the arrays of the points; the groups' nodes and points must be set.
+  pure subroutine allocate_integration(dimension, stress_components, state_count, own, with_shape, integration)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> 4 or 6, and the most state variables of a law.
+    integer, intent(in) :: stress_components
+    integer, intent(in) :: state_count
+    !> Points that are not material points.
+    integer, intent(in) :: own
+    !> The functions themselves are wanted, not their gradients alone.
+    logical, intent(in) :: with_shape
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
-    integer :: g, a, n, first, next, from, to
+    integer :: g, n
 
-    next = 1
+    integration%directions = merge(3, dimension, integration%axisymmetric)
+    integration%point_count = integration%first(integration%group_count + 1) - 1
+    allocate (integration%value_first(integration%group_count + 1))
+    integration%value_first(1) = 0
     do g = 1, integration%group_count
-      first = integration%node_first(g)
-      n = integration%node_first(g + 1) - first
-      from = integration%first(g)
-      to = integration%first(g + 1) - 1
-      integration%node_first(g) = next
-      do a = 1, n
-        if (.not. any(abs(integration%shape(a, from:to)) > 0.0_wp)) cycle
-        associate (row => next - integration%node_first(g) + 1)
-          integration%nodes(next) = integration%nodes(first + a - 1)
-          integration%shape(row, from:to) = integration%shape(a, from:to)
-          integration%gradient(:, row, from:to) = integration%gradient(:, a, from:to)
-        end associate
-        next = next + 1
-      end do
-      do a = next - integration%node_first(g) + 1, n
-        integration%shape(a, from:to) = 0.0_wp
-        integration%gradient(:, a, from:to) = 0.0_wp
-      end do
+      integration%value_first(g + 1) = integration%value_first(g) + (integration%first(g + 1) &
+        - integration%first(g))*(integration%node_first(g + 1) - integration%node_first(g))
     end do
-    integration%node_first(integration%group_count + 1) = next
-    integration%nodes = integration%nodes(:next - 1)
-  end subroutine drop_unseen
+    n = integration%value_first(integration%group_count + 1)
+    allocate (integration%shape(merge(n, 0, with_shape)), integration%gradient(integration%directions*n), &
+      integration%weight(integration%point_count), integration%stress(stress_components, own), &
+      integration%state(state_count, own), integration%volume_ratio(own), source=0.0_wp)
+    allocate (integration%material(integration%point_count), integration%source(integration%point_count), source=0)
+  end subroutine allocate_integration
+
+  !> Place before the values of a point's functions.
+  pure integer function place_of(integration, group, point) result(place)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Group and integration point.
+    integer, intent(in) :: group
+    integer, intent(in) :: point
+
+    place = integration%value_first(group) + (point - integration%first(group)) &
+      *(integration%node_first(group + 1) - integration%node_first(group))
+  end function place_of
+
+  !> Group of a point.
+  pure integer function group_of(integration, point) result(group)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> Integration point.
+    integer, intent(in) :: point
+    integer :: high, middle
+
+    group = 1
+    high = integration%group_count
+    do while (group < high)
+      middle = (group + high + 1)/2
+      if (integration%first(middle) <= point) then
+        group = middle
+      else
+        high = middle - 1
+      end if
+    end do
+  end function group_of
 
   !> Volume and start state of a material point, or of a share of it.
   pure subroutine take_point(points, p, share, q, integration)
@@ -141,9 +130,6 @@ contains
     type(integration_type), intent(inout) :: integration
 
     integration%weight(q) = share*points%volume(p)
-    integration%volume_ratio(q) = points%volume(p)/points%initial_volume(p)
-    integration%stress(:, q) = points%stress(:, p)
-    integration%state(:, q) = points%state(:, p)
     integration%material(q) = points%material(p)
     integration%source(q) = p
   end subroutine take_point
@@ -176,87 +162,6 @@ contains
     end do
   end subroutine set_group_nodes
 
-  !> Functions along each axis that the domains of a group's points see.
-  pure subroutine average_ranges(space, activation, domains, first, count)
-    !> The space of displacements.
-    type(space_type), intent(in) :: space
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    !> Domains of the points.
-    type(domains_type), intent(in) :: domains
-    !> First function and how many (3, groups).
-    integer, intent(out) :: first(:, :), count(:, :)
-    integer :: g, k, p, a, from, to
-
-    first = 1
-    count = 1
-    do g = 1, activation%active_count
-      do a = 1, size(domains%low, 1)
-        associate (axis => space%axis(a), points => activation%point(activation%first(g): &
-          activation%first(g + 1) - 1))
-          first(a, g) = huge(1)
-          count(a, g) = 0
-          do k = 1, size(points)
-            p = points(k)
-            call interval_cells(axis, domains%low(a, p), domains%high(a, p), from, to)
-            first(a, g) = min(first(a, g), axis%last(from) - axis%degree)
-            count(a, g) = max(count(a, g), axis%last(to))
-          end do
-          count(a, g) = count(a, g) - first(a, g) + 1
-        end associate
-      end do
-    end do
-  end subroutine average_ranges
-
-  !> One group for each of the cells given, with a block of control points each.
-  pure subroutine set_block_nodes(space, cells, first, count, integration)
-    !> The space of displacements.
-    type(space_type), intent(in) :: space
-    !> Cells in rising order.
-    integer, intent(in) :: cells(:)
-    !> First function and how many along each axis (3, groups).
-    integer, intent(in) :: first(:, :), count(:, :)
-    !> Integration points in groups.
-    type(integration_type), intent(inout) :: integration
-    integer :: g
-
-    integration%group_count = size(cells)
-    integration%cell = cells
-    allocate (integration%first(size(cells) + 1), integration%node_first(size(cells) + 1))
-    integration%node_first(1) = 1
-    do g = 1, size(cells)
-      integration%node_first(g + 1) = integration%node_first(g) + product(count(:, g))
-    end do
-    allocate (integration%nodes(integration%node_first(size(cells) + 1) - 1))
-    do g = 1, size(cells)
-      call tensor_nodes(space, first(:, g), count(:, g), &
-        integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
-    end do
-  end subroutine set_block_nodes
-
-  !> Allocate the arrays of the points; the group nodes must be set.
-  pure subroutine allocate_integration(dimension, count, stress_components, state_count, integration)
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> Number of integration points.
-    integer, intent(in) :: count
-    !> 4 or 6, and the most state variables of a law.
-    integer, intent(in) :: stress_components, state_count
-    !> Integration points in groups.
-    type(integration_type), intent(inout) :: integration
-    integer :: most
-
-    most = 0
-    if (integration%group_count > 0) most = maxval(integration%node_first(2:) &
-      - integration%node_first(:integration%group_count))
-    integration%point_count = count
-    allocate (integration%shape(most, count), integration%gradient(dimension, most, count), &
-      integration%stress(stress_components, count), integration%state(state_count, count), &
-      integration%weight(count), integration%volume_ratio(count), integration%radius(count), &
-      source=0.0_wp)
-    allocate (integration%material(count), integration%source(count), source=0)
-  end subroutine allocate_integration
-
   !> Basis functions at one point of a group that sees all nodes of its cell (eqs. 13, 14).
   pure subroutine set_basis(mesh, space, group, point, local, integration, determinant)
     !> The mesh.
@@ -264,7 +169,8 @@ contains
     !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Group and integration point.
-    integer, intent(in) :: group, point
+    integer, intent(in) :: group
+    integer, intent(in) :: point
     !> Local coordinates in the group's cell (dimension).
     real(wp), intent(in) :: local(:)
     !> Integration points in groups.
@@ -272,30 +178,41 @@ contains
     !> Determinant of the cell's Jacobian, times the radius in axisymmetry.
     real(wp), intent(out), optional :: determinant
     type(place_type) :: place
+    real(wp) :: radius
+    integer :: n, b, j
 
     call functions_at(space, mesh, integration%cell(group), local, place)
-    integration%shape(:place%count, point) = place%shape(:place%count)
-    integration%gradient(:, :place%count, point) = place%gradient(:mesh%dimension, :place%count)
-    call set_radius(mesh, space, group, point, integration)
-    if (.not. present(determinant)) return
-    determinant = place%determinant
-    if (integration%axisymmetric) determinant = determinant*integration%radius(point)
+    b = place_of(integration, group, point)
+    n = place%count
+    if (size(integration%shape) > 0) integration%shape(b + 1:b + n) = place%shape(:n)
+    do j = 1, mesh%dimension
+      integration%gradient(integration%directions*b + (j - 1)*n + 1:integration%directions*b + j*n) = &
+        place%gradient(j, :n)
+    end do
+    radius = 1.0_wp
+    if (integration%axisymmetric) call set_hoop(mesh, space, group, point, place%shape(:n), integration, radius)
+    if (present(determinant)) determinant = place%determinant*radius
   end subroutine set_basis
 
   !> Functions averaged over a box: the domain of a material point or a piece of it.
-  pure subroutine set_average(space, low, high, first, count, point, integration)
+  pure subroutine set_average(mesh, space, low, high, first, count, group, point, integration)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Ends of the box (dimension).
-    real(wp), intent(in) :: low(:), high(:)
+    real(wp), intent(in) :: low(:)
+    real(wp), intent(in) :: high(:)
     !> Block of control points of the group.
-    integer, intent(in) :: first(3), count(3)
-    !> Integration point.
+    integer, intent(in) :: first(3)
+    integer, intent(in) :: count(3)
+    !> Group and integration point.
+    integer, intent(in) :: group
     integer, intent(in) :: point
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
-    real(wp) :: value(most_averaged, 3), slope(most_averaged, 3)
-    integer :: i, j, k, n, a, from, seen
+    real(wp) :: value(most_averaged, 3), slope(most_averaged, 3), shape(most_averaged**3), radius
+    integer :: i, j, k, n, m, a, b, from, seen
 
     value = 0.0_wp
     slope = 0.0_wp
@@ -305,41 +222,51 @@ contains
       value(:, a) = eoshift(value(:, a), first(a) - from)
       slope(:, a) = eoshift(slope(:, a), first(a) - from)
     end do
+    b = place_of(integration, group, point)
+    m = product(count)
     n = 0
     do k = 1, count(3)
       do j = 1, count(2)
         do i = 1, count(1)
           n = n + 1
-          integration%shape(n, point) = value(i, 1)*value(j, 2)*value(k, 3)
-          integration%gradient(1, n, point) = slope(i, 1)*value(j, 2)*value(k, 3)
-          integration%gradient(2, n, point) = value(i, 1)*slope(j, 2)*value(k, 3)
-          if (size(low) == 3) integration%gradient(3, n, point) = &
-            value(i, 1)*value(j, 2)*slope(k, 3)
+          shape(n) = value(i, 1)*value(j, 2)*value(k, 3)
+          associate (gradient => integration%gradient(integration%directions*b + n:))
+            gradient(1) = slope(i, 1)*value(j, 2)*value(k, 3)
+            gradient(m + 1) = value(i, 1)*slope(j, 2)*value(k, 3)
+            if (size(low) == 3) gradient(2*m + 1) = value(i, 1)*value(j, 2)*slope(k, 3)
+          end associate
         end do
       end do
     end do
+    if (size(integration%shape) > 0) integration%shape(b + 1:b + m) = shape(:m)
+    if (integration%axisymmetric) call set_hoop(mesh, space, group, point, shape(:m), integration, radius)
   end subroutine set_average
 
-  !> Distance of an integration point from the axis of an axisymmetric model.
-  pure subroutine set_radius(mesh, space, group, point, integration)
+  !> The hoop direction N/r of a point, and its distance r from the axis.
+  pure subroutine set_hoop(mesh, space, group, point, shape, integration, radius)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Group and integration point.
-    integer, intent(in) :: group, point
+    integer, intent(in) :: group
+    integer, intent(in) :: point
+    !> Functions of the group's nodes there (n).
+    real(wp), intent(in) :: shape(:)
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
+    !> r.
+    real(wp), intent(out) :: radius
     real(wp) :: x(mesh%dimension)
-    integer :: a, first
+    integer :: a, n, b
 
-    if (.not. integration%axisymmetric) return
-    first = integration%node_first(group)
-    integration%radius(point) = 0.0_wp
-    do a = first, integration%node_first(group + 1) - 1
-      x = node_position(space, mesh, integration%nodes(a))
-      integration%radius(point) = integration%radius(point) &
-        + integration%shape(a - first + 1, point)*x(1)
+    n = size(shape)
+    radius = 0.0_wp
+    do a = 1, n
+      x = node_position(space, mesh, integration%nodes(integration%node_first(group) + a - 1))
+      radius = radius + shape(a)*x(1)
     end do
-  end subroutine set_radius
+    b = 3*place_of(integration, group, point) + 2*n
+    integration%gradient(b + 1:b + n) = shape/radius
+  end subroutine set_hoop
 end module qsmpm_integration

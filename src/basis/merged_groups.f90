@@ -1,10 +1,11 @@
 !> Integration points of several groups put together into one group over the union of their nodes.
 !>
 !> Used for patches of cells that share a pressure (qsmpm_pressure_groups); the groups keep their
-!> order, and whoever assembles sees no difference but larger groups.
+!> order, and whoever assembles sees no difference but larger groups. The functions themselves, which
+!> loads and motions need, stay with the groups.
 module qsmpm_merged_groups
   use qsmpm_sorting, only: order_columns
-  use qsmpm_integration, only: integration_type, allocate_integration
+  use qsmpm_integration, only: integration_type, allocate_integration, place_of
   implicit none
   private
 
@@ -25,8 +26,11 @@ contains
 
     call merge_nodes(integration, patch, merged, place)
     call sort_points(integration, patch, merged, taken)
-    call allocate_integration(size(integration%gradient, 1), integration%point_count, &
-      size(integration%stress, 1), size(integration%state, 1), merged)
+    call allocate_integration(integration%directions, size(integration%stress, 1), size(integration%state, 1), &
+      size(integration%volume_ratio), .false., merged)
+    merged%stress = integration%stress
+    merged%state = integration%state
+    merged%volume_ratio = integration%volume_ratio
     call take_points(integration, patch, place, taken, merged)
   end subroutine merge_groups
 
@@ -122,7 +126,8 @@ contains
     call order_columns(key, taken)
   end subroutine sort_points
 
-  !> Copy the points; functions of nodes that a point's own group does not have are zero.
+  !> Copy the points; gradients of nodes that a point's own group does not have are zero. Gauss points keep
+  !> their places among the start states.
   pure subroutine take_points(integration, patch, place, taken, merged)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
@@ -132,7 +137,7 @@ contains
     integer, intent(in) :: taken(:)
     !> Integration points by patches, allocated with zeros.
     type(integration_type), intent(inout) :: merged
-    integer :: group(size(taken)), g, a, q, k
+    integer :: group(size(taken)), g, h, a, b, q, k, n, m, from, to, j
 
     if (allocated(integration%given)) allocate (merged%given, mold=integration%given)
     do g = 1, size(patch)
@@ -140,16 +145,19 @@ contains
     end do
     do k = 1, size(taken)
       q = taken(k)
-      do a = integration%node_first(group(q)), integration%node_first(group(q) + 1) - 1
-        merged%shape(place(a), k) = integration%shape(a - integration%node_first(group(q)) + 1, q)
-        merged%gradient(:, place(a), k) = &
-          integration%gradient(:, a - integration%node_first(group(q)) + 1, q)
+      g = group(q)
+      h = patch(g)
+      n = integration%node_first(g + 1) - integration%node_first(g)
+      m = merged%node_first(h + 1) - merged%node_first(h)
+      from = integration%directions*place_of(integration, g, q)
+      to = integration%directions*place_of(merged, h, k)
+      do j = 1, integration%directions
+        do a = 1, n
+          b = place(integration%node_first(g) + a - 1)
+          merged%gradient(to + (j - 1)*m + b) = integration%gradient(from + (j - 1)*n + a)
+        end do
       end do
-      merged%radius(k) = integration%radius(q)
       merged%weight(k) = integration%weight(q)
-      merged%volume_ratio(k) = integration%volume_ratio(q)
-      merged%stress(:, k) = integration%stress(:, q)
-      merged%state(:, k) = integration%state(:, q)
       merged%material(k) = integration%material(q)
       merged%source(k) = integration%source(q)
       if (allocated(integration%given)) merged%given(:, :, k) = integration%given(:, :, q)

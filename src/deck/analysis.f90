@@ -17,6 +17,9 @@ module qsmpm_analysis
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
+  !> Whether a reduced model may be half of a symmetric scene: where nothing speaks against it, whenever
+  !> the scene is symmetric, never.
+  integer, parameter, public :: mirror_auto = 0, mirror_yes = 1, mirror_no = 2
   !> Where the mesh comes from.
   integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3
   !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
@@ -90,6 +93,8 @@ module qsmpm_analysis
     real(wp) :: perturbation = 0.0_wp
     !> Grid: seed of the shifts and of random diagonals.
     integer :: seed = 1
+    !> Grid: look only at the part around the material.
+    logical :: windowed = .true.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).
@@ -323,6 +328,9 @@ module qsmpm_analysis
     character(len=:), allocatable :: heading
     character(len=:), allocatable :: length_unit, force_unit
     integer :: model = 0
+    !> The smallest model that answers is looked for, and may be half of a symmetric scene.
+    logical :: reduce = .false.
+    integer :: mirror = mirror_auto
     type(mesh_source_type) :: mesh
     type(set_type), allocatable :: node_sets(:)
     type(set_type), allocatable :: element_sets(:)

@@ -3,14 +3,14 @@
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
     moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, &
+    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, plane_strain, mirror_auto, &
     precision_single, solver_band, solver_umfpack, solver_krylov
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, model_words, basis_words, integration_words, &
-    kinematics_words, rate_words, stabilisation_words, solver_words, precision_words, keep_words, &
-    axis_words, answer_words
+  use qsmpm_deck_words, only: bar_list, position_of, model_words, mirror_words, basis_words, integration_words, &
+    kinematics_words, rate_words, stabilisation_words, solver_words, precision_words, keep_words, axis_words, &
+    answer_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_name, &
     kind_file, kind_integer, kind_real
   implicit none
@@ -48,7 +48,13 @@ contains
 
     call table%add('MODEL', in_model, once, 'The kind of model.', handle_model)
     call table%parameter('TYPE', kind_word, 'plane strain and axisymmetric models have x '// &
-      '(radius) and y only', required=.true., allowed=bar_list(model_words))
+      '(radius) and y only. AUTO: the scene is 3D when its *GRID has lines along z and plane else, '// &
+      'and the smallest model that is proved to answer it is run (qsmpm plan tells which)', &
+      required=.true., allowed=bar_list(model_words))
+    call table%parameter('MIRROR', kind_word, 'whether AUTO may take half of a symmetric scene: AUTO '// &
+      'does where the equations are the same and failure is symmetric, YES whenever the scene is '// &
+      'symmetric, NO never', default=trim(mirror_words(mirror_auto)), allowed=bar_list(mirror_words), &
+      needs='TYPE=AUTO')
     call table%example('*MODEL, TYPE=PLANE STRAIN')
 
     call add_method(table)
@@ -193,6 +199,14 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     state%analysis%model = position_of(card%word('TYPE'), model_words)
+    if (state%analysis%model > three_dimensional) then
+      ! The dimension has been found by the grid.
+      state%analysis%reduce = .true.
+      state%analysis%mirror = position_of(card%word('MIRROR'), mirror_words) - 1
+      state%analysis%model = merge(three_dimensional, plane_strain, state%dimension == 3)
+      if (state%dimension == 0) call state%fault(card, 'TYPE=AUTO wants a *GRID: nothing is known of '// &
+        'the symmetry of other meshes')
+    end if
     if (state%analysis%model > 0) state%dimension = merge(3, 2, &
       state%analysis%model == three_dimensional)
   end subroutine handle_model

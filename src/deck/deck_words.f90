@@ -7,8 +7,10 @@ module qsmpm_deck_words
   public :: bar_list, position_of
 
   integer, parameter :: n = 16
-  character(len=n), parameter, public :: model_words(3) = [character(len=n) :: &
-    'PLANE STRAIN', 'AXISYMMETRIC', '3D']
+  character(len=n), parameter, public :: model_words(4) = [character(len=n) :: &
+    'PLANE STRAIN', 'AXISYMMETRIC', '3D', 'AUTO']
+  !> From 0.
+  character(len=n), parameter, public :: mirror_words(0:2) = [character(len=n) :: 'AUTO', 'YES', 'NO']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
     'RIGHT', 'LEFT', 'RANDOM', 'ALTERNATE']
   character(len=n), parameter, public :: element_words(10) = [character(len=n) :: &

@@ -142,8 +142,8 @@ contains
     integer :: p
 
     allocate (low(mesh%dimension), high(mesh%dimension), clamped(mesh%dimension))
-    low = minval(mesh%coordinates, dim=2)
-    high = maxval(mesh%coordinates, dim=2)
+    low = mesh%bounds(:, 1)
+    high = mesh%bounds(:, 2)
     do p = 1, carried%count
       clamped = min(max(carried%position(:, p), low), high)
       beyond = maxval(abs(clamped - carried%position(:, p)))

@@ -4,48 +4,109 @@
 !> With the law's Q (first Piola-Kirchhoff stress on the start of the step) and A = dQ/dF,
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
 !> on the start configuration; in axisymmetry the hoop component F_33 = 1 + u_r/r adds N_a/r.
-!> Groups are evaluated in parallel into their own blocks and added in group order, so the result
-!> does not depend on the number of threads. Points of a material with a pressure factor share one
-!> pressure in their group (qsmpm_uniform_pressure).
+!> Chunks of groups are evaluated in parallel, each into its own block, and the blocks of a chunk are
+!> added in group order, so the result does not depend on the number of threads and no more than one
+!> chunk of blocks is kept. Points of a material with a pressure factor share one pressure in their group
+!> (qsmpm_uniform_pressure).
 module qsmpm_assembly
+  !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_slot_type, batch_type
+  use qsmpm_law, only: law_slot_type, tangent_none
+  use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type
-  use qsmpm_pressure_balance, only: pressure_type
-  use qsmpm_group_evaluation, only: evaluation_type, allocate_batch, evaluate_group
+  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_group_evaluation, only: results_type, work_type, allocate_work, evaluate_group
   implicit none
   private
 
   public :: evaluation_type, evaluate, prepare_evaluation
 
+  !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and the
+  !> fewest groups.
+  integer, parameter :: cached = 2**17, fewest = 16
+
+  !> What an evaluation yields; kept between iterations so that nothing is allocated in the loop.
+  type :: evaluation_type
+    !> Internal force (dimension, node_count).
+    real(wp), allocatable :: force(:, :)
+    !> Force that the tangent gives the prescribed displacements (dimension, node_count).
+    real(wp), allocatable :: linear_force(:, :)
+    !> End stress, state, volume change and yielding of the integration points, where they are kept.
+    type(results_type) :: results
+    !> True when every point could be updated.
+    logical :: ok = .true.
+    !> Otherwise the first integration point that could not.
+    integer :: bad_point = 0
+    !> Blocks of the groups of a chunk (dimension*most nodes squared, groups), each packed as
+    !> (dimension, nodes, dimension, nodes); of all groups when there is no matrix to add them to.
+    real(wp), allocatable :: block(:, :)
+    !> Forces of a chunk (dimension*most nodes, groups), and first points that could not be updated.
+    real(wp), allocatable :: group_force(:, :)
+    integer, allocatable :: group_bad(:)
+    !> Work space of every thread.
+    type(work_type), allocatable :: work(:)
+  end type evaluation_type
+
 contains
 
-  !> Size the arrays for a set of integration points.
-  subroutine prepare_evaluation(integration, dimension, node_count, with_blocks, evaluation)
+  !> Size the arrays for a set of integration points; arrays of the right size are kept.
+  subroutine prepare_evaluation(integration, dimension, node_count, keep_results, keep_blocks, evaluation)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    integer, intent(in) :: dimension, node_count
-    !> Room for stiffness blocks is needed.
-    logical, intent(in) :: with_blocks
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    integer, intent(in) :: node_count
+    !> The laws' results at the points are wanted.
+    logical, intent(in) :: keep_results
+    !> The blocks of all groups are wanted.
+    logical, intent(in) :: keep_blocks
     !> Results of the evaluation.
-    type(evaluation_type), intent(out) :: evaluation
-    integer :: most
+    type(evaluation_type), intent(inout) :: evaluation
+    integer :: most, chunk
 
-    most = dimension*size(integration%shape, 1)
-    allocate (evaluation%force(dimension, node_count))
-    allocate (evaluation%group_force(most, integration%group_count))
-    allocate (evaluation%group_bad(integration%group_count))
-    if (with_blocks) allocate (evaluation%block(most*most, integration%group_count))
-    allocate (evaluation%stress, mold=integration%stress)
-    allocate (evaluation%state, mold=integration%state)
-    allocate (evaluation%volume_change(integration%point_count))
-    allocate (evaluation%plastic(integration%point_count))
+    most = dimension*maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
+    chunk = max(fewest, cached/max(1, most)**2)
+    if (keep_blocks) chunk = integration%group_count
+    if (allocated(evaluation%work)) deallocate (evaluation%work)
+    allocate (evaluation%work(thread_count()))
+    if (allocated(evaluation%force)) then
+      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
+    end if
+    if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count))
+    if (allocated(evaluation%block)) then
+      if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &
+        deallocate (evaluation%block, evaluation%group_force, evaluation%group_bad)
+    end if
+    if (.not. allocated(evaluation%block)) allocate (evaluation%block(most**2, chunk), &
+      evaluation%group_force(most, chunk), evaluation%group_bad(chunk))
+    call size_results(integration, merge(integration%point_count, 0, keep_results), evaluation%results)
   end subroutine prepare_evaluation
 
-  !> Stresses, internal forces and, when asked for, stiffness blocks.
-  subroutine evaluate(integration, laws, displacement, tangent, evaluation)
+  !> Room for the results of some points.
+  pure subroutine size_results(integration, count, results)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> Number of points whose results are kept.
+    integer, intent(in) :: count
+    !> What the laws say.
+    type(results_type), intent(inout) :: results
+
+    if (allocated(results%plastic)) then
+      if (size(results%plastic) == count .and. size(results%state, 1) == size(integration%state, 1)) return
+      deallocate (results%stress, results%state, results%volume_change, results%plastic)
+    end if
+    allocate (results%stress(size(integration%stress, 1), count), results%state(size(integration%state, 1), count), &
+      results%volume_change(count))
+    allocate (results%plastic(count))
+  end subroutine size_results
+
+  !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one.
+  subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, matrix, prescribed)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The material points, with the start state of those that are integrated at.
+    type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
@@ -54,32 +115,134 @@ contains
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    type(batch_type) :: batch
-    type(pressure_type) :: pressure
-    integer :: g, a, n, first
+    !> The equations, whose first patches are the groups, and the matrix; it begins anew.
+    type(equations_type), intent(in), optional :: equations
+    type(sparse_matrix_type), intent(inout), optional :: matrix
+    !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
+    real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: start, last, g, me
 
-    !$omp parallel default(none) shared(integration, laws, displacement, tangent, evaluation) &
-    !$omp& private(batch, pressure, g)
-    call allocate_batch(integration, laws, tangent, batch, pressure)
-    !$omp do schedule(static)
-    do g = 1, integration%group_count
-      call evaluate_group(integration, laws, displacement, tangent, g, batch, pressure, evaluation)
-    end do
-    !$omp end do
-    !$omp end parallel
-    evaluation%force = 0.0_wp
-    do g = 1, integration%group_count
-      first = integration%node_first(g)
-      n = size(displacement, 1)
-      do a = first, integration%node_first(g + 1) - 1
-        evaluation%force(:, integration%nodes(a)) = evaluation%force(:, integration%nodes(a)) &
-          + evaluation%group_force((a - first)*n + 1:(a - first + 1)*n, g)
+    call begin(tangent, evaluation, matrix, prescribed)
+    !$omp parallel default(shared) private(start, last, g, me)
+    me = 1
+    !$ me = omp_get_thread_num() + 1
+    call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))
+    do start = 1, integration%group_count, size(evaluation%block, 2)
+      last = min(integration%group_count, start + size(evaluation%block, 2) - 1)
+      !$omp do schedule(dynamic, 4)
+      do g = start, last
+        call evaluate_group(integration, points, laws, displacement, tangent, g, evaluation%work(me), &
+          evaluation%results, evaluation%group_force(:, g - start + 1), evaluation%block(:, g - start + 1), &
+          evaluation%group_bad(g - start + 1))
       end do
+      !$omp end do
+      !$omp single
+      call add_chunk(integration, start, last, tangent, evaluation, equations, matrix, prescribed)
+      !$omp end single
+      if (evaluation%bad_point > 0) exit
     end do
-    evaluation%bad_point = 0
-    do g = integration%group_count, 1, -1
-      if (evaluation%group_bad(g) > 0) evaluation%bad_point = evaluation%group_bad(g)
-    end do
+    !$omp end parallel
     evaluation%ok = evaluation%bad_point == 0
   end subroutine evaluate
+
+  !> Clear what is summed up.
+  subroutine begin(tangent, evaluation, matrix, prescribed)
+    !> Which tangent is wanted.
+    integer, intent(in) :: tangent
+    !> Results of the evaluation.
+    type(evaluation_type), intent(inout) :: evaluation
+    !> The matrix.
+    type(sparse_matrix_type), intent(inout), optional :: matrix
+    !> Displacements whose linear force is wanted.
+    real(wp), intent(in), optional :: prescribed(:, :)
+
+    evaluation%force = 0.0_wp
+    evaluation%bad_point = 0
+    if (present(matrix) .and. tangent /= tangent_none) matrix%values = 0.0_wp
+    if (.not. present(prescribed)) return
+    if (.not. allocated(evaluation%linear_force)) allocate (evaluation%linear_force, mold=evaluation%force)
+    evaluation%linear_force = 0.0_wp
+  end subroutine begin
+
+  !> Add forces and blocks of a chunk of groups, in their order.
+  subroutine add_chunk(integration, start, last, tangent, evaluation, equations, matrix, prescribed)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The groups, and which tangent was wanted.
+    integer, intent(in) :: start
+    integer, intent(in) :: last
+    integer, intent(in) :: tangent
+    !> Results of the evaluation.
+    type(evaluation_type), intent(inout) :: evaluation
+    !> The equations, and the matrix.
+    type(equations_type), intent(in), optional :: equations
+    type(sparse_matrix_type), intent(inout), optional :: matrix
+    !> Displacements whose linear force is wanted.
+    real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: g, k, a, n, d
+
+    d = size(evaluation%force, 1)
+    do g = start, last
+      k = g - start + 1
+      if (evaluation%group_bad(k) > 0) evaluation%bad_point = evaluation%group_bad(k)
+      if (evaluation%bad_point > 0) return
+      associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
+        n = size(nodes)
+        do a = 1, n
+          evaluation%force(:, nodes(a)) = evaluation%force(:, nodes(a)) &
+            + evaluation%group_force((a - 1)*d + 1:a*d, k)
+        end do
+        if (tangent == tangent_none) cycle
+        if (present(matrix)) call add_packed(equations, g, d, n, evaluation%block(1, k), matrix)
+        if (present(prescribed)) call add_product(nodes, d, n, evaluation%block(1, k), prescribed, &
+          evaluation%linear_force)
+      end associate
+    end do
+  end subroutine add_chunk
+
+  !> Add a group's block, unpacked by shape.
+  subroutine add_packed(equations, group, dimension, n, block, matrix)
+    !> The equations.
+    type(equations_type), intent(in) :: equations
+    !> The group, 2 or 3, and the number of nodes.
+    integer, intent(in) :: group
+    integer, intent(in) :: dimension
+    integer, intent(in) :: n
+    !> Its block.
+    real(wp), intent(in) :: block(dimension, n, dimension, n)
+    !> The matrix.
+    type(sparse_matrix_type), intent(inout) :: matrix
+
+    call add_block(equations, group, block, matrix)
+  end subroutine add_packed
+
+  !> Product of a group's block with displacements of its nodes; nothing when these are zero.
+  pure subroutine add_product(nodes, dimension, n, block, displacement, force)
+    !> Nodes of the group (n), 2 or 3.
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: dimension
+    integer, intent(in) :: n
+    !> Its block.
+    real(wp), intent(in) :: block(dimension, n, dimension, n)
+    !> (dimension, node_count)
+    real(wp), intent(in) :: displacement(:, :)
+    !> (dimension, node_count)
+    real(wp), intent(inout) :: force(:, :)
+    integer :: a, b, k
+
+    do b = 1, n
+      do k = 1, dimension
+        if (.not. abs(displacement(k, nodes(b))) > 0.0_wp) cycle
+        do a = 1, n
+          force(:, nodes(a)) = force(:, nodes(a)) + block(:, a, k, b)*displacement(k, nodes(b))
+        end do
+      end do
+    end do
+  end subroutine add_product
+
+  !> Threads that a parallel region gets.
+  integer function thread_count()
+    thread_count = 1
+    !$ thread_count = omp_get_max_threads()
+  end function thread_count
 end module qsmpm_assembly

@@ -105,12 +105,25 @@ contains
     self%factor_nonzeros = size(self%band, kind=long)
     self%factor_operations = merge(1.0_wp, 4.0_wp, self%symmetric)*size(self%band, 2)*real(self%half + 1, wp)**2
     call fill_band(self, matrix)
+    self%factor_operations = operations(matrix%n, self%half, self%symmetric)
     if (self%symmetric) then
       call factorise_symmetric(self, error)
     else
       call factorise_general(self, error)
     end if
   end subroutine factorise_values
+
+  !> Multiplications, additions and divisions; a general matrix is taken to need no exchange of rows.
+  pure real(wp) function operations(n, half, symmetric)
+    !> Equations.
+    integer, intent(in) :: n
+    !> Half bandwidth.
+    integer, intent(in) :: half
+    logical, intent(in) :: symmetric
+
+    operations = real(n, wp)*(2.0_wp*half + 1.0_wp)*half
+    if (symmetric) operations = real(n, wp)*(half + 1.0_wp)**2
+  end function operations
 
   !> Copy the rows into the band.
   pure subroutine fill_band(self, matrix)

@@ -106,7 +106,7 @@ double qsmpm_cholmod_factor_size(void *handle)
   return l->is_super ? (double)l->xsize : (double)l->nzmax;
 }
 
-/* Floating-point operations of the factorisation, by the analysis. */
+/* Floating-point operations of a factorisation with the analysed pattern. */
 double qsmpm_cholmod_operations(void *handle)
 {
   return ((qsmpm_cholmod *)handle)->common.fl;

@@ -133,6 +133,7 @@ contains
       self%negative_pivots = 0
       self%factor_operations = qsmpm_cholmod_operations(self%handle)
       self%factor_nonzeros = int(qsmpm_cholmod_factor_size(self%handle), long)
+      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       call judge_pivots(self, matrix, error)
     end if
   end subroutine factorise_values

@@ -13,16 +13,17 @@ module qsmpm_convection
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, place_of, group_of
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, step_gradient
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
-  use qsmpm_points, only: carried_type
+  use qsmpm_points, only: carried_type, points_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
+  use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
   private
@@ -31,7 +32,8 @@ module qsmpm_convection
 
 contains
 
-  !> Update what rides on the mesh, then reset the mesh.
+  !> Update what rides on the mesh, then reset the mesh. Stresses, states and volumes of the material
+  !> points are taken last, when nothing can fail any more.
   subroutine convect(model, step, displacement, error)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -41,53 +43,49 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> A point that cannot be updated or has left the mesh, or a tangled mesh.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: plate_move
 
-    call update_stresses(model, step, displacement, error)
+    call find_stresses(model, step, displacement, error)
     if (allocated(error)) return
     call turn_areas(model, step, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
-    if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
-      model%state%points%deformation_gradient)
     call move_points(model, step, displacement)
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(model, step, displacement, error)
-      return
+    else
+      if (model%analysis%moving_mesh%active) call move_rows(model, displacement)
+      call follow_material(model)
+      call find_again(model, error)
     end if
-    if (model%analysis%moving_mesh%active) then
-      plate_move = plate_displacement(model, displacement)
-      call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
-        model%state%plate, model%state%plate + plate_move)
-      model%state%plate = model%state%plate + plate_move
-      model%state%coordinates = model%mesh%coordinates
-      call refresh_space(model%space, model%mesh)
-    end if
-    call find_again(model, error)
+    if (allocated(error)) return
+    call take_stresses(step, model%state%points)
+    if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
+      model%state%points%deformation_gradient)
   end subroutine convect
 
   !> Stress, state and volume of every material point by its own strain, or under the pressure of its
-  !> group.
-  subroutine update_stresses(model, step, displacement, error)
+  !> group; where the equations are integrated at the points the last evaluation has found them.
+  subroutine find_stresses(model, step, displacement, error)
     !> The model.
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    type(integration_type) :: grouped
 
+    if (step%updates_points) return
     if (recovers(model)) call recover_gradients(model%mesh, step%activation, step%volumes, model%laws, &
       displacement, step%at_points)
     if (allocated(step%patch)) then
-      call merge_groups(step%at_points, step%patch, grouped)
-      call update_at(model, grouped, displacement, error)
+      call merge_groups(step%at_points, step%patch, step%integration)
+      call evaluate_points(model, step%integration, displacement, step%evaluation, error)
     else
-      call update_at(model, step%at_points, displacement, error)
+      step%separate = .false.
+      call evaluate_points(model, step%at_points, displacement, step%evaluation, error)
     end if
-  end subroutine update_stresses
+  end subroutine find_stresses
 
   !> Cells of elements are integrated apart from their points; their points follow a continuous gradient.
   pure logical function recovers(model)
@@ -98,36 +96,58 @@ contains
       .and. model%analysis%method%basis /= basis_fem
   end function recovers
 
-  !> Stress, state and volume of the material points of groups.
-  subroutine update_at(model, at_points, displacement, error)
+  !> What the laws say of the material points in groups.
+  subroutine evaluate_points(model, at_points, displacement, evaluation, error)
     !> The model.
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(in) :: model
     !> Material points in groups.
     type(integration_type), intent(in) :: at_points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> Their results.
+    type(evaluation_type), intent(inout) :: evaluation
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    type(evaluation_type) :: evaluation
     character(len=100) :: text
-    integer :: p, q
 
-    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .false., evaluation)
-    call evaluate(at_points, model%laws, displacement, tangent_none, evaluation)
-    if (.not. evaluation%ok) then
-      write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
-        ' turns inside out or its stress cannot be found'
-      call fail(error, error_not_converged, trim(text))
-      return
+    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., evaluation)
+    call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, evaluation)
+    if (evaluation%ok) return
+    write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
+      ' turns inside out or its stress cannot be found'
+    call fail(error, error_not_converged, trim(text))
+  end subroutine evaluate_points
+
+  !> Give the material points the results of the last evaluation.
+  subroutine take_stresses(step, points)
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> The material points.
+    type(points_type), intent(inout) :: points
+
+    if (step%separate) then
+      call take_from(step%integration%source)
+    else
+      call take_from(step%at_points%source)
     end if
-    do q = 1, at_points%point_count
-      p = at_points%source(q)
-      model%state%points%stress(:, p) = evaluation%stress(:, q)
-      model%state%points%state(:, p) = evaluation%state(:, q)
-      model%state%points%plastic(p) = evaluation%plastic(q)
-      model%state%points%volume(p) = model%state%points%volume(p)*evaluation%volume_change(q)
-    end do
-  end subroutine update_at
+  contains
+    !> By the material points behind the results.
+    subroutine take_from(source)
+      !> (n)
+      integer, intent(in) :: source(:)
+      integer :: p, q
+
+      associate (results => step%evaluation%results)
+        do q = 1, size(source)
+          p = source(q)
+          points%stress(:, p) = results%stress(:, q)
+          points%state(:, p) = results%state(:, q)
+          points%plastic(p) = results%plastic(q)
+          points%volume(p) = points%volume(p)*results%volume_change(q)
+        end do
+      end associate
+    end subroutine take_from
+  end subroutine take_stresses
 
   !> Move material points.
   subroutine move_points(model, step, displacement)
@@ -137,15 +157,16 @@ contains
     type(step_type), intent(in) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    integer :: g, q, p, a, first
+    integer :: g, q, p, a, first, place
 
     do g = 1, step%at_points%group_count
       first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
         p = step%at_points%source(q)
+        place = place_of(step%at_points, g, q)
         do a = first, step%at_points%node_first(g + 1) - 1
           model%state%points%position(:, p) = model%state%points%position(:, p) &
-            + step%at_points%shape(a - first + 1, q)*displacement(:, step%at_points%nodes(a))
+            + step%at_points%shape(place + a - first + 1)*displacement(:, step%at_points%nodes(a))
         end do
       end do
     end do
@@ -194,7 +215,7 @@ contains
         a = 0.0_wp
         a(:d) = surface%area_vector(:, i)
         a = matmul(cofactor(step_gradient(step%at_points, displacement, &
-          step%activation%active_number(model%state%points%cell(p)), place(p))), a)
+          group_of(step%at_points, place(p)), place(p))), a)
         surface%area_vector(:, i) = a(:d)
       end do
     end associate
@@ -225,6 +246,22 @@ contains
     end do
     model%state%coordinates = model%mesh%coordinates
   end subroutine carry_mesh
+
+  !> The rows of a moving mesh follow the plate.
+  subroutine move_rows(model, displacement)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: plate_move
+
+    plate_move = plate_displacement(model, displacement)
+    call scale_rows(model%mesh, model%analysis%moving_mesh%axis, model%analysis%moving_mesh%base, &
+      model%state%plate, model%state%plate + plate_move)
+    model%state%plate = model%state%plate + plate_move
+    model%state%coordinates = model%mesh%coordinates
+    call refresh_space(model%space, model%mesh)
+  end subroutine move_rows
 
   !> Mean displacement of the plate along the axis of the moving mesh.
   function plate_displacement(model, displacement) result(move)

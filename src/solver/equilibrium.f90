@@ -5,18 +5,23 @@
 !> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
 !> the caller looks at `converged`, and a solution that is not is thrown away.
+!>
+!> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
+!> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
 module qsmpm_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
+  use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_model, only: model_type
+  use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: build_matrix, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
@@ -66,9 +71,20 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Node with the largest residual.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
+
+  !> What the iterations so far say of the next trial.
+  type :: forecast_type
+    !> Residual of the iteration before the last one, 0 for none, and the halvings that the last one took.
+    real(wp) :: previous = 0.0_wp
+    integer :: halvings = 0
+    !> The last evaluation has made the matrix.
+    logical :: has_tangent = .true.
+  end type forecast_type
 
 contains
 
@@ -85,6 +101,7 @@ contains
     !> What was reached.
     type(solution_type), intent(out) :: solution
     real(wp) :: residual(step%equations%count), correction(size(goal%force, 1), size(goal%force, 2))
+    type(forecast_type) :: forecast
     integer :: tangent
     logical :: frozen
 
@@ -92,7 +109,11 @@ contains
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
     allocate (solution%displacement, mold=goal%force)
     solution%displacement = 0.0_wp
-    call evaluate(step%integration, model%laws, solution%displacement, tangent, step%evaluation)
+    if (any(abs(goal%prescribed) > 0.0_wp)) then
+      call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
+    else
+      call evaluate_step(model, step, solution%displacement, tangent)
+    end if
     if (.not. step%evaluation%ok) then
       call give_up(step, 'the stress of a point could not be updated', solution)
       return
@@ -105,13 +126,17 @@ contains
         call give_up(step, 'no convergence in the iterations allowed', solution)
         return
       end if
+      if (.not. frozen .and. .not. forecast%has_tangent) &
+        call evaluate_step(model, step, solution%displacement, tangent)
       call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
-      call search_line(model, step, goal, controls, tangent, correction, residual, solution)
+      call count_iteration(step%profile, model%state%points%count)
+      call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
       if (allocated(solution%reason)) return
     end do
     solution%converged = .true.
+    step%usual_iterations = solution%iterations
     call take_shares(step, goal, solution)
   end subroutine solve_equilibrium
 
@@ -192,9 +217,13 @@ contains
       return
     end if
     if (.not. keep_factors) then
-      call build_matrix(step, goal%drag, model%mesh%dimension)
+      call turn_to(step%profile%watch, part_assembly)
+      call complete_matrix(step, goal%drag, model%mesh%dimension)
+      call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     end if
+    call turn_to(step%profile%watch, part_solves)
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
       correction = goal%prescribed
@@ -203,6 +232,7 @@ contains
     end if
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
       digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
@@ -222,7 +252,7 @@ contains
   end function digits_of_correction
 
   !> Take the correction, or as much of it as lowers the residual.
-  subroutine search_line(model, step, goal, controls, tangent, correction, residual, solution)
+  subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
@@ -237,11 +267,13 @@ contains
     real(wp), intent(in) :: correction(:, :)
     !> Residual at the free components (equations).
     real(wp), intent(inout) :: residual(:)
+    !> Course of the iterations.
+    type(forecast_type), intent(inout) :: forecast
     !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
     logical :: frozen, whole
-    integer :: halving, wanted
+    integer :: halving
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
@@ -250,10 +282,11 @@ contains
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &
       largest_correction*model%cell_size/max(maxval(abs(correction)), tiny(1.0_wp)))
-    wanted = merge(tangent_none, tangent, frozen)
     do halving = 0, most_halvings
+      forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
+        solution%iterations, step%usual_iterations)
       solution%displacement = start + length*correction
-      call evaluate(step%integration, model%laws, solution%displacement, wanted, step%evaluation)
+      call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
       if (step%evaluation%ok) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit
@@ -264,6 +297,8 @@ contains
       end if
       if (halving < most_halvings) length = 0.5_wp*length
     end do
+    forecast%previous = before
+    forecast%halvings = halving
     if (.not. step%evaluation%ok) then
       call give_up(step, 'an element or point turns inside out', solution)
     else if (.not. ieee_is_finite(solution%out_of_balance)) then
@@ -275,6 +310,28 @@ contains
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine search_line
+
+  !> Whether the tangent of a trial will be wanted: not when the last iteration has refused a trial of this
+  !> length, nor when the residual should fall below the tolerance. It falls in proportion to its square
+  !> once it does so; a hundredth of the tolerance, or the usual number of iterations, makes sure of that.
+  pure logical function is_wanted(forecast, halving, residual, tolerance, iteration, usual) result(wanted)
+    !> Course of the iterations.
+    type(forecast_type), intent(in) :: forecast
+    !> Halvings of the trial.
+    integer, intent(in) :: halving
+    !> Residual before it, and the one allowed.
+    real(wp), intent(in) :: residual
+    real(wp), intent(in) :: tolerance
+    !> Number of the iteration, and how many the last solution took.
+    integer, intent(in) :: iteration
+    integer, intent(in) :: usual
+    real(wp) :: expected
+
+    wanted = halving >= forecast%halvings
+    if (.not. wanted .or. halving > 0 .or. .not. residual < forecast%previous) return
+    expected = residual*(residual/forecast%previous)**2
+    wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
+  end function is_wanted
 
   !> Shares of stabilisation and drag, internal force, largest move.
   subroutine take_shares(step, goal, solution)

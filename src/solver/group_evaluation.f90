@@ -2,113 +2,173 @@
 !> internal force and stiffness block.
 !>
 !> Runs of points of one material go to their law together; where the material asks for it they share
-!> one pressure (qsmpm_uniform_pressure). A group writes to its own places of the results only.
+!> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness. A
+!> group writes to its own places of the results only.
 module qsmpm_group_evaluation
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_slot_type, batch_type, tangent_none, status_ok
+  use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
+  use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type
   use qsmpm_pressure_balance, only: pressure_type, allocate_pressure, packed_determinant
   use qsmpm_uniform_pressure, only: find_pressure
-  use qsmpm_group_stiffness, only: add_forces, add_stiffness_2d, add_stiffness_3d, add_pressure_stiffness
+  use qsmpm_group_stiffness, only: products_type, allocate_products, find_gradients, add_force, add_stiffness, &
+    add_pressure_stiffness
   implicit none
   private
 
-  public :: evaluation_type, allocate_batch, evaluate_group
+  public :: results_type, work_type, allocate_work, evaluate_group
 
-  !> What an evaluation yields; kept between iterations so that nothing is allocated in the loop.
-  type :: evaluation_type
-    !> Internal force (dimension, node_count).
-    real(wp), allocatable :: force(:, :)
-    !> Blocks of the groups (dimension*most nodes squared, group_count), each packed as
-    !> (dimension, nodes, dimension, nodes); only when a tangent was asked for.
-    real(wp), allocatable :: block(:, :)
-    !> End stress (4 or 6, n), state, determinant of F, plastic flag of every integration point.
+  !> What the laws said of every integration point; empty arrays where it is not wanted.
+  type :: results_type
+    !> End stress (4 or 6, n), state (states, n), determinant of F (n), plastic flag (n).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_change(:)
     integer, allocatable :: plastic(:)
-    !> True when every point could be updated.
-    logical :: ok = .true.
-    !> Otherwise the first integration point that could not.
-    integer :: bad_point = 0
-    !> Forces of the groups (dimension*most nodes, group_count): scratch.
-    real(wp), allocatable :: group_force(:, :)
-    integer, allocatable :: group_bad(:)
-  end type evaluation_type
+  end type results_type
+
+  !> Work space of one thread; it fits the largest group.
+  type :: work_type
+    !> The points handed to the law.
+    type(batch_type) :: batch
+    !> Work space of groups of one pressure, empty when there are none.
+    type(pressure_type) :: pressure
+    type(products_type) :: products
+    !> Displacement of the group's nodes (dimension*n).
+    real(wp), allocatable :: u(:)
+  end type work_type
 
 contains
 
-  !> Room for the points of the largest group.
-  subroutine allocate_batch(integration, laws, tangent, batch, pressure)
+  !> Room for the largest group; what is there already stays.
+  subroutine allocate_work(integration, laws, dimension, tangent, work)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    !> The points handed to the law.
-    type(batch_type), intent(out) :: batch
-    !> Work space of groups of one pressure, empty when there are none.
-    type(pressure_type), intent(out) :: pressure
-    integer :: most, components
+    !> The work space.
+    type(work_type), intent(inout) :: work
+    integer :: most, nodes, components
     logical :: cured
 
-    most = 0
-    if (integration%group_count > 0) most = maxval(integration%first(2:) &
-      - integration%first(:integration%group_count))
-    components = merge(5, 9, size(integration%gradient, 1) == 2)
-    allocate (batch%gradient(components, most), batch%piola(components, most))
-    allocate (batch%volume_ratio(most), batch%status(most), batch%plastic(most))
-    allocate (batch%stress_start(size(integration%stress, 1), most))
-    allocate (batch%stress(size(integration%stress, 1), most))
-    allocate (batch%state_start(size(integration%state, 1), most))
-    allocate (batch%state(size(integration%state, 1), most))
+    most = maxval([0, integration%first(2:) - integration%first(:integration%group_count)])
+    nodes = maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
+    components = merge(5, 9, dimension == 2)
     cured = any(laws%pressure_factor > 0.0_wp)
-    if (tangent /= tangent_none .or. cured) allocate (batch%tangent(components, components, most))
-    if (cured) call allocate_pressure(components, most, size(integration%gradient, 1)* &
-      size(integration%shape, 1), components == 9 .or. integration%axisymmetric, pressure)
-  end subroutine allocate_batch
+    call allocate_products(dimension, integration%directions, most, nodes, tangent /= tangent_none, work%products)
+    if ((tangent /= tangent_none .or. cured) .and. .not. allocated(work%batch%tangent)) &
+      allocate (work%batch%tangent(components, components, most))
+    if (allocated(work%u)) return
+    allocate (work%u(dimension*nodes))
+    associate (batch => work%batch)
+      allocate (batch%gradient(components, most), batch%piola(components, most), batch%volume_ratio(most), &
+        batch%stress_start(size(integration%stress, 1), most), batch%stress(size(integration%stress, 1), most), &
+        batch%state_start(size(integration%state, 1), most), batch%state(size(integration%state, 1), most))
+      allocate (batch%status(most), batch%plastic(most))
+    end associate
+    if (cured) call allocate_pressure(components, most, dimension*nodes, &
+      components == 9 .or. integration%axisymmetric, work%pressure)
+  end subroutine allocate_work
 
   !> One group: runs of points of equal material go to their law together.
-  subroutine evaluate_group(integration, laws, displacement, tangent, group, batch, pressure, evaluation)
+  subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
+    !> The material points, with the start state of those that are integrated at.
+    type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    integer, intent(in) :: tangent, group
-    !> The points handed to the law.
-    type(batch_type), intent(inout) :: batch
-    !> Work space of points of one pressure.
-    type(pressure_type), intent(inout) :: pressure
-    !> Results of the evaluation.
-    type(evaluation_type), intent(inout) :: evaluation
-    real(wp) :: u(size(displacement, 1), size(integration%shape, 1))
-    integer :: n, from, to, last
+    !> Which tangent is wanted, and the group.
+    integer, intent(in) :: tangent
+    integer, intent(in) :: group
+    !> Work space.
+    type(work_type), intent(inout) :: work
+    !> What the laws said.
+    type(results_type), intent(inout) :: results
+    !> Internal force (dimension*n or more).
+    real(wp), intent(inout) :: force(:)
+    !> Stiffness, packed as (dimension, n, dimension, n), when a tangent is wanted.
+    real(wp), intent(inout) :: block(:)
+    !> First point that could not be updated, 0 for none.
+    integer, intent(out) :: bad
+    integer :: n, d, a, from, to, last
 
+    d = size(displacement, 1)
     n = integration%node_first(group + 1) - integration%node_first(group)
-    u(:, :n) = displacement(:, integration%nodes(integration%node_first(group): &
-      integration%node_first(group + 1) - 1))
-    evaluation%group_force(:, group) = 0.0_wp
-    evaluation%group_bad(group) = 0
-    if (tangent /= tangent_none) evaluation%block(:, group) = 0.0_wp
+    do a = 1, n
+      work%u((a - 1)*d + 1:a*d) = displacement(:, integration%nodes(integration%node_first(group) + a - 1))
+    end do
+    force(:d*n) = 0.0_wp
+    if (tangent /= tangent_none) block(:(d*n)**2) = 0.0_wp
     from = integration%first(group)
     last = integration%first(group + 1) - 1
-    do while (from <= last)
+    bad = 0
+    do while (from <= last .and. bad == 0)
       to = end_of_run(integration%material(from:last)) + from - 1
-      call load_batch(integration, from, to, u(:, :n), batch)
-      call update_run(laws(integration%material(from)), integration%weight(from:to), tangent, batch, pressure)
-      evaluation%group_bad(group) = first_bad(batch)
-      if (evaluation%group_bad(group) > 0) then
-        evaluation%group_bad(group) = from - 1 + evaluation%group_bad(group)
-        return
-      end if
-      call store_batch(from, to, batch, evaluation)
-      call add_forces(integration, from, to, n, batch, evaluation%group_force(:, group))
-      if (tangent /= tangent_none) call add_stiffness(integration, from, to, n, &
-        is_cured(laws(integration%material(from)), batch), batch, pressure, evaluation%block(:, group))
+      call evaluate_run(integration, points, laws(integration%material(from)), d, tangent, group, from, to, work, &
+        results, force, block, bad)
       from = to + 1
     end do
   end subroutine evaluate_group
+
+  !> A run of points of one material.
+  subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> Law of the points.
+    type(law_slot_type), intent(in) :: slot
+    !> 2 or 3.
+    integer, intent(in) :: d
+    !> Which tangent is wanted, the group, and the range of points.
+    integer, intent(in) :: tangent
+    integer, intent(in) :: group
+    integer, intent(in) :: from
+    integer, intent(in) :: to
+    !> Work space with the displacement of the nodes.
+    type(work_type), intent(inout) :: work
+    !> What the laws said.
+    type(results_type), intent(inout) :: results
+    !> Internal force and stiffness.
+    real(wp), intent(inout) :: force(:)
+    real(wp), intent(inout) :: block(:)
+    !> First point that could not be updated, 0 for none.
+    integer, intent(out) :: bad
+    integer :: n, m, b, count
+    logical :: cured
+
+    n = integration%node_first(group + 1) - integration%node_first(group)
+    m = integration%directions
+    count = to - from + 1
+    b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
+    cured = slot%pressure_factor > 0.0_wp .and. count > 1
+    work%batch%count = count
+    associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
+      call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
+      call load_gradients(integration, d, from, tensor, batch)
+      call load_states(integration, points, from, batch)
+      if (cured) then
+        call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
+      else
+        call slot%law%update(batch, tangent)
+      end if
+      bad = first_bad(batch)
+      if (bad > 0) bad = from - 1 + bad
+      if (bad > 0) return
+      if (size(results%plastic) > 0) call store_batch(from, batch, results)
+      call add_force(d, m, n, count, weight, batch%piola, integration%gradient(b), tensor, force)
+      if (tangent == tangent_none) return
+      call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, weight, &
+        integration%gradient(b), batch%tangent, work%products, block)
+      if (cured) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
+        block)
+    end associate
+  end subroutine evaluate_run
 
   !> Last of the leading points of one material.
   pure integer function end_of_run(material) result(last)
@@ -122,36 +182,6 @@ contains
     end do
   end function end_of_run
 
-  !> Whether the points of a batch share their pressure; one point has its own anyway.
-  pure logical function is_cured(slot, batch)
-    !> Law of the points.
-    type(law_slot_type), intent(in) :: slot
-    !> The points.
-    type(batch_type), intent(in) :: batch
-
-    is_cured = slot%pressure_factor > 0.0_wp .and. batch%count > 1
-  end function is_cured
-
-  !> Stresses and tangents of a run of points.
-  subroutine update_run(slot, weight, tangent, batch, pressure)
-    !> Law of the points.
-    type(law_slot_type), intent(in) :: slot
-    !> Volumes of the points.
-    real(wp), intent(in) :: weight(:)
-    !> Which tangent is wanted.
-    integer, intent(in) :: tangent
-    !> The points.
-    type(batch_type), intent(inout) :: batch
-    !> Work space of points of one pressure.
-    type(pressure_type), intent(inout) :: pressure
-
-    if (is_cured(slot, batch)) then
-      call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, pressure)
-    else
-      call slot%law%update(batch, tangent)
-    end if
-  end subroutine update_run
-
   !> First point of a batch that could not be updated, 0 for none.
   pure integer function first_bad(batch)
     !> The points.
@@ -163,84 +193,73 @@ contains
     first_bad = 0
   end function first_bad
 
-  !> Stiffness of a run of points.
-  subroutine add_stiffness(integration, from, to, n, cured, batch, pressure, block)
+  !> Incremental deformation gradients of a run of points.
+  pure subroutine load_gradients(integration, d, from, tensor, batch)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> Range of points and number of nodes.
-    integer, intent(in) :: from, to, n
-    !> The points share their pressure.
-    logical, intent(in) :: cured
-    !> The points handed to the law.
-    type(batch_type), intent(in) :: batch
-    !> What the common pressure needs.
-    type(pressure_type), intent(inout) :: pressure
-    !> The group's block.
-    real(wp), intent(inout) :: block(:)
-
-    if (size(integration%gradient, 1) == 2) then
-      call add_stiffness_2d(integration, from, to, n, batch, block)
-    else
-      call add_stiffness_3d(integration, from, to, n, batch, block)
-    end if
-    if (cured) call add_pressure_stiffness(integration, from, to, size(integration%gradient, 1)*n, &
-      pressure, block)
-  end subroutine add_stiffness
-
-  !> Incremental deformation gradients and start states of a run of points.
-  pure subroutine load_batch(integration, from, to, u, batch)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    integer, intent(in) :: from, to
-    !> Displacement of the group's nodes (dimension, n).
-    real(wp), intent(in) :: u(:, :)
+    !> 2 or 3, and the first point.
+    integer, intent(in) :: d
+    integer, intent(in) :: from
+    !> Displacement gradients (dimension, directions, points or more).
+    real(wp), intent(in) :: tensor(d*integration%directions, *)
     !> The points handed to the law.
     type(batch_type), intent(inout) :: batch
-    integer :: q, k, a, j, d, n
+    integer :: k, j
 
-    d = size(u, 1)
-    n = size(u, 2)
-    batch%count = to - from + 1
-    do q = from, to
-      k = q - from + 1
-      batch%gradient(:, k) = 0.0_wp
-      do a = 1, n
-        do j = 1, d
-          batch%gradient((j - 1)*d + 1:j*d, k) = batch%gradient((j - 1)*d + 1:j*d, k) &
-            + u(:, a)*integration%gradient(j, a, q)
-        end do
-      end do
-      if (allocated(integration%given)) batch%gradient(:d*d, k) = reshape(integration%given(:, :, q), [d*d])
+    do k = 1, batch%count
+      batch%gradient(:d*d, k) = tensor(:d*d, k)
+      if (allocated(integration%given)) batch%gradient(:d*d, k) = reshape(integration%given(:, :, from + k - 1), [d*d])
       do j = 1, d
         batch%gradient((j - 1)*d + j, k) = batch%gradient((j - 1)*d + j, k) + 1.0_wp
       end do
-      if (d == 2) then
-        batch%gradient(5, k) = 1.0_wp
-        if (integration%axisymmetric) batch%gradient(5, k) = 1.0_wp &
-          + dot_product(u(1, :), integration%shape(:n, q))/integration%radius(q)
-      end if
-      batch%volume_ratio(k) = integration%volume_ratio(q)
-      batch%stress_start(:, k) = integration%stress(:, q)
-      batch%state_start(:, k) = integration%state(:, q)
+      if (d == 3) cycle
+      batch%gradient(5, k) = 1.0_wp
+      if (integration%axisymmetric) batch%gradient(5, k) = 1.0_wp + tensor(5, k)
     end do
-  end subroutine load_batch
+  end subroutine load_gradients
+
+  !> Start states of a run of points: those of material points, or the Gauss points' own.
+  pure subroutine load_states(integration, points, from, batch)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> The first point.
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      if (p > 0) then
+        batch%volume_ratio(k) = points%volume(p)/points%initial_volume(p)
+        batch%stress_start(:, k) = points%stress(:, p)
+        batch%state_start(:, k) = points%state(:, p)
+      else
+        batch%volume_ratio(k) = integration%volume_ratio(-p)
+        batch%stress_start(:, k) = integration%stress(:, -p)
+        batch%state_start(:, k) = integration%state(:, -p)
+      end if
+    end do
+  end subroutine load_states
 
   !> Keep the results of a run of points.
-  pure subroutine store_batch(from, to, batch, evaluation)
-    integer, intent(in) :: from, to
+  pure subroutine store_batch(from, batch, results)
+    !> The first point.
+    integer, intent(in) :: from
     !> The points handed to the law.
     type(batch_type), intent(in) :: batch
-    !> Results of the evaluation.
-    type(evaluation_type), intent(inout) :: evaluation
+    !> What the laws said.
+    type(results_type), intent(inout) :: results
     integer :: q, k
 
-    do q = from, to
-      k = q - from + 1
-      evaluation%stress(:, q) = batch%stress(:, k)
-      evaluation%state(:, q) = batch%state(:, k)
-      evaluation%plastic(q) = batch%plastic(k)
-      evaluation%volume_change(q) = packed_determinant(batch%gradient(:, k))
+    do k = 1, batch%count
+      q = from + k - 1
+      results%stress(:, q) = batch%stress(:, k)
+      results%state(:, q) = batch%state(:, k)
+      results%plastic(q) = batch%plastic(k)
+      results%volume_change(q) = packed_determinant(batch%gradient(:, k))
     end do
   end subroutine store_batch
-
 end module qsmpm_group_evaluation

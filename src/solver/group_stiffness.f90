@@ -1,157 +1,282 @@
-!> Internal force and stiffness of a run of integration points of one group, in the group's own block.
+!> Gradients, internal force and stiffness of a run of integration points of one group, as dense
+!> products over all its points at once.
 !>
-!>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l      (eqs. 16-18, 20, 25)
-!> with the law's Q and A on the start configuration; in axisymmetry the hoop component adds N_a/r.
-!> Points of one pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k).
+!>   u_i,j = sum u_ia N_a,j      f_ia = sum V Q_ij N_a,j
+!>   K_iakb = sum S_aik,l N_b,l,   S_aik,l = V N_a,j A_ijkl      (eqs. 16-18, 20, 25)
+!> with the law's Q and A on the start configuration. The gradients of a group are one matrix
+!> G (n, directions * points) (qsmpm_integration), so that each line is one product of matrices; the third
+!> direction of axisymmetry acts on the radial displacement alone. Of a symmetric tangent only the pairs
+!> i <= k are formed. Points of one pressure (qsmpm_uniform_pressure) add CR CL^T / sum (V/k).
 module qsmpm_group_stiffness
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_blas, only: dgemm
   use qsmpm_pressure_balance, only: pressure_type
   implicit none
   private
 
-  public :: add_forces, add_stiffness_2d, add_stiffness_3d, add_pressure_stiffness
+  public :: products_type, allocate_products, find_gradients, add_force, add_stiffness, add_pressure_stiffness
+
+  !> Numbers of S kept at a time, so that it stays in the cache between forming and product.
+  integer, parameter :: cached = 16384
+  !> Pairs (i,k) of displacement components: the symmetric ones of two and three dimensions, and all.
+  integer, parameter :: upper(2, 6) = reshape([1, 1, 1, 2, 2, 2, 1, 3, 2, 3, 3, 3], [2, 6])
+  integer, parameter :: all_2d(2, 4) = reshape([1, 1, 2, 1, 1, 2, 2, 2], [2, 4])
+  integer, parameter :: all_3d(2, 9) = reshape([1, 1, 2, 1, 3, 1, 1, 2, 2, 2, 3, 2, 1, 3, 2, 3, 3, 3], [2, 9])
+
+  !> Work space of the products; its arrays fit the largest group.
+  type :: products_type
+    !> Tensors of the points (dimension*directions*points).
+    real(wp), allocatable :: tensor(:)
+    !> S (nodes*pairs*directions*points of a slice), and K (nodes*pairs*nodes).
+    real(wp), allocatable :: scaled(:), stiffness(:)
+  end type products_type
 
 contains
 
-  !> Internal forces of a run of points (eq. 25 on the start configuration).
-  pure subroutine add_forces(integration, from, to, n, batch, force)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    !> Range of points and number of nodes.
-    integer, intent(in) :: from, to, n
-    !> The points handed to the law.
-    type(batch_type), intent(in) :: batch
-    !> (dimension*nodes)
-    real(wp), intent(inout) :: force(:)
-    integer :: q
+  !> Room for groups of some size.
+  pure subroutine allocate_products(dimension, directions, points, nodes, with_tangent, products)
+    !> 2 or 3, and the directions of a gradient.
+    integer, intent(in) :: dimension
+    integer, intent(in) :: directions
+    !> Points and nodes of the largest groups.
+    integer, intent(in) :: points
+    integer, intent(in) :: nodes
+    !> Stiffness is wanted.
+    logical, intent(in) :: with_tangent
+    !> The work space.
+    type(products_type), intent(inout) :: products
 
-    do q = from, to
-      call add_divergence(integration, q, n, integration%weight(q), batch%piola(:, q - from + 1), force)
-    end do
-  end subroutine add_forces
+    if (.not. allocated(products%tensor)) allocate (products%tensor(dimension*directions*points))
+    if (.not. with_tangent .or. allocated(products%scaled)) return
+    allocate (products%scaled(max(cached, nodes*dimension**2*directions)), products%stiffness((nodes*dimension)**2))
+  end subroutine allocate_products
 
-  !> v T_ij N_a,j of one point for a tensor T packed as a gradient.
-  pure subroutine add_divergence(integration, q, n, v, tensor, force)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    !> The point and the number of nodes.
-    integer, intent(in) :: q
+  !> Displacement gradients of points: tensor(dimension, directions, points).
+  subroutine find_gradients(dimension, directions, n, points, u, gradient, tensor)
+    integer, intent(in) :: dimension
+    integer, intent(in) :: directions
+    !> Number of nodes and of points.
     integer, intent(in) :: n
-    !> Volume.
-    real(wp), intent(in) :: v
-    !> T (5 or 9).
-    real(wp), intent(in) :: tensor(:)
-    !> (dimension*nodes)
-    real(wp), intent(inout) :: force(:)
-    integer :: a, j, d
+    integer, intent(in) :: points
+    !> Displacement of the nodes (dimension, n).
+    real(wp), intent(in) :: u(dimension*n)
+    !> G.
+    real(wp), intent(in) :: gradient(n*directions*points)
+    !> u_i,j.
+    real(wp), intent(inout) :: tensor(dimension*directions*points)
 
-    d = size(integration%gradient, 1)
-    do a = 1, n
-      do j = 1, d
-        force((a - 1)*d + 1:a*d) = force((a - 1)*d + 1:a*d) &
-          + v*tensor((j - 1)*d + 1:j*d)*integration%gradient(j, a, q)
+    call dgemm('N', 'N', dimension, directions*points, n, 1.0_wp, u, dimension, gradient, n, 0.0_wp, tensor, dimension)
+  end subroutine find_gradients
+
+  !> Internal forces of points (eq. 25 on the start configuration).
+  subroutine add_force(dimension, directions, n, points, weight, packed, gradient, tensor, force)
+    integer, intent(in) :: dimension
+    integer, intent(in) :: directions
+    !> Number of nodes and of points.
+    integer, intent(in) :: n
+    integer, intent(in) :: points
+    !> V (points).
+    real(wp), intent(in) :: weight(:)
+    !> Q packed as a gradient (5 or 9, points or more).
+    real(wp), intent(in) :: packed(:, :)
+    !> G.
+    real(wp), intent(in) :: gradient(n*directions*points)
+    !> Scratch.
+    real(wp), intent(inout) :: tensor(dimension, directions, points)
+    !> (dimension, n)
+    real(wp), intent(inout) :: force(dimension*n)
+    integer :: q, j
+
+    do q = 1, points
+      do j = 1, dimension
+        tensor(:, j, q) = weight(q)*packed((j - 1)*dimension + 1:j*dimension, q)
       end do
-      if (integration%axisymmetric) force((a - 1)*d + 1) = force((a - 1)*d + 1) &
-        + v*tensor(5)*integration%shape(a, q)/integration%radius(q)
+      if (directions > dimension) tensor(:, 3, q) = [weight(q)*packed(5, q), 0.0_wp]
     end do
-  end subroutine add_divergence
+    call dgemm('N', 'T', dimension, n, directions*points, 1.0_wp, tensor, dimension, gradient, n, 1.0_wp, force, &
+      dimension)
+  end subroutine add_force
+
+  !> Stiffness of points, a slice of them at a time.
+  subroutine add_stiffness(dimension, directions, n, points, symmetric, weight, gradient, tangent, products, block)
+    integer, intent(in) :: dimension
+    integer, intent(in) :: directions
+    !> Number of nodes and of points.
+    integer, intent(in) :: n
+    integer, intent(in) :: points
+    !> A is symmetric.
+    logical, intent(in) :: symmetric
+    !> V (points).
+    real(wp), intent(in) :: weight(points)
+    !> G.
+    real(wp), intent(in) :: gradient(n*directions, points)
+    !> A (5 or 9, 5 or 9, points or more).
+    real(wp), contiguous, intent(in) :: tangent(:, :, :)
+    !> Work space.
+    type(products_type), intent(inout) :: products
+    !> (dimension, n, dimension, n)
+    real(wp), intent(inout) :: block(*)
+
+    if (symmetric) then
+      call add_pairs(upper(:, :dimension*(dimension + 1)/2))
+    else if (dimension == 2) then
+      call add_pairs(all_2d)
+    else
+      call add_pairs(all_3d)
+    end if
+  contains
+    !> S and the product for some pairs.
+    subroutine add_pairs(pair)
+      !> (2, pairs)
+      integer, intent(in) :: pair(:, :)
+      integer :: from, to, slice, rows
+
+      rows = n*size(pair, 2)
+      slice = max(1, cached/(rows*directions))
+      do from = 1, points, slice
+        to = min(points, from + slice - 1)
+        if (dimension == 2) then
+          call scale_2d(n, directions, to - from + 1, pair, weight(from:to), gradient(1, from), &
+            tangent(:, :, from:to), products%scaled)
+        else
+          call scale_3d(n, to - from + 1, pair, weight(from:to), gradient(1, from), tangent(:, :, from:to), &
+            products%scaled)
+        end if
+        call dgemm('N', 'T', rows, n, directions*(to - from + 1), 1.0_wp, products%scaled, rows, gradient(1, from), n, &
+          merge(0.0_wp, 1.0_wp, from == 1), products%stiffness, rows)
+      end do
+      call unpack_pairs(dimension, n, pair, symmetric, products%stiffness, block)
+    end subroutine add_pairs
+  end subroutine add_stiffness
+
+  !> S of plane or axisymmetric points.
+  pure subroutine scale_2d(n, directions, points, pair, weight, gradient, tangent, scaled)
+    !> Number of nodes, directions and points.
+    integer, intent(in) :: n
+    integer, intent(in) :: directions
+    integer, intent(in) :: points
+    !> Pairs (i,k).
+    integer, intent(in) :: pair(:, :)
+    !> V.
+    real(wp), intent(in) :: weight(points)
+    !> G.
+    real(wp), intent(in) :: gradient(n, directions, points)
+    !> A.
+    real(wp), intent(in) :: tangent(5, 5, points)
+    !> S.
+    real(wp), intent(out) :: scaled(n, size(pair, 2), directions, points)
+    real(wp) :: first, second, hoop
+    integer :: q, l, p, i, column
+
+    do q = 1, points
+      do l = 1, directions
+        do p = 1, size(pair, 2)
+          i = pair(1, p)
+          column = (l - 1)*2 + pair(2, p)
+          if (l == 3 .and. column /= 5) then
+            scaled(:, p, l, q) = 0.0_wp
+            cycle
+          end if
+          first = weight(q)*tangent(i, column, q)
+          second = weight(q)*tangent(2 + i, column, q)
+          scaled(:, p, l, q) = gradient(:, 1, q)*first + gradient(:, 2, q)*second
+          if (directions == 2 .or. i /= 1) cycle
+          hoop = weight(q)*tangent(5, column, q)
+          scaled(:, p, l, q) = scaled(:, p, l, q) + gradient(:, 3, q)*hoop
+        end do
+      end do
+    end do
+  end subroutine scale_2d
+
+  !> S of points in 3D.
+  pure subroutine scale_3d(n, points, pair, weight, gradient, tangent, scaled)
+    !> Number of nodes and points.
+    integer, intent(in) :: n
+    integer, intent(in) :: points
+    !> Pairs (i,k).
+    integer, intent(in) :: pair(:, :)
+    !> V.
+    real(wp), intent(in) :: weight(points)
+    !> G.
+    real(wp), intent(in) :: gradient(n, 3, points)
+    !> A.
+    real(wp), intent(in) :: tangent(9, 9, points)
+    !> S.
+    real(wp), intent(out) :: scaled(n, size(pair, 2), 3, points)
+    real(wp) :: a(3)
+    integer :: q, l, p, i, column
+
+    do q = 1, points
+      do l = 1, 3
+        do p = 1, size(pair, 2)
+          i = pair(1, p)
+          column = (l - 1)*3 + pair(2, p)
+          a = weight(q)*tangent(i:6 + i:3, column, q)
+          scaled(:, p, l, q) = gradient(:, 1, q)*a(1) + gradient(:, 2, q)*a(2) + gradient(:, 3, q)*a(3)
+        end do
+      end do
+    end do
+  end subroutine scale_3d
+
+  !> Add K, ordered (a, pair, b), to a block ordered component first.
+  pure subroutine unpack_pairs(dimension, n, pair, symmetric, stiffness, block)
+    integer, intent(in) :: dimension
+    !> Number of nodes.
+    integer, intent(in) :: n
+    !> Pairs (i,k).
+    integer, intent(in) :: pair(:, :)
+    !> Pairs with i < k stand for their transposes too.
+    logical, intent(in) :: symmetric
+    !> K.
+    real(wp), intent(in) :: stiffness(n, size(pair, 2), n)
+    !> The block.
+    real(wp), intent(inout) :: block(dimension, n, dimension, n)
+    integer :: a, b, p, i, k
+
+    do b = 1, n
+      do p = 1, size(pair, 2)
+        i = pair(1, p)
+        k = pair(2, p)
+        do a = 1, n
+          block(i, a, k, b) = block(i, a, k, b) + stiffness(a, p, b)
+        end do
+        if (.not. symmetric .or. i == k) cycle
+        do a = 1, n
+          block(k, b, i, a) = block(k, b, i, a) + stiffness(a, p, b)
+        end do
+      end do
+    end do
+  end subroutine unpack_pairs
 
   !> What the common pressure of a run of points adds: CR CL^T / sum (V/k), CR = sum (V/k) r : grad N,
   !> CL = sum (V/k) l : grad N.
-  pure subroutine add_pressure_stiffness(integration, from, to, n, pressure, block)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    !> Range of points.
-    integer, intent(in) :: from
-    integer, intent(in) :: to
-    !> Displacement components of the group.
+  subroutine add_pressure_stiffness(dimension, directions, n, points, weight, gradient, tensor, pressure, block)
+    integer, intent(in) :: dimension
+    integer, intent(in) :: directions
+    !> Number of nodes and of points.
     integer, intent(in) :: n
-    !> r, l and k of the points; its vectors are overwritten.
+    integer, intent(in) :: points
+    !> V (points).
+    real(wp), intent(in) :: weight(:)
+    !> G.
+    real(wp), intent(in) :: gradient(n*directions*points)
+    !> Scratch.
+    real(wp), intent(inout) :: tensor(dimension*directions*points)
+    !> r, l and k of the points; its vectors and corrections are overwritten.
     type(pressure_type), intent(inout) :: pressure
-    !> (n, n)
-    real(wp), intent(inout) :: block(n, n)
-    real(wp) :: total, share
-    integer :: q, k, b
+    !> The block.
+    real(wp), intent(inout) :: block(dimension*n, dimension*n)
+    integer :: b
 
-    pressure%right_vector(:n) = 0.0_wp
-    pressure%left_vector(:n) = 0.0_wp
-    total = 0.0_wp
-    do q = from, to
-      k = q - from + 1
-      share = integration%weight(q)/pressure%stiffness(k)
-      total = total + share
-      call add_divergence(integration, q, n/size(integration%gradient, 1), share, &
-        pressure%right(:, k), pressure%right_vector)
-      call add_divergence(integration, q, n/size(integration%gradient, 1), share, &
-        pressure%left(:, k), pressure%left_vector)
-    end do
-    do b = 1, n
-      block(:, b) = block(:, b) + pressure%right_vector(:n)*(pressure%left_vector(b)/total)
-    end do
+    pressure%right_vector(:dimension*n) = 0.0_wp
+    pressure%left_vector(:dimension*n) = 0.0_wp
+    associate (share => pressure%correction(:points))
+      share = weight/pressure%stiffness(:points)
+      call add_force(dimension, directions, n, points, share, pressure%right, gradient, tensor, pressure%right_vector)
+      call add_force(dimension, directions, n, points, share, pressure%left, gradient, tensor, pressure%left_vector)
+      do b = 1, dimension*n
+        block(:, b) = block(:, b) + pressure%right_vector(:dimension*n)*(pressure%left_vector(b)/sum(share))
+      end do
+    end associate
   end subroutine add_pressure_stiffness
-
-  !> Stiffness of a run of plane or axisymmetric points.
-  pure subroutine add_stiffness_2d(integration, from, to, n, batch, block)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    integer, intent(in) :: from, to, n
-    !> The points handed to the law.
-    type(batch_type), intent(in) :: batch
-    !> (2, n, 2, n)
-    real(wp), intent(inout) :: block(2, n, 2, n)
-    real(wp) :: t(5, 2), g(2), hoop, v
-    integer :: q, k, a, b
-
-    do q = from, to
-      k = q - from + 1
-      v = integration%weight(q)
-      do b = 1, n
-        g = v*integration%gradient(:, b, q)
-        t(:, 1) = batch%tangent(:, 1, k)*g(1) + batch%tangent(:, 3, k)*g(2)
-        t(:, 2) = batch%tangent(:, 2, k)*g(1) + batch%tangent(:, 4, k)*g(2)
-        if (integration%axisymmetric) t(:, 1) = t(:, 1) &
-          + batch%tangent(:, 5, k)*v*integration%shape(b, q)/integration%radius(q)
-        do a = 1, n
-          block(:, a, 1, b) = block(:, a, 1, b) + integration%gradient(1, a, q)*t(1:2, 1) &
-            + integration%gradient(2, a, q)*t(3:4, 1)
-          block(:, a, 2, b) = block(:, a, 2, b) + integration%gradient(1, a, q)*t(1:2, 2) &
-            + integration%gradient(2, a, q)*t(3:4, 2)
-          if (integration%axisymmetric) then
-            hoop = integration%shape(a, q)/integration%radius(q)
-            block(1, a, :, b) = block(1, a, :, b) + hoop*t(5, :)
-          end if
-        end do
-      end do
-    end do
-  end subroutine add_stiffness_2d
-
-  !> Stiffness of a run of points in 3D.
-  pure subroutine add_stiffness_3d(integration, from, to, n, batch, block)
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    integer, intent(in) :: from, to, n
-    !> The points handed to the law.
-    type(batch_type), intent(in) :: batch
-    !> (3, n, 3, n)
-    real(wp), intent(inout) :: block(3, n, 3, n)
-    real(wp) :: t(9), g(3), h(3, n)
-    integer :: q, k, a, b, i
-
-    do q = from, to
-      k = q - from + 1
-      h = integration%gradient(:, :n, q)
-      do b = 1, n
-        g = integration%weight(q)*h(:, b)
-        do i = 1, 3
-          t = batch%tangent(:, i, k)*g(1) + batch%tangent(:, 3 + i, k)*g(2) &
-            + batch%tangent(:, 6 + i, k)*g(3)
-          do a = 1, n
-            block(:, a, i, b) = block(:, a, i, b) + h(1, a)*t(1:3) + h(2, a)*t(4:6) + h(3, a)*t(7:9)
-          end do
-        end do
-      end do
-    end do
-  end subroutine add_stiffness_3d
 end module qsmpm_group_stiffness

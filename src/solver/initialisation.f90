@@ -3,14 +3,17 @@
 !> equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
-  use qsmpm_integration, only: integration_type, integrate_at_points
+  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_point_integration, only: integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_merged_groups, only: merge_groups
@@ -21,6 +24,7 @@ module qsmpm_initialisation
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  use qsmpm_run_profile, only: run_profile_type
   implicit none
   private
 
@@ -31,8 +35,11 @@ module qsmpm_initialisation
     type(activation_type) :: activation
     !> Domains of the points, where the space averages over them.
     type(domains_type) :: domains
-    !> Basis at the material points, and what the equations are integrated with.
+    !> Basis at the material points, and what the equations are integrated with when that is not the same.
     type(integration_type) :: at_points, integration
+    logical :: separate = .false.
+    !> The equations are integrated at the material points, so that an evaluation yields their stresses.
+    logical :: updates_points = .false.
     !> Patch of cells that each group of at_points shares its pressure in; unallocated when cells are
     !> all patches by themselves. The groups of `integration` are these patches.
     integer, allocatable :: patch(:)
@@ -45,11 +52,17 @@ module qsmpm_initialisation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
+    !> Time and work so far; outlives the step.
+    type(run_profile_type) :: profile
+    !> Iterations of the last solution; it only says which trials get a tangent.
+    integer :: usual_iterations = 0
+    !> Part of the grid that all this is for, and the one that the observer knows of.
+    type(window_type) :: window, told
   end type step_type
 
 contains
 
-  !> Prepare a step from the state of the model.
+  !> Prepare a step from the state of the model. Points that may share their pressure are grouped by cells.
   subroutine initialise_step(model, step, error)
     !> The model.
     type(model_type), intent(in) :: model
@@ -60,35 +73,73 @@ contains
     type(patches_type) :: patches
     logical :: changed
 
+    call turn_to(step%profile%watch, part_initialisation)
+    if (.not. step%window == model%state%window) call forget(step)
+    step%window = model%state%window
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
     call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, &
-      step%activation, model%state%points, step%domains, step%at_points)
+      step%activation, model%state%points, step%domains, step%at_points, any(model%laws%pressure_factor > 0.0_wp))
     step%inaccurate_points = 0
-    if (model%analysis%method%integration == integrate_cells .and. &
-      model%analysis%method%basis /= basis_fem) then
-      call integrate_in_cells(model%mesh, model%space, step%activation, model%state%points, model%laws, &
-        step%domains, step%at_points, step%integration, step%inaccurate_points)
-    else
-      step%integration = step%at_points
-    end if
+    step%updates_points = model%analysis%method%integration /= integrate_cells .or. &
+      model%analysis%method%basis == basis_fem
+    step%separate = .not. step%updates_points
+    if (step%separate) call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, &
+      step%activation, model%state%points, model%laws, step%domains, step%integration, step%inaccurate_points)
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
     call build_supports(model, step%activation, step%supports)
     call group_by_pressure(model, step)
-    call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
+    if (step%separate) then
+      call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
+    else
+      call join_patches(step%at_points, step%stabilisation%patches, step%supports%patches, patches)
+    end if
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model)
+    call turn_to(step%profile%watch, part_analysis)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
       model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
       model%mesh%dimension, error)
     if (allocated(error)) return
-    call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, .true., &
-      step%evaluation)
+    call turn_to(step%profile%watch, part_initialisation)
+    call note_sizes(model, step)
+    if (step%separate) then
+      call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, step%updates_points, &
+        .false., step%evaluation)
+    else
+      call prepare_evaluation(step%at_points, model%mesh%dimension, model%space%node_count, .true., .false., &
+        step%evaluation)
+    end if
   end subroutine initialise_step
+
+  !> Remember the largest sizes for the profile of the run.
+  subroutine note_sizes(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    associate (profile => step%profile)
+      profile%points = max(profile%points, int(model%state%points%count, long))
+      profile%active_cells = max(profile%active_cells, int(step%activation%active_count, long))
+      profile%equations = max(profile%equations, int(step%equations%count, long))
+      profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
+    end associate
+  end subroutine note_sizes
+
+  !> Throw away what is as long as a mesh that is no more.
+  subroutine forget(step)
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    if (allocated(step%volumes)) deallocate (step%volumes)
+    if (allocated(step%lumped)) deallocate (step%lumped)
+    if (allocated(step%equations%number)) deallocate (step%equations%number)
+  end subroutine forget
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
@@ -109,7 +160,7 @@ contains
     type(step_type), intent(inout) :: step
     !> Number of nodes.
     integer, intent(in) :: node_count
-    integer :: g, q, a, n
+    integer :: g, q, a, n, place
 
     if (.not. allocated(step%lumped)) allocate (step%lumped(node_count))
     step%lumped = 0.0_wp
@@ -117,9 +168,10 @@ contains
       do g = 1, p%group_count
         n = p%node_first(g + 1) - p%node_first(g)
         do q = p%first(g), p%first(g + 1) - 1
+          place = place_of(p, g, q)
           do a = 1, n
             step%lumped(p%nodes(p%node_first(g) + a - 1)) = step%lumped(p%nodes(p%node_first(g) + a - 1)) &
-              + abs(p%shape(a, q))*p%weight(q)
+              + abs(p%shape(place + a))*p%weight(q)
           end do
         end do
       end do
@@ -137,8 +189,9 @@ contains
 
     do g = 1, step%activation%active_count
       stiffness(g) = 0.0_wp
-      do p = step%at_points%first(g), step%at_points%first(g + 1) - 1
-        stiffness(g) = max(stiffness(g), model%laws(step%at_points%material(p))%law%stiffness_scale)
+      do p = step%activation%first(g), step%activation%first(g + 1) - 1
+        stiffness(g) = max(stiffness(g), &
+          model%laws(model%state%points%material(step%activation%point(p)))%law%stiffness_scale)
       end do
     end do
     kind = model%analysis%method%stabilisation
@@ -154,7 +207,7 @@ contains
     type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    type(integration_type) :: by_cells
+    type(integration_type) :: merged
     logical :: wanted(step%at_points%group_count)
     integer :: g, p
 
@@ -168,8 +221,13 @@ contains
     end do
     if (.not. any(wanted)) return
     call pressure_patches(model%mesh, step%at_points%cell, wanted, step%patch)
-    by_cells = step%integration
-    call merge_groups(by_cells, step%patch, step%integration)
+    if (step%separate) then
+      call merge_groups(step%integration, step%patch, merged)
+      step%integration = merged
+    else
+      call merge_groups(step%at_points, step%patch, step%integration)
+    end if
+    step%separate = .true.
   end subroutine group_by_pressure
 
   !> The patches of the groups, then those of the stabilisation and of the supports.

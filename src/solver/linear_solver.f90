@@ -40,7 +40,7 @@ module qsmpm_linear_solver
     logical :: approximate = .false.
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
-    !> Floating-point operations of the factorisation, as the library counts them.
+    !> Floating-point operations of the last factorisation; 0 when the back end does not tell.
     real(wp) :: factor_operations = 0.0_wp
     !> Size and entry count of the analysed pattern.
     integer, private :: n = 0

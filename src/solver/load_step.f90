@@ -8,9 +8,11 @@
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type
-  use qsmpm_model, only: model_type, state_type
-  use qsmpm_space, only: refresh_space
+  use qsmpm_model, only: model_type
+  use qsmpm_kept_state, only: kept_places_type, keep, restore
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
@@ -19,7 +21,7 @@ module qsmpm_load_step
   implicit none
   private
 
-  public :: load_step, restore
+  public :: load_step
 
   !> A step is the smallest one up to this factor of round-off.
   real(wp), parameter :: slightly_more = 1.0_wp + 1.0e-9_wp
@@ -46,11 +48,10 @@ contains
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
-    type(state_type) :: before
+    type(kept_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
-    before = model%state
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     goal%tolerance = tolerance
     goal%drag = drag
@@ -59,6 +60,7 @@ contains
     ! Initialisation phase, section 3.1
     call initialise_step(model, step, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_control)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, goal%force)
     force_before = goal%force
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
@@ -69,14 +71,18 @@ contains
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
     end if
+    if (solution%converged .and. controls%step_error > 0.0_wp .and. .not. drag > 0.0_wp) &
+      call judge_length(model, step, controls, fraction, solution, error)
+    if (allocated(error)) return
+    call name_worst_node(model, solution)
     if (.not. solution%converged) return
-    if (controls%step_error > 0.0_wp .and. .not. drag > 0.0_wp) call judge_length(model, step, controls, fraction, &
-      solution, error)
-    if (allocated(error) .or. .not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
+    call keep(model, before)
     call take_reactions_and_work(model, step, goal, force_before, solution)
+    call turn_to(step%profile%watch, part_convection)
     call convect(model, step, solution%displacement, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore(before, model)
       solution%converged = .false.
@@ -104,7 +110,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_error_type) :: errors
 
-    call measure_step_error(step, model%laws, solution%displacement, errors, error)
+    call turn_to(step%profile%watch, part_step_error)
+    call measure_step_error(model, step, solution%displacement, errors, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) return
     solution%step_error = max(errors%path, errors%position)
     solution%too_long = solution%step_error > controls%step_error .and. &
@@ -114,17 +122,18 @@ contains
     solution%reason = 'the step is longer than its error allows'
   end subroutine judge_length
 
-  !> Put a state back.
-  subroutine restore(state, model)
-    !> The state.
-    type(state_type), intent(in) :: state
+  !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
+  subroutine name_worst_node(model, solution)
     !> The model.
-    type(model_type), intent(inout) :: model
+    type(model_type), intent(in) :: model
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    integer :: node
 
-    model%state = state
-    model%mesh%coordinates = state%coordinates
-    call refresh_space(model%space, model%mesh)
-  end subroutine restore
+    node = max(1, solution%worst_node)
+    solution%worst_label = node_label(model%space, model%mesh, node)
+    solution%worst_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+  end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(model, step, goal, force_before, solution)

@@ -5,7 +5,7 @@ module qsmpm_loads
   use qsmpm_analysis, only: carrier_points, carrier_surface
   use qsmpm_model, only: model_type
   use qsmpm_house_keeping, only: activation_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, place_of
   use qsmpm_space, only: place_type
   use qsmpm_carried_basis, only: basis_at
   implicit none
@@ -56,7 +56,7 @@ contains
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: vector(size(gravity))
-    integer :: g, q, p, a, first
+    integer :: g, q, p, a, first, place
 
     do g = 1, at_points%group_count
       first = at_points%node_first(g) - 1
@@ -64,9 +64,10 @@ contains
         p = at_points%source(q)
         vector = model%state%points%weight(p)*gravity
         if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
+        place = place_of(at_points, g, q)
         do a = 1, at_points%node_first(g + 1) - 1 - first
           force(:, at_points%nodes(first + a)) = force(:, at_points%nodes(first + a)) &
-            + at_points%shape(a, q)*vector
+            + at_points%shape(place + a)*vector
         end do
       end do
     end do

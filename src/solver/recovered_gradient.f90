@@ -12,7 +12,7 @@ module qsmpm_recovered_gradient
   use qsmpm_mesh, only: mesh_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_law, only: law_slot_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, place_of
   implicit none
   private
 
@@ -42,7 +42,7 @@ contains
     !> Material points in groups; their `given` gradients are set.
     type(integration_type), intent(inout) :: at_points
     real(wp) :: nodal(mesh%dimension, mesh%dimension, mesh%node_count)
-    integer :: g, q, a, j, first
+    integer :: g, q, a, j, n, first, place
     logical :: recovered
 
     if (allocated(at_points%given)) deallocate (at_points%given)
@@ -53,12 +53,14 @@ contains
       do q = at_points%first(g), at_points%first(g + 1) - 1
         recovered = activation%full(g) .and. element_order(mesh%cell_kind(at_points%cell(g))) > 1 &
           .and. .not. laws(at_points%material(q))%pressure_factor > 0.0_wp
-        do a = 1, at_points%node_first(g + 1) - 1 - first
+        place = place_of(at_points, g, q)
+        n = at_points%node_first(g + 1) - 1 - first
+        do a = 1, n
           associate (node => at_points%nodes(first + a), given => at_points%given(:, :, q))
-            if (recovered) given = given + (1.0_wp - own)*at_points%shape(a, q)*nodal(:, :, node)
+            if (recovered) given = given + (1.0_wp - own)*at_points%shape(place + a)*nodal(:, :, node)
             do j = 1, mesh%dimension
               given(:, j) = given(:, j) + merge(own, 1.0_wp, recovered)*displacement(:, node) &
-                *at_points%gradient(j, a, q)
+                *at_points%gradient(at_points%directions*place + (j - 1)*n + a)
             end do
           end associate
         end do

@@ -10,12 +10,15 @@
 module qsmpm_step_error
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_law, only: law_slot_type, tangent_none
+  use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_linear_system, only: solve_system
+  use qsmpm_model, only: model_type
+  use qsmpm_integration, only: integration_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
-  use qsmpm_system_matrix, only: gather
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_linear_system, only: solve_system
+  use qsmpm_system_matrix, only: complete_matrix, gather
   implicit none
   private
 
@@ -35,36 +38,70 @@ module qsmpm_step_error
 contains
 
   !> Errors of a step in equilibrium that has not been taken yet.
-  subroutine measure_step_error(step, laws, displacement, errors, error)
+  subroutine measure_step_error(model, step, displacement, errors, error)
+    !> The model.
+    type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated and factorised.
     type(step_type), intent(inout) :: step
-    !> Laws of the materials.
-    type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> The errors; huge where the halved walk could not be made.
     type(step_error_type), intent(out) :: errors
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
-    type(law_slot_type) :: halved(size(laws))
-    type(evaluation_type) :: walk
+    type(law_slot_type) :: halved(size(model%laws))
+    type(evaluation_type) :: whole, walk
     real(wp) :: residual(step%equations%count), move(step%equations%count)
 
-    call halve(laws, halved)
-    call prepare_evaluation(step%integration, size(displacement, 1), size(displacement, 2), .false., walk)
-    call evaluate(step%integration, halved, displacement, tangent_none, walk)
-    if (.not. walk%ok) then
+    call halve(model%laws, halved)
+    if (step%separate) then
+      call walk_along(step%integration, model, model%laws, displacement, whole)
+      call walk_along(step%integration, model, halved, displacement, walk)
+    else
+      call walk_along(step%at_points, model, model%laws, displacement, whole)
+      call walk_along(step%at_points, model, halved, displacement, walk)
+    end if
+    if (.not. (whole%ok .and. walk%ok)) then
       errors = step_error_type(huge(1.0_wp), huge(1.0_wp))
       return
     end if
-    errors%path = 2.0_wp*stress_distance(step, walk)
+    if (step%separate) then
+      errors%path = 2.0_wp*stress_distance(step%integration%weight, whole%results%stress, walk%results%stress)
+    else
+      errors%path = 2.0_wp*stress_distance(step%at_points%weight, whole%results%stress, walk%results%stress)
+    end if
     if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
-    call gather(step%equations, step%evaluation%force - walk%force, residual)
+    call gather(step%equations, whole%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
-    call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
+    call respond_to(model, step, displacement, residual, move, error)
     if (allocated(error)) return
     errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
   end subroutine measure_step_error
+
+  !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
+  !> preconditioner, by the present matrix.
+  subroutine respond_to(model, step, displacement, residual, move, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Residual (equations).
+    real(wp), intent(in) :: residual(:)
+    !> The answer (equations).
+    real(wp), intent(out) :: move(:)
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (step%system%solver%approximate) then
+      call evaluate_step(model, step, displacement, tangent_consistent)
+      call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+      call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
+    else
+      call step%system%solver%solve(residual, move, error)
+    end if
+  end subroutine respond_to
 
   !> The laws, each in two halves a step.
   subroutine halve(laws, halved)
@@ -82,23 +119,38 @@ contains
     end do
   end subroutine halve
 
+  !> Stresses and forces at the end of the step by some laws.
+  subroutine walk_along(integration, model, laws, displacement, evaluation)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The laws.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> The results.
+    type(evaluation_type), intent(inout) :: evaluation
+
+    call prepare_evaluation(integration, size(displacement, 1), size(displacement, 2), .true., .false., evaluation)
+    call evaluate(integration, model%state%points, laws, displacement, tangent_none, evaluation)
+  end subroutine walk_along
+
   !> |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume.
-  pure real(wp) function stress_distance(step, walk)
-    !> Scratch of the step, evaluated.
-    type(step_type), intent(in) :: step
-    !> The walk in halves.
-    type(evaluation_type), intent(in) :: walk
+  pure real(wp) function stress_distance(weight, whole, walk)
+    !> Volumes of the points (n).
+    real(wp), intent(in) :: weight(:)
+    !> Stresses of the whole step and of the walk in halves (4 or 6, n).
+    real(wp), intent(in) :: whole(:, :), walk(:, :)
     real(wp) :: difference, total
     integer :: q
 
     difference = 0.0_wp
     total = 0.0_wp
-    associate (weight => step%integration%weight, stress => step%evaluation%stress)
-      do q = 1, size(weight)
-        difference = difference + weight(q)*sum((walk%stress(:, q) - stress(:, q))**2)
-        total = total + weight(q)*sum(stress(:, q)**2)
-      end do
-    end associate
+    do q = 1, size(weight)
+      difference = difference + weight(q)*sum((walk(:, q) - whole(:, q))**2)
+      total = total + weight(q)*sum(whole(:, q)**2)
+    end do
     stress_distance = 0.0_wp
     if (total > 0.0_wp) stress_distance = sqrt(difference/total)
   end function stress_distance

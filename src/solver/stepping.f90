@@ -11,10 +11,11 @@ module qsmpm_stepping
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: controls_type, basis_fem
-  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_load_step, only: load_step, restore
+  use qsmpm_kept_state, only: kept_state_type, keep, restore
+  use qsmpm_load_step, only: load_step
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
@@ -44,7 +45,8 @@ module qsmpm_stepping
     character(len=:), allocatable :: reason
     !> Figures of the last solve that failed, for the message.
     real(wp) :: out_of_balance = 0.0_wp
-    integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
     !> Iterations of the static solve.
     integer :: static_iterations = 0
     !> The static step was taken, without drag.
@@ -74,11 +76,11 @@ contains
     type(outcome_type), intent(out) :: outcome
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    type(state_type) :: before
+    type(kept_state_type) :: before
     type(solution_type) :: solution
     logical :: with_drag
 
-    before = model%state
+    call keep(model, before)
     with_drag = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
       (fraction - model%state%progress%fraction)*controls%steps <= &
       merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp))
@@ -144,7 +146,8 @@ contains
     outcome%cause = solution%cause
     outcome%reason = solution%reason
     outcome%out_of_balance = solution%out_of_balance
-    outcome%worst_node = solution%worst_node
+    outcome%worst_label = solution%worst_label
+    outcome%worst_place = solution%worst_place
   end subroutine note_failure
 
   !> Mass-proximal sub-steps at a load until the drag has died away.

@@ -8,12 +8,12 @@ module qsmpm_system_matrix
   implicit none
   private
 
-  public :: build_matrix, linear_force, gather, scatter
+  public :: complete_matrix, linear_force, gather, scatter
 
 contains
 
-  !> K^E + K^G of the last evaluation, the stabilisation, the supports and the proximal drag.
-  subroutine build_matrix(step, drag, dimension)
+  !> Add the stabilisation, the supports and the proximal drag to K^E + K^G of the last evaluation.
+  subroutine complete_matrix(step, drag, dimension)
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Coefficient of the proximal drag per volume and displacement.
@@ -21,24 +21,20 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
     real(wp), allocatable :: block(:, :, :, :)
-    integer :: g, k, n, a, c, row, place
+    integer :: groups, k, n, a, c, row, place
 
-    step%matrix%values = 0.0_wp
-    do g = 1, step%integration%group_count
-      n = step%integration%node_first(g + 1) - step%integration%node_first(g)
-      call add_packed(step, g, dimension, n, step%evaluation%block(:, g))
-    end do
+    groups = step%equations%patches%count - step%stabilisation%patches%count - step%supports%patches%count
     do k = 1, step%stabilisation%patches%count
       n = step%stabilisation%patches%first(k + 1) - step%stabilisation%patches%first(k)
       allocate (block(dimension, n, dimension, n), source=0.0_wp)
       do c = 1, dimension
         block(c, :, c, :) = step%stabilisation%matrix(:n, :n, k)
       end do
-      call add_block(step%equations, step%integration%group_count + k, block, step%matrix)
+      call add_block(step%equations, groups + k, block, step%matrix)
       deallocate (block)
     end do
     do k = 1, step%supports%patches%count
-      call add_block(step%equations, step%integration%group_count + step%stabilisation%patches%count + k, &
+      call add_block(step%equations, groups + step%stabilisation%patches%count + k, &
         support_block(step%supports, k), step%matrix)
     end do
     if (.not. drag > 0.0_wp) return
@@ -53,20 +49,10 @@ contains
         step%matrix%values(place) = step%matrix%values(place) + drag*step%lumped(a)
       end do
     end do
-  end subroutine build_matrix
+  end subroutine complete_matrix
 
-  !> Add a group's block, unpacked by shape.
-  subroutine add_packed(step, group, dimension, n, block)
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    integer, intent(in) :: group, dimension, n
-    !> (dimension, nodes, dimension, nodes)
-    real(wp), intent(in) :: block(dimension, n, dimension, n)
-
-    call add_block(step%equations, group, block, step%matrix)
-  end subroutine add_packed
-
-  !> Force that the last tangent and the stabilisation give a displacement, at the free components.
+  !> Force that tangent, stabilisation and supports give the prescribed displacements, at the free
+  !> components; the first evaluation of the step has found the tangent's part.
   subroutine linear_force(step, displacement, force)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
@@ -75,20 +61,10 @@ contains
     !> (equations)
     real(wp), intent(out) :: force(:)
     real(wp) :: nodal(size(displacement, 1), size(displacement, 2))
-    integer :: g, n, d
 
-    d = size(displacement, 1)
-    nodal = 0.0_wp
+    nodal = step%evaluation%linear_force
     call add_stabilising_force(step%stabilisation, displacement, nodal)
     call add_support_force(step%supports, displacement, .false., nodal)
-    do g = 1, step%integration%group_count
-      n = step%integration%node_first(g + 1) - step%integration%node_first(g)
-      associate (nodes => step%integration%nodes(step%integration%node_first(g): &
-        step%integration%node_first(g + 1) - 1))
-        nodal(:, nodes) = nodal(:, nodes) + reshape(matmul(reshape(step%evaluation%block(:(d*n)**2, g), &
-          [d*n, d*n]), reshape(displacement(:, nodes), [d*n])), [d, n])
-      end associate
-    end do
     call gather(step%equations, nodal, force)
   end subroutine linear_force
 

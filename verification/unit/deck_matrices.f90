@@ -12,9 +12,9 @@ module deck_matrices
   use qsmpm_phase_start, only: start_phase
   use qsmpm_linear_system, only: factorise_system, solve_system, start_system, end_system
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_law, only: tangent_elastic, tangent_consistent
-  use qsmpm_system_matrix, only: build_matrix, gather, scatter
+  use qsmpm_system_matrix, only: complete_matrix, gather, scatter
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none
   private
@@ -99,8 +99,8 @@ contains
     call stop_on(error)
     call end_system(step%system)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    call evaluate(step%integration, model%laws, still, tangent_elastic, step%evaluation)
-    call build_matrix(step, 0.0_wp, model%mesh%dimension)
+    call evaluate_step(model, step, still, tangent_elastic)
+    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
     still(2, :) = -step%lumped
     allocate (rhs(step%equations%count))
     call gather(step%equations, still, rhs)
@@ -130,10 +130,10 @@ contains
     call stop_on(error)
     call end_system(step%system)
     call scatter(step%equations, x, sunk)
-    call evaluate(step%integration, model%laws, sunk, tangent_consistent, step%evaluation)
+    call evaluate_step(model, step, sunk, tangent_consistent)
     if (.not. step%evaluation%ok) error stop 'the block could not be evaluated'
-    yielding = sum(min(1, abs(step%evaluation%plastic)))/real(step%integration%point_count, wp)
-    call build_matrix(step, 0.0_wp, model%mesh%dimension)
+    yielding = sum(min(1, abs(step%evaluation%results%plastic)))/real(step%at_points%point_count, wp)
+    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
   end subroutine yielding_block
 
   !> Stop with the message of an error.

@@ -104,25 +104,25 @@ contains
     cells%first = [1, 3, 4, 6]
     cells%node_first = [1, 4, 7, 10]
     cells%nodes = [10, 11, 12, 20, 21, 22, 12, 30, 10]
-    call allocate_integration(2, 5, 4, 1, cells)
+    call allocate_integration(2, 4, 1, 5, .false., cells)
     do q = 1, 5
-      cells%shape(:, q) = [0.1_wp, 0.2_wp, 0.3_wp]*q
-      cells%gradient(1, :, q) = [1.0_wp, 2.0_wp, 3.0_wp]*q
-      cells%gradient(2, :, q) = -cells%gradient(1, :, q)
+      cells%gradient(6*q - 5:6*q - 3) = [1.0_wp, 2.0_wp, 3.0_wp]*q
+      cells%gradient(6*q - 2:6*q) = -cells%gradient(6*q - 5:6*q - 3)
       cells%weight(q) = q
       cells%stress(:, q) = 10*q
-      cells%source(q) = q
+      cells%source(q) = -q
     end do
     cells%material = [1, 2, 1, 1, 2]
     call merge_groups(cells, [1, 2, 1], merged)
     call tests%check('patches see the nodes of their groups once', all(merged%node_first == [1, 5, 8]) .and. &
       all(merged%nodes == [10, 11, 12, 30, 20, 21, 22]))
     call tests%check('points of a patch are sorted by material', all(merged%first == [1, 5, 6]) .and. &
-      all(merged%source == [1, 4, 2, 5, 3]) .and. all(merged%material == [1, 1, 2, 2, 1]))
+      all(merged%source == -[1, 4, 2, 5, 3]) .and. all(merged%material == [1, 1, 2, 2, 1]))
     call tests%check('functions go to their nodes, the rest are zero', &
-      all(abs(merged%shape(:, 2) - 4*[0.3_wp, 0.0_wp, 0.1_wp, 0.2_wp]) <= 1.0e-15_wp) .and. &
-      all(abs(merged%gradient(2, :, 1) + [1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp]) <= 0.0_wp))
-    call tests%check('points keep volume and stress', all(abs(merged%weight - merged%source) <= 0.0_wp) .and. &
-      all(abs(merged%stress(3, :) - 10.0_wp*merged%source) <= 0.0_wp))
+      all(abs(merged%gradient(9:12) - 4*[3.0_wp, 0.0_wp, 1.0_wp, 2.0_wp]) <= 0.0_wp) .and. &
+      all(abs(merged%gradient(5:8) + [1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp]) <= 0.0_wp) .and. &
+      all(abs(merged%gradient(33:35) - 3*[1.0_wp, 2.0_wp, 3.0_wp]) <= 0.0_wp))
+    call tests%check('points keep volume and stress', all(abs(merged%weight + merged%source) <= 0.0_wp) .and. &
+      all(abs(merged%stress(3, -merged%source) + 10.0_wp*merged%source) <= 0.0_wp))
   end subroutine check_merging
 end module test_pressure_groups

@@ -1,0 +1,320 @@
+!> Integration at the material points: STANDARD, GIMP, splines, and FEM with its Gauss points.
+!>
+!> Points that see the functions at their place are grouped by cells. Points that see averages over
+!> their domains are grouped by the block of functions their domain reaches: those well inside of a
+!> cell, and those on both sides of a face, an edge or a corner. So no point carries functions it does
+!> not see, and no equations are coupled that share no point. Where the points of a cell share their
+!> pressure the cell is the group, with the union of the blocks.
+module qsmpm_point_integration
+  use qsmpm_kinds, only: wp
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_points, only: points_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_space, only: space_type, tensor_nodes
+  use qsmpm_spline_axis, only: interval_cells, most_averaged
+  use qsmpm_domains, only: domains_type
+  use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, &
+    take_point
+  implicit none
+  private
+
+  public :: integrate_at_points
+
+contains
+
+  !> Groups of material points with their functions.
+  subroutine integrate_at_points(mesh, space, is_axisymmetric, activation, points, domains, integration, by_cells)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> Volumes are per radian.
+    logical, intent(in) :: is_axisymmetric
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> Domains of the points; used when the space is averaged.
+    type(domains_type), intent(in) :: domains
+    !> Integration points in groups.
+    type(integration_type), intent(out) :: integration
+    !> Groups are cells also when the space is averaged.
+    logical, intent(in), optional :: by_cells
+    integer, allocatable :: first(:, :), count(:, :), order(:)
+    integer :: g
+    logical :: cells
+
+    cells = .not. space%averaged
+    if (present(by_cells)) cells = cells .or. by_cells
+    integration%axisymmetric = is_axisymmetric
+    if (.not. space%averaged) then
+      call set_group_nodes(mesh, space, activation%active_cell, integration)
+    else if (cells) then
+      call average_ranges(space, activation, domains, first, count)
+    else
+      call group_by_blocks(space, activation, domains, first, count, order, integration%first)
+      allocate (integration%cell(size(first, 2)))
+      do g = 1, size(first, 2)
+        integration%cell(g) = points%cell(order(integration%first(g)))
+      end do
+    end if
+    if (cells) then
+      allocate (order, source=activation%point)
+      integration%first = activation%first
+      integration%cell = activation%active_cell
+    end if
+    if (space%averaged) call set_block_nodes(space, first, count, integration)
+    call allocate_integration(mesh%dimension, size(points%stress, 1), size(points%state, 1), 0, .true., integration)
+    call take_points(mesh, space, points, domains, first, count, order, integration)
+    if (space%averaged) call drop_unseen(integration)
+  end subroutine integrate_at_points
+
+  !> Functions, volumes and sources of all points.
+  subroutine take_points(mesh, space, points, domains, first, count, order, integration)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> Domains of the points; used when the space is averaged.
+    type(domains_type), intent(in) :: domains
+    !> Block of functions of each group (3, groups); unallocated when the space is not averaged.
+    integer, allocatable, intent(in) :: first(:, :)
+    integer, allocatable, intent(in) :: count(:, :)
+    !> Material point of each integration point (n).
+    integer, intent(in) :: order(:)
+    !> Integration points in groups, allocated.
+    type(integration_type), intent(inout) :: integration
+    integer :: g, p, q
+
+    !$omp parallel do default(none) shared(mesh, space, points, domains, first, count, order, integration) private(p, q)
+    do g = 1, integration%group_count
+      do q = integration%first(g), integration%first(g + 1) - 1
+        p = order(q)
+        if (space%averaged) then
+          call set_average(mesh, space, domains%low(:, p), domains%high(:, p), first(:, g), count(:, g), g, q, &
+            integration)
+        else
+          call set_basis(mesh, space, g, q, points%local(:, p), integration)
+        end if
+        call take_point(points, p, 1.0_wp, q, integration)
+      end do
+    end do
+    !$omp end parallel do
+  end subroutine take_points
+
+  !> Functions along each axis that the domains of a cell's points see.
+  pure subroutine average_ranges(space, activation, domains, first, count)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> Domains of the points.
+    type(domains_type), intent(in) :: domains
+    !> First function and how many (3, groups).
+    integer, allocatable, intent(out) :: first(:, :)
+    integer, allocatable, intent(out) :: count(:, :)
+    integer :: g, k, a, from(3), seen(3)
+
+    allocate (first(3, activation%active_count), source=huge(1))
+    allocate (count(3, activation%active_count), source=0)
+    do g = 1, activation%active_count
+      do k = activation%first(g), activation%first(g + 1) - 1
+        call block_of(space, domains, activation%point(k), from, seen)
+        first(:, g) = min(first(:, g), from)
+        count(:, g) = max(count(:, g), from + seen)
+      end do
+      do a = 1, 3
+        count(a, g) = count(a, g) - first(a, g)
+      end do
+    end do
+  end subroutine average_ranges
+
+  !> Functions along each axis that the domain of a point sees.
+  pure subroutine block_of(space, domains, point, first, count)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> Domains of the points.
+    type(domains_type), intent(in) :: domains
+    !> Material point.
+    integer, intent(in) :: point
+    !> First function and how many.
+    integer, intent(out) :: first(3)
+    integer, intent(out) :: count(3)
+    integer :: a, from, to
+
+    first = 1
+    count = 1
+    do a = 1, size(domains%low, 1)
+      call interval_cells(space%axis(a), domains%low(a, point), domains%high(a, point), from, to)
+      first(a) = space%axis(a)%last(from) - space%axis(a)%degree
+      count(a) = space%axis(a)%last(to) - first(a) + 1
+    end do
+  end subroutine block_of
+
+  !> Sort the points by the block of functions they see; points of one block stay in the order of their
+  !> cells and materials there.
+  subroutine group_by_blocks(space, activation, domains, first, count, order, group_first)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> Domains of the points.
+    type(domains_type), intent(in) :: domains
+    !> First function and how many (3, groups).
+    integer, allocatable, intent(out) :: first(:, :)
+    integer, allocatable, intent(out) :: count(:, :)
+    !> Material point of each place (points), and first place of each group (groups+1).
+    integer, allocatable, intent(out) :: order(:)
+    integer, allocatable, intent(out) :: group_first(:)
+    integer, allocatable :: corner(:), extent(:)
+    integer :: from(3), seen(3), functions(3), a, p, q, g
+
+    functions = 1
+    do a = 1, size(domains%low, 1)
+      functions(a) = space%axis(a)%function_count
+    end do
+    allocate (corner(size(activation%point)), extent(size(activation%point)))
+    do p = 1, size(corner)
+      call block_of(space, domains, p, from, seen)
+      corner(p) = ((from(3) - 1)*functions(2) + from(2) - 1)*functions(1) + from(1)
+      extent(p) = ((seen(3) - 1)*most_averaged + seen(2) - 1)*most_averaged + seen(1)
+    end do
+    allocate (order, source=activation%point)
+    call sort_stably(extent, most_averaged**3, order)
+    call sort_stably(corner, product(functions), order)
+    g = 0
+    do q = 1, size(order)
+      if (is_new(q)) g = g + 1
+    end do
+    allocate (first(3, g), count(3, g), group_first(g + 1))
+    g = 0
+    do q = 1, size(order)
+      if (.not. is_new(q)) cycle
+      g = g + 1
+      group_first(g) = q
+      call block_of(space, domains, order(q), first(:, g), count(:, g))
+    end do
+    group_first(g + 1) = size(order) + 1
+  contains
+    !> Whether a place begins a group.
+    pure logical function is_new(place)
+      !> Place in the order.
+      integer, intent(in) :: place
+
+      is_new = place == 1
+      if (.not. is_new) is_new = corner(order(place)) /= corner(order(place - 1)) .or. &
+        extent(order(place)) /= extent(order(place - 1))
+    end function is_new
+  end subroutine group_by_blocks
+
+  !> Sort items by a key of small range, items of equal keys staying in order.
+  pure subroutine sort_stably(key, largest, order)
+    !> Key of every item, 1 to largest.
+    integer, intent(in) :: key(:)
+    !> Largest key.
+    integer, intent(in) :: largest
+    !> Items.
+    integer, intent(inout) :: order(:)
+    integer, allocatable :: next(:), sorted(:)
+    integer :: i, k
+
+    allocate (next(largest + 1), source=0)
+    allocate (sorted(size(order)))
+    do i = 1, size(order)
+      next(key(order(i)) + 1) = next(key(order(i)) + 1) + 1
+    end do
+    next(1) = 1
+    do k = 2, largest
+      next(k) = next(k) + next(k - 1)
+    end do
+    do i = 1, size(order)
+      k = key(order(i))
+      sorted(next(k)) = order(i)
+      next(k) = next(k) + 1
+    end do
+    order = sorted
+  end subroutine sort_stably
+
+  !> Nodes of the groups, a block of control points each.
+  pure subroutine set_block_nodes(space, first, count, integration)
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> First function and how many along each axis (3, groups).
+    integer, intent(in) :: first(:, :)
+    integer, intent(in) :: count(:, :)
+    !> Integration points in groups.
+    type(integration_type), intent(inout) :: integration
+    integer :: g
+
+    integration%group_count = size(first, 2)
+    allocate (integration%node_first(size(first, 2) + 1))
+    integration%node_first(1) = 1
+    do g = 1, size(first, 2)
+      integration%node_first(g + 1) = integration%node_first(g) + product(count(:, g))
+    end do
+    allocate (integration%nodes(integration%node_first(size(first, 2) + 1) - 1))
+    do g = 1, size(first, 2)
+      call tensor_nodes(space, first(:, g), count(:, g), &
+        integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
+    end do
+  end subroutine set_block_nodes
+
+  !> Take the nodes out of the groups that none of their points sees: when one domain reaches to the
+  !> left and another one upwards, the block of both has a corner that belongs to neither, and an
+  !> equation for it would be empty. The values move up in their arrays.
+  pure subroutine drop_unseen(integration)
+    !> Integration points in groups.
+    type(integration_type), intent(inout) :: integration
+    logical :: seen(maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)]))
+    integer :: g, a, n, kept, points, old_node, old_value
+
+    old_node = 0
+    old_value = 0
+    do g = 1, integration%group_count
+      n = integration%node_first(g + 1) - 1 - old_node
+      points = integration%first(g + 1) - integration%first(g)
+      do a = 1, n
+        seen(a) = any(abs(integration%shape(old_value + a:old_value + n*points:n)) > 0.0_wp)
+      end do
+      kept = count(seen(:n))
+      associate (node => integration%node_first(g) - 1, value => integration%value_first(g), &
+        d => integration%directions)
+        integration%nodes(node + 1:node + kept) = pack(integration%nodes(old_node + 1:old_node + n), seen(:n))
+        call keep_rows(seen(:n), points, old_value, value, integration%shape)
+        call keep_rows(seen(:n), points*d, old_value*d, value*d, integration%gradient)
+        old_node = old_node + n
+        old_value = old_value + n*points
+        integration%node_first(g + 1) = node + kept + 1
+        integration%value_first(g + 1) = value + kept*points
+      end associate
+    end do
+    if (old_node == integration%node_first(integration%group_count + 1) - 1) return
+    integration%nodes = integration%nodes(:integration%node_first(integration%group_count + 1) - 1)
+  end subroutine drop_unseen
+
+  !> Move columns up, without the rows that are not kept.
+  pure subroutine keep_rows(kept, columns, from, to, values)
+    !> Rows that are kept (n).
+    logical, intent(in) :: kept(:)
+    !> Number of columns.
+    integer, intent(in) :: columns
+    !> Places before the columns, present and new.
+    integer, intent(in) :: from
+    integer, intent(in) :: to
+    !> Values, changed up to the last one moved.
+    real(wp), intent(inout) :: values(:)
+    integer :: c, a, next
+
+    if (from == to .and. all(kept)) return
+    next = to
+    do c = 1, columns
+      do a = 1, size(kept)
+        if (.not. kept(a)) cycle
+        next = next + 1
+        values(next) = values(from + (c - 1)*size(kept) + a)
+      end do
+    end do
+  end subroutine keep_rows
+end module qsmpm_point_integration
