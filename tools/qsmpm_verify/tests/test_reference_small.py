@@ -17,7 +17,8 @@ class TBar(unittest.TestCase):
 
         A slip line meets the surface at the angle m, alpha = cos 2m. From the far equator, where the stress is the
         one at rest, it turns by pi/2 - m to the equator of the cylinder, on by pi/2 - place to a place on the
-        front, 2 s_u a radian. A cap of dead soil with straight slip lines at 45 degrees sits on the nose up to the place pi/4 - m.
+        front, 2 s_u a radian. A cap of dead soil with straight slip lines at 45 degrees sits
+        on the nose up to the place pi/4 - m.
         """
         m = math.acos(roughness) / 2
         nose = math.pi / 4 - m
