@@ -29,7 +29,8 @@ body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em a
 h1, h2 { line-height: 1.2; } h2 { border-bottom: 1px solid #ccc; margin-top: 2em; }
 table { border-collapse: collapse; font-size: 13px; margin: .8em 0; }
 th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: left; }
-th { background: #f4f4f4; } td.n { text-align: right; } figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
+th { background: #f4f4f4; } td.n { text-align: right; }
+figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
 figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
 .missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
 """
