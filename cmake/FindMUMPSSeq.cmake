@@ -1,4 +1,4 @@
-# Sequential MUMPS, double precision: target MUMPS::seq. Debian: libmumps-seq-dev, which brings no
+# Sequential MUMPS, double and single precision: target MUMPS::seq. Debian: libmumps-seq-dev, which brings no
 # CMake or pkg-config file.
 #
 # MUMPSSeq_INCLUDE_DIR holds dmumps_struc.h, a Fortran include file. It stands in the system's
@@ -7,7 +7,7 @@
 # a compile option (src/solver/linear.cmake), and MUMPS::seq carries no include folder.
 find_path(MUMPSSeq_INCLUDE_DIR dmumps_struc.h)
 set(_MUMPSSeq_variables MUMPSSeq_INCLUDE_DIR)
-foreach(name dmumps_seq mumps_common_seq pord_seq mpiseq_seq)
+foreach(name dmumps_seq smumps_seq mumps_common_seq pord_seq mpiseq_seq)
   find_library(MUMPSSeq_${name}_LIBRARY ${name})
   list(APPEND _MUMPSSeq_variables MUMPSSeq_${name}_LIBRARY)
 endforeach()
@@ -21,6 +21,6 @@ if(MUMPSSeq_FOUND AND NOT TARGET MUMPS::seq)
   set_target_properties(MUMPS::seq PROPERTIES
     IMPORTED_LOCATION "${MUMPSSeq_dmumps_seq_LIBRARY}"
     INTERFACE_LINK_LIBRARIES
-      "${MUMPSSeq_mumps_common_seq_LIBRARY};${MUMPSSeq_pord_seq_LIBRARY};${MUMPSSeq_mpiseq_seq_LIBRARY}")
+      "${MUMPSSeq_smumps_seq_LIBRARY};${MUMPSSeq_mumps_common_seq_LIBRARY};${MUMPSSeq_pord_seq_LIBRARY};${MUMPSSeq_mpiseq_seq_LIBRARY}")
 endif()
 unset(_MUMPSSeq_variables)

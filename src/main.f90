@@ -3,13 +3,13 @@
 program qsmpm_main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
-    command_check, command_help, command_version, command_markdown
+    command_check, command_plan, command_help, command_version, command_markdown
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type
-  use qsmpm_run, only: run_request_type, run_deck, check_deck, program_name
+  use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck, program_name
   implicit none
 
   type(string_type), allocatable :: words(:)
@@ -30,6 +30,8 @@ program qsmpm_main
       call run(command, code)
     case (command_check)
       call check(command%subject, code)
+    case (command_plan)
+      call plan(command, code)
     case (command_help)
       call help(command%subject, code)
     case (command_markdown)
@@ -72,6 +74,7 @@ contains
     request%directory = command%directory
     request%restart = command%restart
     request%threads = command%threads
+    request%profile = command%profile
     request%display = display_plain
     if (is_terminal(1)) request%display = display_terminal
     if (command%quiet) request%display = display_quiet
@@ -92,6 +95,19 @@ contains
     write (error_unit, '(a)', advance='no') report
     write (output_unit, '(a)', advance='no') summary
   end subroutine check
+
+  !> Plan a deck.
+  subroutine plan(command, code)
+    !> What is asked for.
+    type(command_type), intent(in) :: command
+    !> Exit code.
+    integer, intent(out) :: code
+    character(len=:), allocatable :: text, report
+
+    call plan_deck(command%subject, command%json, text, report, code)
+    write (error_unit, '(a)', advance='no') report
+    write (output_unit, '(a)', advance='no') text
+  end subroutine plan
 
   !> Explain a keyword, or list them.
   subroutine help(keyword, code)

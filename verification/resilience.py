@@ -129,8 +129,11 @@ def same_results(one: pathlib.Path, two: pathlib.Path) -> tuple[bool, str]:
     """Everything a run writes, but for CPU seconds, must be the same bytes."""
     if columns_without_time(one / "curves.csv") != columns_without_time(two / "curves.csv"):
         return False, "curves.csv differ"
-    pictures = sorted(p.name for p in one.glob("*.vtu"))
-    if not pictures or pictures != sorted(p.name for p in two.glob("*.vtu")):
+    def names(folder: pathlib.Path) -> list[str]:
+        return sorted(str(p.relative_to(folder)) for pattern in ("*.vtu", "results/*.h5") for p in folder.glob(pattern))
+
+    pictures = names(one)
+    if not pictures or pictures != names(two):
         return False, "the lists of pictures differ"
     for name in pictures:
         if not filecmp.cmp(one / name, two / name, shallow=False):
@@ -170,6 +173,35 @@ def interrupted(checks: Checks, folder: pathlib.Path) -> None:
     same, why = same_results(folder / "whole", part)
     checks.check("the restarted run ends well", rest.returncode == 0, rest.stderr[-300:])
     checks.check("and its results are the bytes of the uninterrupted one", same, why)
+
+
+def follows(checks: Checks, folder: pathlib.Path) -> None:
+    """The part of a wide grid that is looked at follows a block on a base that runs: the results are those of the whole grid, and an
+    interruption after it has moved leaves no trace."""
+    ways = (("SPLINE2G CELL", "QUAD4", "BASIS=SPLINE2G, INTEGRATION=CELL"), ("STANDARD on random TRI6", "TRI6, DIAGONAL=RANDOM, PERTURB=0.2, SEED=3", ""))
+    for name, element, method in ways:
+        here = folder / name.replace(" ", "_")
+        here.mkdir()
+        deck = block(width=12, columns=48, steps=150, factor=1, fixities="*FIX\nbase, Y\n", loads="*GRAVITY\n0, -10\n*PRESCRIBE\nbase, X, 8\n",
+                     method=method or "STABILISATION=GHOST", controls="TOLERANCE=1E-6, LARGEST MOVE=1, STABILISATION SHARE=1")
+        deck = deck.replace("ELEMENT=QUAD4", "ELEMENT=" + element).replace("*RESTART", "*FIELD, EVERY=20\n*RESTART", 1)
+        part = checks.run(here, deck, out=here / "window")
+        laid = (here / "window" / "job.log").read_text().count("looked at anew")
+        checks.check(f"{name}: the run ends well", part.returncode == 0, part.stderr[-300:])
+        checks.check(f"{name}: the part looked at has moved several times", laid >= 3, f"{laid} times")
+        whole = checks.run(here, deck.replace("*GRID,", "*GRID, WINDOW=NO,"), out=here / "whole")
+        checks.check(f"{name}: the run on the whole grid ends well", whole.returncode == 0, whole.stderr[-300:])
+        curves = [columns_without_time(here / way / "curves.csv") for way in ("window", "whole")]
+        checks.check(f"{name}: curves are those of the whole grid to the byte", curves[0] == curves[1])
+        (here / "case.inp").write_text(deck)
+        cut = here / "cut"
+        code = interrupt(checks, here, cut, 110)
+        before = (cut / "job.log").read_text().count("looked at anew")
+        checks.check(f"{name}: SIGTERM ends with exit 143 after the part has moved", code == 143 and before > 0, f"exit {code}, {before} times")
+        rest = checks.run(here, deck, "--restart", str(cut / "restart.h5"), out=cut)
+        same, why = same_results(here / "window", cut)
+        checks.check(f"{name}: continued, it ends well", rest.returncode == 0, rest.stderr[-300:])
+        checks.check(f"{name}: with the bytes of the uninterrupted one", same, why)
 
 
 def echo_runs(checks: Checks, folder: pathlib.Path) -> None:
@@ -295,7 +327,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, echo_runs, bases, threads, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

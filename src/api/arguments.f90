@@ -10,7 +10,7 @@ module qsmpm_arguments
 
   !> Commands.
   integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
-    command_version = 4, command_markdown = 5
+    command_version = 4, command_markdown = 5, command_plan = 6
 
   !> What is asked for.
   type :: command_type
@@ -21,13 +21,16 @@ module qsmpm_arguments
     character(len=:), allocatable :: directory, restart
     integer :: threads = 1
     logical :: quiet = .false.
+    !> The plan is wanted as JSON.
+    logical :: json = .false.
+    logical :: profile = .false.
   end type command_type
 
   integer, parameter :: word_length = 10
-  character(len=word_length), parameter :: commands(3) = [character(len=word_length) :: &
-    'run', 'check', 'help']
-  character(len=word_length), parameter :: run_options(4) = [character(len=word_length) :: &
-    '--out', '--threads', '--restart', '--quiet']
+  character(len=word_length), parameter :: commands(4) = [character(len=word_length) :: &
+    'run', 'check', 'plan', 'help']
+  character(len=word_length), parameter :: run_options(5) = [character(len=word_length) :: &
+    '--out', '--threads', '--restart', '--quiet', '--profile']
   character(len=1), parameter :: newline = new_line('a')
 
 contains
@@ -36,10 +39,13 @@ contains
   pure function usage_text() result(text)
     character(len=:), allocatable :: text
 
-    text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet]'//newline// &
-      '    runs a deck; results go to DIR (default output/<job>)'//newline// &
+    text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
+      '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
+      '    went and writes profile.json'//newline// &
       'qsmpm check DECK'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
+      'qsmpm plan DECK [--json]'//newline// &
+      '    tells what will be modelled, why not less, and what it will cost; nothing is written'//newline// &
       'qsmpm help [KEYWORD]'//newline// &
       '    explains a keyword of the deck, or lists them'//newline// &
       'qsmpm --version'//newline// &
@@ -71,6 +77,9 @@ contains
     case ('check')
       command%command = command_check
       call parse_subject(words(2:), 'check', 'a deck', command, error)
+    case ('plan')
+      command%command = command_plan
+      call parse_plan(words(2:), command, error)
     case ('help', '--help', '-h')
       call parse_help(words(2:), command, error)
     case ('--version')
@@ -81,6 +90,30 @@ contains
         suggestion(words(1)%text, commands))
     end select
   end subroutine parse_arguments
+
+  !> The words behind `plan`: the deck, and --json before or behind it.
+  pure subroutine parse_plan(words, command, error)
+    !> The words.
+    type(string_type), intent(in) :: words(:)
+    !> What they ask for.
+    type(command_type), intent(inout) :: command
+    !> Set when they are not understood.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type), allocatable :: others(:)
+    integer :: i, n
+
+    allocate (others(size(words)))
+    n = 0
+    do i = 1, size(words)
+      if (words(i)%text == '--json') then
+        command%json = .true.
+      else
+        n = n + 1
+        others(n) = words(i)
+      end if
+    end do
+    call parse_subject(others(:n), 'plan', 'a deck', command, error)
+  end subroutine parse_plan
 
   !> The words behind `help`.
   pure subroutine parse_help(words, command, error)
@@ -146,6 +179,8 @@ contains
     do while (i <= size(words))
       if (words(i)%text == '--quiet') then
         command%quiet = .true.
+      else if (words(i)%text == '--profile') then
+        command%profile = .true.
       else if (index(words(i)%text, '-') == 1) then
         call parse_option(words(i:min(i + 1, size(words))), command, error)
         i = i + 1

@@ -15,14 +15,22 @@ module qsmpm_run
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
   use qsmpm_number_text, only: without_last_newline
+  use qsmpm_plan, only: make_plan
+  use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
   use qsmpm_phases, only: run_phases, error_stopped
-  use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, signal_number
+  use qsmpm_profile_report, only: profile_json, profile_table, shares_line
+  use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, profile_file, signal_number
   use qsmpm_restart, only: read_restart, text_fingerprint
+  use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_stopwatch, only: start_stopwatch, turn_to, part_input, part_output
+  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_scene, only: reduce_scene
   use qsmpm_version, only: version, compiler, build_type
+  use qsmpm_whole_scene, only: whole_scene_type, begin_whole
   implicit none
   private
 
-  public :: run_request_type, run_deck, check_deck, program_name
+  public :: run_request_type, run_deck, check_deck, plan_deck, program_name
 
   !> What is to be run, and how.
   type :: run_request_type
@@ -33,6 +41,8 @@ module qsmpm_run
     !> Restart file that the run continues, empty for a run from the start.
     character(len=:), allocatable :: restart
     integer :: threads = 1
+    !> Show where the time went, and write it to profile.json.
+    logical :: profile = .false.
     !> One of the display_* values of qsmpm_display.
     integer :: display = display_plain
   end type run_request_type
@@ -50,10 +60,15 @@ contains
     text = 'qsmpm '//version//' ('//compiler//', '//build_type//')'
   end function program_name
 
-  !> Read a deck and build its model.
-  subroutine load_deck(path, model, warnings, error)
+  !> Read a deck and build its model: the smallest one where the deck leaves it open.
+  subroutine load_deck(path, scene, expansion, verdicts, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
+    !> The scene as the deck says it, with all defaults, and the way back to it from the model.
+    type(analysis_type), intent(out) :: scene
+    type(expansion_type), intent(out) :: expansion
+    !> What was found about its reductions.
+    type(verdict_type), allocatable, intent(out) :: verdicts(:)
     !> The model.
     type(model_type), intent(out) :: model
     !> What the reader has to say, one sentence a line; empty when nothing.
@@ -63,10 +78,14 @@ contains
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
 
-    call read_deck(path, analysis, messages, error)
+    call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
+    call reduce_scene(scene, analysis, expansion, verdicts)
     call build_model(analysis, model, error)
+    if (allocated(error)) return
+    scene%method = model%analysis%method
+    scene%materials = model%analysis%materials
   end subroutine load_deck
 
   !> Read, mesh and seed a deck and tell its totals.
@@ -80,17 +99,58 @@ contains
     !> 0, or the code of the error.
     integer, intent(out) :: exit_code
     type(model_type) :: model
+    type(analysis_type) :: scene
+    type(expansion_type) :: expansion
+    type(verdict_type), allocatable :: verdicts(:)
     type(error_type), allocatable :: error
 
     exit_code = 0
     summary = ''
-    call load_deck(path, model, report, error)
+    call load_deck(path, scene, expansion, verdicts, model, report, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)
     else
       call model_summary(model, summary)
     end if
   end subroutine check_deck
+
+  !> Tell what of a deck will be modelled, and what it will cost.
+  subroutine plan_deck(path, json, text, report, exit_code)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> Write JSON.
+    logical, intent(in) :: json
+    !> The plan, empty when the deck is not good.
+    character(len=:), allocatable, intent(out) :: text
+    !> Warnings and errors, one a line.
+    character(len=:), allocatable, intent(out) :: report
+    !> 0, or the code of the error.
+    integer, intent(out) :: exit_code
+    type(model_type) :: model
+    type(analysis_type) :: scene
+    type(expansion_type) :: expansion
+    type(verdict_type), allocatable :: verdicts(:)
+    type(whole_scene_type) :: whole
+    type(plan_items_type) :: items
+    type(error_type), allocatable :: error
+
+    exit_code = 0
+    text = ''
+    call omp_set_num_threads(1)
+    call set_blas_threads(1)
+    call load_deck(path, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
+    if (allocated(error)) then
+      call report_error(report, error, exit_code)
+      return
+    end if
+    call make_plan(scene, whole, verdicts, model, items)
+    if (json) then
+      text = plan_json(items)
+    else
+      text = plan_text(items)
+    end if
+  end subroutine plan_deck
 
   !> Run a deck.
   subroutine run_deck(request, report, exit_code)
@@ -101,17 +161,23 @@ contains
     !> 0 when the run finished; else the code of the error, or 128 plus the number of the signal.
     integer, intent(out) :: exit_code
     type(model_type) :: model
+    type(analysis_type) :: scene
+    type(expansion_type) :: expansion
+    type(verdict_type), allocatable :: verdicts(:)
     type(recorder_options_type) :: options
     type(error_type), allocatable :: error
+    type(run_profile_type) :: profile
     character(len=:), allocatable :: echo
 
     exit_code = 0
     call start_clock(options%clock)
+    call start_stopwatch(profile%watch, part_input)
     call omp_set_num_threads(max(1, request%threads))
     call set_blas_threads(1)
-    call load_deck(request%deck, model, report, error)
+    call load_deck(request%deck, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call begin_whole(options%whole, scene, expansion, model, error)
     if (.not. allocated(error)) then
-      call echo_text(model%analysis, echo)
+      call echo_text(scene, echo)
       options%display = request%display
       options%banner = program_name()
       options%fingerprint = text_fingerprint(echo)
@@ -123,12 +189,12 @@ contains
     if (allocated(error)) then
       call report_error(report, error, exit_code)
     else
-      call record_run(request, options, model, echo, report, exit_code)
+      call record_run(request, options, model, echo, profile, report, exit_code)
     end if
   end subroutine run_deck
 
   !> Run a model with a recorder.
-  subroutine record_run(request, options, model, echo, report, exit_code)
+  subroutine record_run(request, options, model, echo, profile, report, exit_code)
     !> What is to be run.
     type(run_request_type), intent(in) :: request
     !> How it is recorded.
@@ -137,6 +203,8 @@ contains
     type(model_type), intent(inout) :: model
     !> The resolved deck.
     character(len=*), intent(in) :: echo
+    !> Time and work of the run, its stopwatch started.
+    type(run_profile_type), intent(inout) :: profile
     !> Warnings and errors, one a line.
     character(len=:), allocatable, intent(inout) :: report
     !> Unchanged when the run finished.
@@ -147,6 +215,7 @@ contains
 
     directory = request%directory
     if (len(directory) == 0) directory = 'output/'//model%analysis%job
+    call turn_to(profile%watch, part_output)
     call create(recorder, model, directory, options, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)
@@ -155,11 +224,32 @@ contains
     if (len(report) > 0) call recorder%note(without_last_newline(report))
     report = ''
     call write_text(directory//'/'//model%analysis%job//'.echo.inp', echo, outcome)
-    if (.not. allocated(outcome)) call run_phases(model, recorder, outcome)
+    if (.not. allocated(outcome)) call run_phases(model, recorder, profile, outcome)
+    call tell_times(request, directory, profile, recorder, error)
+    if (allocated(error) .and. .not. allocated(outcome)) call move_alloc(error, outcome)
     call close(recorder, model, error, outcome)
     if (allocated(error)) call report_error(report, error, exit_code)
     if (allocated(outcome)) call report_error(report, outcome, exit_code)
   end subroutine record_run
+
+  !> Where the time went: a line of the log and, on request, a table and a file.
+  subroutine tell_times(request, directory, profile, recorder, error)
+    !> What is to be run.
+    type(run_request_type), intent(in) :: request
+    !> Where the results go.
+    character(len=*), intent(in) :: directory
+    !> Time and work of the run.
+    type(run_profile_type), intent(in) :: profile
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> Set when the file cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    recorder%times = shares_line(profile, request%threads)
+    if (.not. request%profile) return
+    call recorder%note(profile_table(profile, request%threads))
+    call write_text(directory//'/'//profile_file, profile_json(profile, request%threads), error)
+  end subroutine tell_times
 
   !> Add an error to the report and take its exit code.
   subroutine report_error(report, error, exit_code)

@@ -7,7 +7,8 @@
 !> a tensor are here too. Nothing is known of what S and R mean.
 module qsmpm_isotropic_function
   use qsmpm_kinds, only: wp
-  use qsmpm_tensor, only: congruence, spectral, unpack_symmetric, pack_symmetric
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: unpack_symmetric, pack_symmetric
   implicit none
   private
 
@@ -15,6 +16,8 @@ module qsmpm_isotropic_function
 
   !> The pairs (a,b) of principal directions in the order of their quotients.
   integer, parameter, public :: pair_first(3) = [1, 1, 2], pair_second(3) = [2, 3, 3]
+  !> Row and column of the components in stress order; the last three are the pairs.
+  integer, parameter :: stress_row(6) = [1, 2, 3, 1, 1, 2], stress_column(6) = [1, 2, 3, 2, 3, 3]
 
   !> Gap of two principal values, relative to the largest, below which the limit is taken: the
   !> quotient would lose ten digits, the limit is wrong by the gap times the curvature of r.
@@ -66,37 +69,40 @@ contains
     end do
   end function pair_quotients
 
-  !> Change dR that belongs to a change dS.
-  pure function isotropic_change(vectors, derivative, quotient, change) result(changed)
+  !> Changes dR that belong to changes dS, in place.
+  pure subroutine isotropic_change(vectors, derivative, quotient, n, change)
     !> Principal directions, one a column (3,3).
     real(wp), intent(in) :: vectors(3, 3)
     !> dr_a/ds_b (3,3).
     real(wp), intent(in) :: derivative(3, 3)
     !> Quotients of the pairs 12, 13, 23 (3).
     real(wp), intent(in) :: quotient(3)
-    !> dS, symmetric (3,3).
-    real(wp), intent(in) :: change(3, 3)
-    real(wp) :: changed(3, 3)
-    real(wp) :: turned(3, 3), back(3, 3), diagonal(3)
-    integer :: pair, a, b
+    !> Number of changes.
+    integer, intent(in) :: n
+    !> In: dS in stress order, one a column. Out: dR.
+    real(wp), intent(inout) :: change(6, n)
+    real(wp) :: basis(6, 6), inner(6), outer(6)
+    integer :: m, c
 
-    back = transpose(vectors)
-    turned = congruence(back, change)
-    do a = 1, 3
-      diagonal(a) = derivative(a, 1)*turned(1, 1) + derivative(a, 2)*turned(2, 2) &
-        + derivative(a, 3)*turned(3, 3)
+    do m = 1, 6
+      do c = 1, 6
+        basis(c, m) = 0.5_wp*(vectors(stress_row(c), stress_row(m))*vectors(stress_column(c), stress_column(m)) &
+          + vectors(stress_column(c), stress_row(m))*vectors(stress_row(c), stress_column(m)))
+      end do
     end do
-    do pair = 1, 3
-      a = pair_first(pair)
-      b = pair_second(pair)
-      turned(a, b) = quotient(pair)*turned(a, b)
-      turned(b, a) = turned(a, b)
+    do c = 1, n
+      do m = 1, 6
+        inner(m) = basis(1, m)*change(1, c) + basis(2, m)*change(2, c) + basis(3, m)*change(3, c) &
+          + 2.0_wp*(basis(4, m)*change(4, c) + basis(5, m)*change(5, c) + basis(6, m)*change(6, c))
+      end do
+      do m = 1, 3
+        outer(m) = derivative(m, 1)*inner(1) + derivative(m, 2)*inner(2) + derivative(m, 3)*inner(3)
+      end do
+      outer(4:6) = 2.0_wp*quotient*inner(4:6)
+      change(:, c) = basis(:, 1)*outer(1) + basis(:, 2)*outer(2) + basis(:, 3)*outer(3) + basis(:, 4)*outer(4) &
+        + basis(:, 5)*outer(5) + basis(:, 6)*outer(6)
     end do
-    do a = 1, 3
-      turned(a, a) = diagonal(a)
-    end do
-    changed = congruence(vectors, turned)
-  end function isotropic_change
+  end subroutine isotropic_change
 
   !> Logarithm of a positive definite tensor.
   pure subroutine tensor_logarithm(packed, logarithm)

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -56,6 +57,24 @@ int qsmpm_terminal_width(int descriptor)
 
     memset(&size, 0, sizeof size);
     return ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? (int)size.ws_col : 0;
+}
+
+/* Largest memory of the process so far [bytes]. getrusage also remembers the program that started
+ * this one, so the mark of the process itself is asked first. */
+long qsmpm_peak_memory(void)
+{
+    struct rusage usage;
+    char line[128];
+    long kilobytes = -1;
+    FILE *status = fopen("/proc/self/status", "r");
+
+    if (status != NULL) {
+        while (kilobytes < 0 && fgets(line, sizeof line, status) != NULL)
+            if (sscanf(line, "VmHWM: %ld", &kilobytes) != 1) kilobytes = -1;
+        fclose(status);
+    }
+    if (kilobytes < 0) kilobytes = getrusage(RUSAGE_SELF, &usage) == 0 ? usage.ru_maxrss : 0;
+    return 1024 * kilobytes;
 }
 
 /* 0 when path is a directory. */

@@ -11,7 +11,7 @@ module qsmpm_posix
 
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
   public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered
-  public :: is_terminal, terminal_width
+  public :: is_terminal, terminal_width, peak_memory
   public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
 
   !> Longest text of an error of the system.
@@ -123,6 +123,11 @@ module qsmpm_posix
       integer(c_int), value :: descriptor
     end function c_terminal_width
 
+    !> Largest memory of the process so far, in bytes (posix.c).
+    integer(c_long) function c_peak_memory() bind(c, name='qsmpm_peak_memory')
+      import :: c_long
+    end function c_peak_memory
+
     !> Let SIGINT and SIGTERM only set a flag, once; a second signal ends the process (posix.c).
     subroutine watch_signals() bind(c, name='qsmpm_watch_signals')
     end subroutine watch_signals
@@ -205,6 +210,11 @@ contains
 
     terminal_width = int(c_terminal_width(int(descriptor, c_int)))
   end function terminal_width
+
+  !> Largest memory of the process so far [bytes].
+  integer(c_long) function peak_memory()
+    peak_memory = c_peak_memory()
+  end function peak_memory
 
   !> Write a text to a descriptor at once. What a closed pipe or a full disk does not take is lost.
   subroutine write_descriptor(descriptor, text)

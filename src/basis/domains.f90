@@ -7,7 +7,8 @@
 !> The last two bounds shorten both ends alike, so that the point stays in the middle.
 module qsmpm_domains
   use qsmpm_kinds, only: wp
-  use qsmpm_tensor, only: unpack_gradient, spectral
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: unpack_gradient
   use qsmpm_isotropic_function, only: compose
   use qsmpm_points, only: points_type
   use qsmpm_house_keeping, only: activation_type

@@ -14,7 +14,7 @@ module qsmpm_space
   private
 
   public :: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
-    refresh_space, value_at, node_position
+    refresh_space, value_at, node_position, node_label
 
   !> Most functions that differ from zero at a place: cubic splines in space.
   integer, parameter, public :: most_functions = 64
@@ -29,6 +29,8 @@ module qsmpm_space
     integer :: node_count = 0
     !> Splines along each axis; unused for elements.
     type(spline_axis_type) :: axis(3)
+    !> Splines of the whole grid along each axis, and how many of them come before those here.
+    integer :: whole_count(3) = 1, skipped(3) = 0
     !> Nodes of the space that belong to the node sets of the mesh, in their order.
     type(index_set_type), allocatable :: sets(:)
   end type space_type
@@ -283,4 +285,28 @@ contains
       rest = rest/space%axis(a)%function_count
     end do
   end function node_position
+
+  !> Name of a node: the label of the mesh node, or the number of a control point in the whole grid.
+  pure integer function node_label(space, mesh, node) result(label)
+    !> The space.
+    type(space_type), intent(in) :: space
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the node.
+    integer, intent(in) :: node
+    integer :: a, rest, stride
+
+    if (.not. space%tensor) then
+      label = mesh%node_label(node)
+      return
+    end if
+    label = 1
+    rest = node - 1
+    stride = 1
+    do a = 1, mesh%dimension
+      label = label + stride*(mod(rest, space%axis(a)%function_count) + space%skipped(a))
+      rest = rest/space%axis(a)%function_count
+      stride = stride*space%whole_count(a)
+    end do
+  end function node_label
 end module qsmpm_space

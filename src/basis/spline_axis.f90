@@ -37,6 +37,8 @@ module qsmpm_spline_axis
     real(wp), allocatable :: anchor(:)
     !> Inner lines where functions are only continuous (cell_count + 1).
     logical, allocatable :: kink(:)
+    !> Cells over length: the first guess of the cell at a place.
+    real(wp) :: density = 0.0_wp
   end type spline_axis_type
 
 contains
@@ -55,6 +57,7 @@ contains
 
     axis%degree = degree
     axis%cell_count = size(lines) - 1
+    axis%density = axis%cell_count/(lines(size(lines)) - lines(1))
     allocate (axis%lines, source=lines)
     allocate (axis%kink, source=kink)
     allocate (axis%last(axis%cell_count))
@@ -171,7 +174,8 @@ contains
   end subroutine interval_cells
 
   !> Cell that holds a coordinate; on a line the one above or the one below. Beyond the ends the end
-  !> cells.
+  !> cells. Where the lines are equidistant the first guess and its neighbour settle it,
+  !> elsewhere the interval is halved from there.
   pure function cell_of_line(axis, x, upper) result(cell)
     !> The axis.
     type(spline_axis_type), intent(in) :: axis
@@ -180,20 +184,39 @@ contains
     !> On a line: the cell above it.
     logical, intent(in) :: upper
     integer :: cell
-    integer :: low, high, middle
+    integer :: low, high, middle, probes
 
     low = 1
     high = axis%cell_count
+    middle = 1 + int(min(max((x - axis%lines(1))*axis%density, 0.0_wp), real(max(high - 2, 0), wp)))
+    probes = 0
     do while (low < high)
-      middle = (low + high)/2
-      if (x > axis%lines(middle + 1) .or. (upper .and. x >= axis%lines(middle + 1))) then
+      probes = probes + 1
+      if (is_beyond(axis, middle, x, upper)) then
         low = middle + 1
+        middle = low
       else
         high = middle
+        middle = high - 1
       end if
+      if (probes > 1) middle = (low + high)/2
     end do
     cell = low
   end function cell_of_line
+
+  !> Whether a coordinate lies above a cell.
+  pure logical function is_beyond(axis, cell, x, upper)
+    !> The axis.
+    type(spline_axis_type), intent(in) :: axis
+    !> The cell.
+    integer, intent(in) :: cell
+    !> Coordinate.
+    real(wp), intent(in) :: x
+    !> On the line above the cell: beyond it.
+    logical, intent(in) :: upper
+
+    is_beyond = x > axis%lines(cell + 1) .or. (upper .and. x >= axis%lines(cell + 1))
+  end function is_beyond
 
   !> Lowest order of derivative that jumps at an inner line; all from there to the degree do.
   pure integer function lowest_jump(axis, line)

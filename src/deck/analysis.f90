@@ -17,6 +17,9 @@ module qsmpm_analysis
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
+  !> Whether a reduced model may be half of a symmetric scene: where nothing speaks against it, whenever
+  !> the scene is symmetric, never.
+  integer, parameter, public :: mirror_auto = 0, mirror_yes = 1, mirror_no = 2
   !> Where the mesh comes from.
   integer, parameter, public :: mesh_none = 0, mesh_grid = 1, mesh_file = 2, mesh_inline = 3
   !> How the diagonals of grid triangles run: random is the prototype's unstructured mesh.
@@ -50,7 +53,11 @@ module qsmpm_analysis
     grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
   !> Linear solvers.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
-    solver_umfpack = 3, solver_mumps = 4
+    solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5
+  !> Precision of the factors.
+  integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
+  !> Whether a factor serves later matrices of the same pattern as a preconditioner.
+  integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
   !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
   !> How a phase starts its stresses.
@@ -86,6 +93,8 @@ module qsmpm_analysis
     real(wp) :: perturbation = 0.0_wp
     !> Grid: seed of the shifts and of random diagonals.
     integer :: seed = 1
+    !> Grid: look only at the part around the material.
+    logical :: windowed = .true.
     !> File: path relative to the working directory, format GMSH or ABAQUS.
     character(len=:), allocatable :: file, format
     !> Inline: node labels and coordinates (3,n).
@@ -175,6 +184,8 @@ module qsmpm_analysis
 
   type :: solver_choice_type
     integer :: kind = solver_auto
+    integer :: precision = precision_auto
+    integer :: keep_factor = keep_auto
   end type solver_choice_type
 
   !> Fixed components of a node set: zero displacement, or freed again.
@@ -230,6 +241,9 @@ module qsmpm_analysis
     !> Iterations below which a cut step grows again, above which the next one shrinks.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
+    !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
+    !> steps as they are cut.
+    real(wp) :: step_error = 0.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
     !> Share of the load that stabilisation may carry; a step is held until it is below.
@@ -314,6 +328,9 @@ module qsmpm_analysis
     character(len=:), allocatable :: heading
     character(len=:), allocatable :: length_unit, force_unit
     integer :: model = 0
+    !> The smallest model that answers is looked for, and may be half of a symmetric scene.
+    logical :: reduce = .false.
+    integer :: mirror = mirror_auto
     type(mesh_source_type) :: mesh
     type(set_type), allocatable :: node_sets(:)
     type(set_type), allocatable :: element_sets(:)

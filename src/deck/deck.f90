@@ -8,7 +8,7 @@ module qsmpm_deck
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
   use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
-  use qsmpm_cards, only: card_type, make_cards
+  use qsmpm_cards, only: card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_words, only: position_of, model_words
   use qsmpm_keyword_table, only: table_type, in_model, in_material, in_phase, once
@@ -124,10 +124,30 @@ contains
         state%dimension = 2
       case (3)
         state%dimension = 3
+      case (4)
+        state%dimension = grid_dimension(cards)
       end select
       return
     end do
   end subroutine find_dimension
+
+  !> Dimension of the grid: 3 when it has lines along z, 0 when there is no grid.
+  pure integer function grid_dimension(cards) result(dimension)
+    !> All cards.
+    type(card_type), intent(in) :: cards(:)
+    integer :: i, k
+
+    dimension = 0
+    do i = 1, size(cards)
+      if (cards(i)%keyword /= 'GRID') cycle
+      dimension = 2
+      do k = 1, size(cards(i)%rows)
+        if (size(cards(i)%rows(k)%items) == 0) cycle
+        if (word_at(cards(i)%rows(k), 1) == 'Z') dimension = 3
+      end do
+      return
+    end do
+  end function grid_dimension
 
   !> Check and use the cards in order.
   subroutine take_cards(cards, state)

@@ -40,6 +40,10 @@ contains
       default=integer_text(c%few_iterations), range='[1, inf)')
     call table%parameter('MANY ITERATIONS', kind_integer, 'with more the next step shrinks', &
       default=integer_text(c%many_iterations), range='[1, inf)')
+    call table%parameter('STEP ERROR', kind_real, 'steps as long as this error allows: the share of '// &
+      'stresses, or of displacements, by which a step differs from one walked in two halves; a phase then '// &
+      'needs no more steps than that, STEPS says how long the first one is, and 0 leaves the steps as they '// &
+      'are cut', default=real_text(c%step_error), range='[0, 1)')
     call table%parameter('LARGEST MOVE', kind_real, 'largest nodal displacement of a step in '// &
       'cell sizes', default=real_text(c%largest_move), range='(0, inf)')
     call table%parameter('STABILISATION SHARE', kind_real, 'share of the load that '// &
@@ -87,6 +91,7 @@ contains
       c%smallest_step = card%number('SMALLEST STEP')
       c%few_iterations = card%whole('FEW ITERATIONS')
       c%many_iterations = card%whole('MANY ITERATIONS')
+      c%step_error = card%number('STEP ERROR')
       c%largest_move = card%number('LARGEST MOVE')
       c%stabilisation_share = card%number('STABILISATION SHARE')
       c%max_holds = card%whole('MAX HOLDS')

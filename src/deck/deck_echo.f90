@@ -11,9 +11,9 @@ module qsmpm_deck_echo
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
-  use qsmpm_deck_words, only: model_words, diagonal_words, axis_words, tensor_words, &
+  use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, solver_words, quantity_words, answer_words, cure_words
+    stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words
   implicit none
   private
 
@@ -69,7 +69,11 @@ contains
     end if
     call echo%line('*UNITS, LENGTH='//quoted(analysis%length_unit)//', FORCE='// &
       quoted(analysis%force_unit))
-    call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
+    if (analysis%reduce) then
+      call echo%line('*MODEL, TYPE='//trim(model_words(4))//', MIRROR='//trim(mirror_words(analysis%mirror)))
+    else
+      call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
+    end if
     associate (m => analysis%method)
       method = '*METHOD, BASIS='//trim(basis_words(m%basis))
       if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
@@ -82,7 +86,9 @@ contains
         real_text(m%stabilisation_factor)
     end associate
     call echo%line(method)
-    call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind)))
+    call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind))//', PRECISION='// &
+      trim(precision_words(analysis%solver%precision))//', KEEP FACTOR='// &
+      trim(keep_words(analysis%solver%keep_factor)))
     if (analysis%moving_mesh%active) call echo%line('*MOVING MESH, NSET='// &
       quoted(analysis%moving_mesh%set)//', AXIS='//trim(axis_words(analysis%moving_mesh%axis))// &
       ', BASE='//real_text(analysis%moving_mesh%base))
@@ -133,6 +139,7 @@ contains
     text = text//', PERTURB='//real_text(mesh%perturbation)
     if (mesh%perturbation > 0.0_wp .or. mesh%diagonal == diagonal_random) &
       text = text//', SEED='//integer_text(mesh%seed)
+    text = text//', WINDOW='//trim(answer_words(merge(1, 0, mesh%windowed)))
     call echo%line(text)
     do axis = 1, dimension
       associate (lines => mesh%axes(axis)%lines)

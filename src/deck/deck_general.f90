@@ -3,12 +3,14 @@
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
     moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional
+    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, plane_strain, mirror_auto, &
+    precision_single, solver_band, solver_umfpack, solver_krylov
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, model_words, basis_words, integration_words, &
-    kinematics_words, rate_words, stabilisation_words, solver_words, axis_words, answer_words
+  use qsmpm_deck_words, only: bar_list, position_of, model_words, mirror_words, basis_words, integration_words, &
+    kinematics_words, rate_words, stabilisation_words, solver_words, precision_words, keep_words, axis_words, &
+    answer_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_name, &
     kind_file, kind_integer, kind_real
   implicit none
@@ -46,7 +48,13 @@ contains
 
     call table%add('MODEL', in_model, once, 'The kind of model.', handle_model)
     call table%parameter('TYPE', kind_word, 'plane strain and axisymmetric models have x '// &
-      '(radius) and y only', required=.true., allowed=bar_list(model_words))
+      '(radius) and y only. AUTO: the scene is 3D when its *GRID has lines along z and plane else, '// &
+      'and the smallest model that is proved to answer it is run (qsmpm plan tells which)', &
+      required=.true., allowed=bar_list(model_words))
+    call table%parameter('MIRROR', kind_word, 'whether AUTO may take half of a symmetric scene: AUTO '// &
+      'does where the equations are the same and failure is symmetric, YES whenever the scene is '// &
+      'symmetric, NO never', default=trim(mirror_words(mirror_auto)), allowed=bar_list(mirror_words), &
+      needs='TYPE=AUTO')
     call table%example('*MODEL, TYPE=PLANE STRAIN')
 
     call add_method(table)
@@ -54,6 +62,11 @@ contains
     call table%add('SOLVER', in_model, once, 'The solver of linear equations.', handle_solver)
     call table%parameter('TYPE', kind_word, 'AUTO chooses by size and symmetry', &
       default=trim(solver_words(solver%kind)), allowed=bar_list(solver_words))
+    call table%parameter('PRECISION', kind_word, 'of the factors of CHOLMOD and MUMPS: SINGLE takes half the '// &
+      'memory and is refined to what the step asks; a matrix it cannot refine is factorised in double '// &
+      'precision from then on', default=trim(precision_words(solver%precision)), allowed=bar_list(precision_words))
+    call table%parameter('KEEP FACTOR', kind_word, 'YES: a factor preconditions the matrices that follow it '// &
+      'until a new one is cheaper', default=trim(keep_words(solver%keep_factor)), allowed=bar_list(keep_words))
     call table%example('*SOLVER, TYPE=MUMPS')
 
     call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
@@ -186,6 +199,14 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     state%analysis%model = position_of(card%word('TYPE'), model_words)
+    if (state%analysis%model > three_dimensional) then
+      ! The dimension has been found by the grid.
+      state%analysis%reduce = .true.
+      state%analysis%mirror = position_of(card%word('MIRROR'), mirror_words) - 1
+      state%analysis%model = merge(three_dimensional, plane_strain, state%dimension == 3)
+      if (state%dimension == 0) call state%fault(card, 'TYPE=AUTO wants a *GRID: nothing is known of '// &
+        'the symmetry of other meshes')
+    end if
     if (state%analysis%model > 0) state%dimension = merge(3, 2, &
       state%analysis%model == three_dimensional)
   end subroutine handle_model
@@ -215,7 +236,13 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    state%analysis%solver%kind = position_of(card%word('TYPE'), solver_words) - 1
+    associate (solver => state%analysis%solver)
+      solver%kind = position_of(card%word('TYPE'), solver_words) - 1
+      solver%precision = position_of(card%word('PRECISION'), precision_words) - 1
+      solver%keep_factor = position_of(card%word('KEEP FACTOR'), keep_words) - 1
+      if (solver%precision == precision_single .and. any(solver%kind == [solver_band, solver_umfpack, &
+        solver_krylov])) call state%fault(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
+    end associate
   end subroutine handle_solver
 
   !> *MOVING MESH.

@@ -6,7 +6,8 @@ module qsmpm_deck_grid
   use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
   use qsmpm_cards, only: card_type, row_type, number_at, whole_at, word_at
   use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words
+  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words, &
+    answer_words
   use qsmpm_keyword_table, only: table_type, in_model, once, kind_word, kind_integer, &
     kind_real, in_range
   implicit none
@@ -38,6 +39,10 @@ contains
       'smallest spacing around', default=real_text(mesh%perturbation), range='[0, 0.3]')
     call table%parameter('SEED', kind_integer, 'start of the random numbers', &
       default=integer_text(mesh%seed), range='[1, inf)')
+    call table%parameter('WINDOW', kind_word, 'look only at the part of the grid around the material, '// &
+      'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
+      'the whole; pictures of the mesh show the part', default=trim(answer_words(merge(1, 0, mesh%windowed))), &
+      allowed=bar_list(answer_words))
     call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
       'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, &
       huge(1), free=.true.)
@@ -62,6 +67,7 @@ contains
       mesh%diagonal = position_of(card%word('DIAGONAL'), diagonal_words)
       mesh%perturbation = card%number('PERTURB')
       mesh%seed = card%whole('SEED')
+      mesh%windowed = card%word('WINDOW') == 'YES'
       if (card%has('SEED') .and. .not. mesh%perturbation > 0.0_wp .and. &
         mesh%diagonal /= diagonal_random) call state%fault(card, &
         'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
@@ -196,15 +202,20 @@ contains
     real(wp), intent(in) :: ratio
     !> The coordinates (n+1).
     real(wp), allocatable, intent(out) :: values(:)
-    real(wp) :: spacings(n)
+    real(wp) :: spacing, total, reached(n)
     integer :: i
 
-    spacings = 1.0_wp
-    if (n > 1) spacings = [(ratio**(real(i - 1, wp)/real(n - 1, wp)), i=1, n)]
     allocate (values(n + 1))
     values(1) = first
+    total = 0.0_wp
+    do i = 1, n
+      spacing = 1.0_wp
+      if (n > 1) spacing = ratio**(real(i - 1, wp)/real(n - 1, wp))
+      total = total + spacing
+      reached(i) = total
+    end do
     do i = 2, n
-      values(i) = first + (last - first)*(sum(spacings(:i - 1))/sum(spacings))
+      values(i) = first + (last - first)*(reached(i - 1)/reached(n))
     end do
     values(n + 1) = last
   end subroutine graded

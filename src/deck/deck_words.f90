@@ -7,8 +7,10 @@ module qsmpm_deck_words
   public :: bar_list, position_of
 
   integer, parameter :: n = 16
-  character(len=n), parameter, public :: model_words(3) = [character(len=n) :: &
-    'PLANE STRAIN', 'AXISYMMETRIC', '3D']
+  character(len=n), parameter, public :: model_words(4) = [character(len=n) :: &
+    'PLANE STRAIN', 'AXISYMMETRIC', '3D', 'AUTO']
+  !> From 0.
+  character(len=n), parameter, public :: mirror_words(0:2) = [character(len=n) :: 'AUTO', 'YES', 'NO']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
     'RIGHT', 'LEFT', 'RANDOM', 'ALTERNATE']
   character(len=n), parameter, public :: element_words(10) = [character(len=n) :: &
@@ -35,8 +37,13 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
     'NONE', 'AUTO', 'UNIFORM PRESSURE']
   !> From 0.
-  character(len=n), parameter, public :: solver_words(0:4) = [character(len=n) :: &
-    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS']
+  character(len=n), parameter, public :: solver_words(0:5) = [character(len=n) :: &
+    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS', 'KRYLOV']
+  !> From 0.
+  character(len=n), parameter, public :: precision_words(0:2) = [character(len=n) :: &
+    'AUTO', 'DOUBLE', 'SINGLE']
+  !> From 0.
+  character(len=n), parameter, public :: keep_words(0:2) = [character(len=n) :: 'AUTO', 'NO', 'YES']
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']

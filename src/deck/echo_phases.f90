@@ -110,7 +110,7 @@ contains
       ', SMALLEST STEP='//real_text(c%smallest_step)//',')
     call echo%line(' FEW ITERATIONS='//integer_text(c%few_iterations)// &
       ', MANY ITERATIONS='//integer_text(c%many_iterations)// &
-      ', LARGEST MOVE='//real_text(c%largest_move)//',')
+      ', STEP ERROR='//real_text(c%step_error)//', LARGEST MOVE='//real_text(c%largest_move)//',')
     call echo%line(' STABILISATION SHARE='//real_text(c%stabilisation_share)// &
       ', MAX HOLDS='//integer_text(c%max_holds)//',')
     if (c%proximal) then

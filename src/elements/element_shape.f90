@@ -158,38 +158,56 @@ contains
     real(wp), intent(out) :: determinant
 
     real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
-    integer :: n, d, a, i
+    integer :: n, d, a
 
     n = node_count(kind)
     d = local_dimension(kind)
     call shape_functions(kind, local, shape)
     call shape_gradients(kind, local, local_gradients(:d, :n))
-    call element_jacobian(local_gradients(:d, :n), nodes(:d, :n), jacobian(:d, :d))
     if (d == 2) then
-      call invert_2(jacobian, inverse, determinant)
-    else
-      call invert_3(jacobian, inverse, determinant)
+      call plane_map(n, local_gradients, nodes, gradients, determinant)
+      return
     end if
+    call element_jacobian(local_gradients(:, :n), nodes(:, :n), jacobian)
+    call invert_3(jacobian, inverse, determinant)
     do a = 1, n
-      do i = 1, d
-        gradients(i, a) = dot_product(local_gradients(:d, a), inverse(:d, i))
-      end do
+      gradients(:3, a) = local_gradients(1, a)*inverse(1, :) + local_gradients(2, a)*inverse(2, :) &
+        + local_gradients(3, a)*inverse(3, :)
     end do
   end subroutine element_geometry
 
-  !> Inverse of the leading 2 x 2 block, 0 when it is singular.
-  pure subroutine invert_2(matrix, inverse, determinant)
-    !> Matrix.
-    real(wp), intent(in) :: matrix(3, 3)
-    !> Inverse; only the block is set.
-    real(wp), intent(out) :: inverse(3, 3)
-    !> Determinant.
+  !> Derivatives by x in the plane.
+  pure subroutine plane_map(n, local_gradients, nodes, gradients, determinant)
+    !> Number of nodes.
+    integer, intent(in) :: n
+    !> dN/dlocal; two rows are used.
+    real(wp), intent(in) :: local_gradients(3, max_nodes)
+    !> Node coordinates (2, nodes).
+    real(wp), intent(in) :: nodes(:, :)
+    !> dN/dx (2, nodes); 0 where the map is singular.
+    real(wp), intent(out) :: gradients(:, :)
+    !> Determinant of dx/dlocal.
     real(wp), intent(out) :: determinant
+    real(wp) :: j11, j21, j12, j22, scale
+    integer :: a
 
-    determinant = matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1)
-    inverse(:2, 1) = [matrix(2, 2), -matrix(2, 1)]*reciprocal(determinant)
-    inverse(:2, 2) = [-matrix(1, 2), matrix(1, 1)]*reciprocal(determinant)
-  end subroutine invert_2
+    j11 = 0.0_wp
+    j21 = 0.0_wp
+    j12 = 0.0_wp
+    j22 = 0.0_wp
+    do a = 1, n
+      j11 = j11 + nodes(1, a)*local_gradients(1, a)
+      j21 = j21 + nodes(2, a)*local_gradients(1, a)
+      j12 = j12 + nodes(1, a)*local_gradients(2, a)
+      j22 = j22 + nodes(2, a)*local_gradients(2, a)
+    end do
+    determinant = j11*j22 - j12*j21
+    scale = reciprocal(determinant)
+    do a = 1, n
+      gradients(1, a) = scale*(local_gradients(1, a)*j22 - local_gradients(2, a)*j21)
+      gradients(2, a) = scale*(local_gradients(2, a)*j11 - local_gradients(1, a)*j12)
+    end do
+  end subroutine plane_map
 
   !> Inverse by cross products, 0 when the matrix is singular.
   pure subroutine invert_3(matrix, inverse, determinant)

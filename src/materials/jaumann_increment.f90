@@ -1,4 +1,4 @@
-!> Stress increment of the Jaumann rate law over a step, and its derivative.
+!> Stress increment of the Jaumann rate law over a step in three dimensions.
 !>
 !> The law is d(sigma) = D d(eps) - sigma tr d(eps) + W sigma - sigma W (Beuth et al. 2008, eqs. 8
 !> and 11; their omega of eq. 10 is -W). Two rules integrate it:
@@ -8,29 +8,30 @@
 !>     (1 + tr/2) sigma_trial = (1 - tr/2) R sigma0 R^T + D d(eps),
 !>     sigma = R return(sigma_trial) R^T,
 !>   second order, objective, and exact under confined compression in any number of steps.
-!> Both are one formula, whose terms `increment_type` holds. The return mapping is the caller's.
+!> Both are one formula, whose terms `increment_type` holds. The return mapping and the derivative are those of
+!> qsmpm_jaumann_solid; the plane has its own form of all this, qsmpm_jaumann_plane.
 module qsmpm_jaumann_increment
   use qsmpm_kinds, only: wp
-  use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial, spin_change
-  use qsmpm_tensor, only: determinant, inverse, congruence, identity
+  use qsmpm_midpoint_rotation, only: half_rotation, rotation_jacobian, axial
+  use qsmpm_tensor, only: cofactor, identity
   implicit none
   private
 
-  public :: increment_type, make_increment, trial_change
+  public :: increment_type, make_increment
 
   !> How the rate is integrated; numbered as in the deck's description.
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
 
   !> Smallest 1 + tr/2 of the midpoint rule; at 0 the volume is compressed to nothing.
-  real(wp), parameter :: smallest_pivot = 1.0e-3_wp
+  real(wp), parameter, public :: smallest_pivot = 1.0e-3_wp
 
   !> sigma_trial = (keep start + D d(eps) - ...)/pivot, and what its derivative needs.
   type :: increment_type
     !> Whether the stress turns by `rotation` before and after the strain increment.
     logical :: turns = .false.
-    !> ((F + I)/2)^-1, or I: dG = mid dF mid (3,3).
+    !> ((F + I)/2)^-1, not used where the stress does not turn: dG = mid dF mid (3,3).
     real(wp) :: mid(3, 3) = 0.0_wp
-    !> Half rotation (3,3).
+    !> Half rotation, not used where the stress does not turn (3,3).
     real(wp) :: rotation(3, 3) = 0.0_wp
     !> Spin of the half rotation by the axial vector of dG (3,3).
     real(wp) :: spin(3, 3) = 0.0_wp
@@ -84,13 +85,14 @@ contains
     !> The increment.
     type(increment_type), intent(out) :: increment
 
-    increment%mid = identity
-    increment%rotation = identity
+    real(wp) :: spin(3, 3), turn(3, 3)
+
     increment%spin = identity
     increment%start = stress
     increment%volume_stress = stress
-    increment%trial = stress + spin_change(axial(g), stress) + hooke(lame, shear, g) &
-      - trace(g)*stress
+    spin = 0.5_wp*(g - transpose(g))
+    turn = matmul(spin, stress)
+    increment%trial = stress + turn + transpose(turn) + hooke(lame, shear, g) - trace(g)*stress
   end subroutine paper_increment
 
   !> The midpoint rule.
@@ -110,12 +112,13 @@ contains
     real(wp) :: half(3, 3), g(3, 3), t(3), det
 
     half = 0.5_wp*(f + identity)
-    det = determinant(half)
+    g = cofactor(half)
+    det = dot_product(half(:, 1), g(:, 1))
     ok = det > 0.0_wp
     if (.not. ok) return
-    increment%mid = inverse(half, det)
-    g = f - identity
-    g = matmul(g, increment%mid)
+    increment%mid = transpose(g)*(1.0_wp/det)
+    half = f - identity
+    g = matmul(half, increment%mid)
     increment%pivot = 1.0_wp + 0.5_wp*trace(g)
     increment%keep = 1.0_wp - 0.5_wp*trace(g)
     ok = increment%pivot > smallest_pivot
@@ -124,34 +127,12 @@ contains
     increment%turns = .true.
     increment%rotation = half_rotation(t)
     increment%spin = 0.5_wp*rotation_jacobian(t)
-    increment%start = congruence(increment%rotation, stress)
-    increment%trial = (increment%keep*increment%start + hooke(lame, shear, g))/increment%pivot
+    half = transpose(increment%rotation)
+    half = matmul(stress, half)
+    increment%start = matmul(increment%rotation, half)
+    increment%trial = (increment%keep*increment%start + hooke(lame, shear, g))*(1.0_wp/increment%pivot)
     increment%volume_stress = 0.5_wp*(increment%start + increment%trial)
   end subroutine midpoint_increment
-
-  !> Change of the trial stress with the displacement gradient, and the spin vector that turns the
-  !> stress after the strain increment.
-  pure subroutine trial_change(increment, lame, shear, dg, change, spin)
-    !> The increment.
-    type(increment_type), intent(in) :: increment
-    !> Lame's first modulus.
-    real(wp), intent(in) :: lame
-    !> Shear modulus.
-    real(wp), intent(in) :: shear
-    !> Change of the displacement gradient, mid dF mid (3,3).
-    real(wp), intent(in) :: dg(3, 3)
-    !> Change of the trial stress (3,3).
-    real(wp), intent(out) :: change(3, 3)
-    !> Axial vector of the spin of the second half rotation (3).
-    real(wp), intent(out) :: spin(3)
-    real(wp) :: vector(3)
-
-    vector = axial(dg)
-    spin = matmul(increment%spin, vector)
-    change = increment%keep*spin_change(spin, increment%start) + hooke(lame, shear, dg) &
-      - trace(dg)*increment%volume_stress
-    change = change*(1.0_wp/increment%pivot)
-  end subroutine trial_change
 
   !> Elastic stress of the symmetric part of a gradient.
   pure function hooke(lame, shear, g) result(stress)

@@ -10,7 +10,7 @@ module qsmpm_midpoint_rotation
   implicit none
   private
 
-  public :: half_rotation, rotation_jacobian, axial, spin_change
+  public :: half_rotation, rotation_jacobian, axial
 
 contains
 
@@ -65,21 +65,8 @@ contains
     real(wp), intent(in) :: vector(3)
     real(wp) :: a(3, 3)
 
-    a = reshape([0.0_wp, vector(3), -vector(2), -vector(3), 0.0_wp, vector(1), &
-                 vector(2), -vector(1), 0.0_wp], [3, 3])
+    a(:, 1) = [0.0_wp, vector(3), -vector(2)]
+    a(:, 2) = [-vector(3), 0.0_wp, vector(1)]
+    a(:, 3) = [vector(2), -vector(1), 0.0_wp]
   end function skew
-
-  !> Change W s - s W of a symmetric tensor that turns with the spin W = skew(vector).
-  pure function spin_change(vector, s) result(change)
-    !> Axial vector (3).
-    real(wp), intent(in) :: vector(3)
-    !> Symmetric tensor (3,3).
-    real(wp), intent(in) :: s(3, 3)
-    real(wp) :: change(3, 3)
-    real(wp) :: w(3, 3), ws(3, 3)
-
-    w = skew(vector)
-    ws = matmul(w, s)
-    change = ws + transpose(ws)
-  end function spin_change
 end module qsmpm_midpoint_rotation

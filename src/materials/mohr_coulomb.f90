@@ -18,7 +18,7 @@ module qsmpm_mohr_coulomb
   implicit none
   private
 
-  public :: mohr_coulomb_type, make_mohr_coulomb, return_principal
+  public :: mohr_coulomb_type, make_mohr_coulomb, inside, return_principal
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter :: set_count = 10
@@ -176,6 +176,26 @@ contains
     if (model%has_cut_off) excess = max(excess, largest - model%cut_off)
   end function excess
 
+  !> Size of the stresses, for round-off.
+  pure real(wp) function size_of(model, stress)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal stresses in any order (3).
+    real(wp), intent(in) :: stress(3)
+
+    size_of = max(abs(stress(1)), abs(stress(2)), abs(stress(3))) + model%sc
+  end function size_of
+
+  !> Whether a stress lies inside the strength or, but for round-off, on its surface.
+  pure logical function inside(model, stress)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal stresses in any order (3).
+    real(wp), intent(in) :: stress(3)
+
+    inside = .not. excess(model, stress) > round_off*size_of(model, stress)
+  end function inside
+
   !> Return a trial stress to the strength.
   pure subroutine return_principal(model, trial, stress, tangent, yields)
     !> Strength.
@@ -188,11 +208,10 @@ contains
     real(wp), intent(out) :: tangent(3, 3)
     !> Whether the trial stress lay outside.
     logical, intent(out) :: yields
-    real(wp) :: sorted(3), answer(3), slope(3, 3), scale
+    real(wp) :: sorted(3), answer(3), slope(3, 3)
     integer :: order(3), i
 
-    scale = maxval(abs(trial)) + model%sc
-    yields = excess(model, trial) > round_off*scale
+    yields = .not. inside(model, trial)
     if (.not. yields) then
       stress = trial
       tangent = identity
@@ -200,7 +219,7 @@ contains
     end if
     order = falling_order(trial)
     sorted = trial(order)
-    call find_set(model, sorted, scale, answer, slope)
+    call find_set(model, sorted, size_of(model, trial), answer, slope)
     do i = 1, 3
       stress(order(i)) = answer(i)
       tangent(order, order(i)) = slope(:, i)

@@ -7,13 +7,13 @@ module qsmpm_principal_model
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: pair_quotients
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, return_principal
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_principal
   use qsmpm_tensor, only: identity
   implicit none
   private
 
   public :: principal_model_type, response_type, make_principal_model, elastic_stress, &
-    elastic_strain, respond, blend_elastic
+    elastic_strain, inside_strength, respond, blend_elastic
 
   !> Moduli and strength.
   type :: principal_model_type
@@ -82,6 +82,17 @@ contains
     strain = (stress - mean)/(2.0_wp*model%shear) &
       + mean/(3.0_wp*model%lame + 2.0_wp*model%shear)
   end function elastic_strain
+
+  !> Whether a trial stress is the answer.
+  pure logical function inside_strength(model, trial)
+    !> Moduli and strength.
+    type(principal_model_type), intent(in) :: model
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+
+    inside_strength = .true.
+    if (model%has_strength) inside_strength = inside(model%strength, trial)
+  end function inside_strength
 
   !> Stress that answers a trial stress.
   pure subroutine respond(model, trial, with_derivative, response)

@@ -4,18 +4,25 @@
 !> Triangles come two a quadrilateral with right, left, alternating or random diagonals; wedges are
 !> such triangles extruded along z. A quadrilateral whose diagonal lies on a kept segment (an edge
 !> of a body) gets that diagonal, and nodes on kept segments and on the boundary stay where they
-!> are when inner nodes are shifted at random. The random numbers are this module's own, so a mesh
-!> is the same on every machine. Mid nodes are shared by an edge table (`qsmpm_mid_nodes`).
+!> are when inner nodes are shifted at random. The random numbers are our own (`qsmpm_grid_random`), so
+!> a mesh is the same on every machine. Mid nodes are shared by an edge table (`qsmpm_mid_nodes`).
+!>
+!> A mesh may be a part of the grid (`qsmpm_grid_window`): places, diagonals, labels and order are those
+!> of the whole.
 module qsmpm_grid
   use qsmpm_kinds, only: wp, long
   use qsmpm_element, only: tri3, quad4, hex8, wedge6, linear_kind, element_order, &
     local_dimension
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mid_nodes, only: add_mid_nodes
+  use qsmpm_grid_random, only: uniform, random_after
+  use qsmpm_grid_labels, only: label_mesh
+  use qsmpm_grid_window, only: window_type, cells_of
   implicit none
   private
 
-  public :: grid_type, grid_axis_type, make_grid
+  public :: grid_type, grid_axis_type, make_grid, whole_window, pieces_of
 
   !> How diagonals run.
   integer, parameter, public :: diagonal_right = 1, diagonal_left = 2, diagonal_random = 3, &
@@ -46,64 +53,104 @@ module qsmpm_grid
 contains
 
   !> Generate nodes and cells (no topology).
-  subroutine make_grid(grid, mesh)
+  subroutine make_grid(grid, mesh, window)
     !> What to generate.
     type(grid_type), intent(in) :: grid
     !> The mesh.
     type(mesh_type), intent(out) :: mesh
-    integer(long) :: random
-    integer :: base, layers
+    !> Part of the grid to generate; all of it when absent.
+    type(window_type), intent(in), optional :: window
+    type(mesh_type) :: corner
+    integer :: a
 
-    base = linear_kind(grid%kind)
-    mesh%dimension = local_dimension(grid%kind)
-    layers = 1
-    if (mesh%dimension == 3) layers = size(grid%axes(3)%lines)
-    random = int(grid%seed, long)
-    call place_nodes(grid, layers, random, mesh)
-    call connect(grid, base, layers, random, mesh)
-    if (element_order(grid%kind) == 2) call add_mid_nodes(grid%kind, mesh)
-    call label(mesh)
+    if (present(window)) then
+      call make_part(grid, window, mesh)
+    else
+      call make_part(grid, whole_window(grid), mesh)
+    end if
+    call make_part(grid, window_type(), corner)
+    mesh%first_size = cell_size(corner, 1)
+    allocate (mesh%bounds(mesh%dimension, 2))
+    do a = 1, mesh%dimension
+      mesh%bounds(a, :) = [grid%axes(a)%lines(1), grid%axes(a)%lines(size(grid%axes(a)%lines))]
+    end do
   end subroutine make_grid
 
-  !> Number nodes and cells from 1.
-  pure subroutine label(mesh)
-    !> The mesh.
-    type(mesh_type), intent(inout) :: mesh
-    integer :: i
+  !> All cells of a grid.
+  pure function whole_window(grid) result(window)
+    !> The grid.
+    type(grid_type), intent(in) :: grid
+    type(window_type) :: window
+    integer :: a
 
-    mesh%node_label = [(i, i=1, mesh%node_count)]
-    mesh%cell_label = [(i, i=1, mesh%cell_count)]
-    allocate (mesh%node_sets(0), mesh%cell_sets(0), mesh%face_sets(0))
-  end subroutine label
+    do a = 1, local_dimension(grid%kind)
+      window%last(a) = size(grid%axes(a)%lines) - 1
+    end do
+  end function whole_window
 
-  !> Corner nodes, x fastest; inner ones shifted, alike in all layers.
-  subroutine place_nodes(grid, layers, random, mesh)
+  !> Cells a brick of the grid is cut into.
+  pure integer function pieces_of(grid)
+    !> The grid.
+    type(grid_type), intent(in) :: grid
+    integer, allocatable :: cells(:, :)
+
+    call cut_brick(linear_kind(grid%kind), [1, 2, 3, 4, 5, 6, 7, 8], .false., cells)
+    pieces_of = size(cells, 2)
+  end function pieces_of
+
+  !> Generate a part of a grid.
+  subroutine make_part(grid, window, mesh)
     !> What to generate.
     type(grid_type), intent(in) :: grid
-    integer, intent(in) :: layers
-    !> State of the generator.
-    integer(long), intent(inout) :: random
+    !> The part.
+    type(window_type), intent(in) :: window
+    !> The mesh.
+    type(mesh_type), intent(out) :: mesh
+    integer, allocatable :: ends(:, :)
+
+    mesh%dimension = local_dimension(grid%kind)
+    call place_nodes(grid, window, mesh)
+    call connect(grid, linear_kind(grid%kind), window, mesh)
+    allocate (ends(2, 0))
+    if (element_order(grid%kind) == 2) call add_mid_nodes(grid%kind, mesh, ends)
+    call label_mesh(cells_of(whole_window(grid)), window, ends, mesh)
+  end subroutine make_part
+
+  !> Corner nodes, x fastest; inner ones shifted, alike in all layers.
+  subroutine place_nodes(grid, window, mesh)
+    !> What to generate.
+    type(grid_type), intent(in) :: grid
+    !> The part of it.
+    type(window_type), intent(in) :: window
     !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     real(wp) :: shift(2), x(2)
-    integer :: i, j, k, n, nx, ny
+    integer(long) :: random
+    integer :: i, j, k, n, nx, ny, layers
 
     nx = size(grid%axes(1)%lines)
     ny = size(grid%axes(2)%lines)
-    mesh%node_count = nx*ny*layers
+    layers = 1
+    if (mesh%dimension == 3) layers = window%last(3) - window%first(3) + 2
+    mesh%node_count = (window%last(1) - window%first(1) + 2)*(window%last(2) - window%first(2) + 2)*layers
     allocate (mesh%coordinates(mesh%dimension, mesh%node_count))
-    do j = 1, ny
-      do i = 1, nx
+    n = 0
+    do j = window%first(2), window%last(2) + 1
+      random = random_after(grid%seed, 2*(int(j - 1, long)*nx + window%first(1) - 1))
+      do i = window%first(1), window%last(1) + 1
+        n = n + 1
         x = [grid%axes(1)%lines(i), grid%axes(2)%lines(j)]
-        shift = [uniform(random), uniform(random)]
-        if (i > 1 .and. i < nx .and. j > 1 .and. j < ny) then
+        call uniform(random, shift(1))
+        call uniform(random, shift(2))
+        if (i > 1 .and. i < nx .and. j > 1 .and. j < ny .and. grid%perturbation > 0.0_wp) then
           if (.not. on_kept(grid, x)) x = x + grid%perturbation*(2.0_wp*shift - 1.0_wp) &
             *min(line_spacing(grid%axes(1)%lines, i), line_spacing(grid%axes(2)%lines, j))
         end if
         do k = 1, layers
-          n = ((k - 1)*ny + j - 1)*nx + i
-          mesh%coordinates(:2, n) = x
-          if (mesh%dimension == 3) mesh%coordinates(3, n) = grid%axes(3)%lines(k)
+          associate (node => n + (k - 1)*(mesh%node_count/layers))
+            mesh%coordinates(:2, node) = x
+            if (mesh%dimension == 3) mesh%coordinates(3, node) = grid%axes(3)%lines(window%first(3) + k - 1)
+          end associate
         end do
       end do
     end do
@@ -141,47 +188,36 @@ contains
     end do
   end function on_kept
 
-  !> Next number between 0 and 1 of a linear congruential generator (Park and Miller 1988).
-  function uniform(random) result(u)
-    !> State of the generator.
-    integer(long), intent(inout) :: random
-    real(wp) :: u
-    integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
-
-    random = mod(factor*max(random, 1_long), modulus)
-    u = real(random, wp)/real(modulus, wp)
-  end function uniform
-
   !> Cells of the corners, brick by brick.
-  subroutine connect(grid, base, layers, random, mesh)
+  subroutine connect(grid, base, window, mesh)
     !> What to generate.
     type(grid_type), intent(in) :: grid
-    !> Linear kind of the cells, and number of node layers.
-    integer, intent(in) :: base, layers
-    !> State of the generator.
-    integer(long), intent(inout) :: random
+    !> Linear kind of the cells.
+    integer, intent(in) :: base
+    !> The part of the grid.
+    type(window_type), intent(in) :: window
     !> Nodes in, cells out.
     type(mesh_type), intent(inout) :: mesh
-    logical :: falls(size(grid%axes(1)%lines) - 1, size(grid%axes(2)%lines) - 1)
+    logical, allocatable :: falls(:, :)
     integer, allocatable :: cells(:, :)
-    integer :: i, j, k, n, nx, ny, corner(8)
+    integer :: i, j, k, n, nx, ny, corner(8), bricks(3)
 
-    nx = size(grid%axes(1)%lines)
-    ny = size(grid%axes(2)%lines)
-    do j = 1, ny - 1
-      do i = 1, nx - 1
-        falls(i, j) = diagonal_falls(grid, i, j, random)
-      end do
-    end do
+    call run_diagonals(grid, window, falls)
+    bricks = cells_of(window)
+    nx = bricks(1) + 1
+    ny = bricks(2) + 1
     call cut_brick(base, [1, 2, 3, 4, 5, 6, 7, 8], .false., cells)
-    mesh%cell_count = size(cells, 2)*(nx - 1)*(ny - 1)*max(1, layers - 1)
+    mesh%cell_count = size(cells, 2)*product(bricks)
     allocate (mesh%cell_kind(mesh%cell_count), source=base)
-    mesh%cell_first = [(1 + k*size(cells, 1), k=0, mesh%cell_count)]
+    allocate (mesh%cell_first(mesh%cell_count + 1))
+    do k = 0, mesh%cell_count
+      mesh%cell_first(k + 1) = 1 + k*size(cells, 1)
+    end do
     allocate (mesh%cell_nodes(mesh%cell_count*size(cells, 1)))
     n = 0
-    do k = 1, max(1, layers - 1)
-      do j = 1, ny - 1
-        do i = 1, nx - 1
+    do k = 1, bricks(3)
+      do j = 1, bricks(2)
+        do i = 1, bricks(1)
           corner(1:4) = (k - 1)*nx*ny + (j - 1)*nx + i + [0, 1, nx + 1, nx]
           corner(5:8) = corner(1:4) + nx*ny
           call cut_brick(base, corner, falls(i, j), cells)
@@ -191,6 +227,30 @@ contains
       end do
     end do
   end subroutine connect
+
+  !> Which diagonals of a part of a grid fall.
+  subroutine run_diagonals(grid, window, falls)
+    !> What to generate.
+    type(grid_type), intent(in) :: grid
+    !> The part of the grid.
+    type(window_type), intent(in) :: window
+    !> Along x and y.
+    logical, allocatable, intent(out) :: falls(:, :)
+    integer(long) :: random, drawn
+    integer :: i, j, nx, ny
+
+    nx = size(grid%axes(1)%lines)
+    ny = size(grid%axes(2)%lines)
+    allocate (falls(window%last(1) - window%first(1) + 1, window%last(2) - window%first(2) + 1))
+    do j = window%first(2), window%last(2)
+      ! The shifts of all nodes have been drawn before.
+      drawn = 2*int(nx, long)*ny + int(j - 1, long)*(nx - 1) + window%first(1) - 1
+      random = random_after(grid%seed, drawn)
+      do i = window%first(1), window%last(1)
+        falls(i - window%first(1) + 1, j - window%first(2) + 1) = diagonal_falls(grid, i, j, random)
+      end do
+    end do
+  end subroutine run_diagonals
 
   !> The cells of one quadrilateral or brick.
   pure subroutine cut_brick(base, corner, falls, cells)
@@ -237,7 +297,7 @@ contains
     !> State of the generator.
     integer(long), intent(inout) :: random
     logical :: falls
-    real(wp) :: low(2), high(2)
+    real(wp) :: low(2), high(2), u
 
     low = [grid%axes(1)%lines(i), grid%axes(2)%lines(j)]
     high = [grid%axes(1)%lines(i + 1), grid%axes(2)%lines(j + 1)]
@@ -245,7 +305,8 @@ contains
     case (diagonal_left)
       falls = .true.
     case (diagonal_random)
-      falls = uniform(random) < 0.5_wp
+      call uniform(random, u)
+      falls = u < 0.5_wp
     case (diagonal_alternate)
       falls = mod(i + j, 2) == 1
     case default

@@ -32,6 +32,10 @@ module qsmpm_mesh
     integer :: cell_count = 0
     !> Node coordinates (dimension, node_count).
     real(wp), allocatable :: coordinates(:, :)
+    !> Lower and upper end along each axis (dimension, 2): of the whole grid when the mesh is a part of one.
+    real(wp), allocatable :: bounds(:, :)
+    !> Size of the first cell, of the whole grid when the mesh is a part of one, as it was built.
+    real(wp) :: first_size = 0.0_wp
     !> Labels the input file gave to nodes and cells.
     integer, allocatable :: node_label(:), cell_label(:)
     !> Element kind of each cell, one of the parameters of `qsmpm_element`.

@@ -6,7 +6,8 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate
+  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate, &
+    find_bounds
 
 contains
 
@@ -60,15 +61,19 @@ contains
     !> Number of the cell.
     integer, intent(in) :: cell
     real(wp) :: extent
+    real(wp) :: low(mesh%dimension), high(mesh%dimension)
     integer :: i, first
 
-    extent = 0.0_wp
     first = mesh%cell_first(cell)
+    low = mesh%coordinates(:, mesh%cell_nodes(first))
+    high = low
+    do i = first + 1, first + corner_count(mesh%cell_kind(cell)) - 1
+      low = min(low, mesh%coordinates(:, mesh%cell_nodes(i)))
+      high = max(high, mesh%coordinates(:, mesh%cell_nodes(i)))
+    end do
+    extent = 0.0_wp
     do i = 1, mesh%dimension
-      associate (x => mesh%coordinates(i, mesh%cell_nodes(first: &
-        first + corner_count(mesh%cell_kind(cell)) - 1)))
-        extent = extent + (maxval(x) - minval(x))/mesh%dimension
-      end associate
+      extent = extent + (high(i) - low(i))/mesh%dimension
     end do
   end function cell_size
 
@@ -84,6 +89,16 @@ contains
       volume = volume + cell_volume(mesh, c)
     end do
   end function mesh_volume
+
+  !> Set the bounds of a mesh that is no part of a larger one.
+  pure subroutine find_bounds(mesh)
+    !> The mesh.
+    type(mesh_type), intent(inout) :: mesh
+
+    if (.not. allocated(mesh%bounds)) allocate (mesh%bounds(mesh%dimension, 2))
+    mesh%bounds(:, 1) = minval(mesh%coordinates, dim=2)
+    mesh%bounds(:, 2) = maxval(mesh%coordinates, dim=2)
+  end subroutine find_bounds
 
   !> A nodal field at a place of a cell.
   pure function interpolate(mesh, cell, functions, field) result(value)

@@ -7,6 +7,7 @@
 !> mesh the touching cell takes it. The search walks over the most violated face and falls back to
 !> looking at all cells where a walk meets the outside of a non-convex mesh.
 module qsmpm_mesh_search
+  use qsmpm_affine_cell, only: affine_map
   use qsmpm_tensor, only: cross
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_functions, shape_gradients, inside_distance, local_centre, &
@@ -43,6 +44,8 @@ contains
     real(wp) :: jacobian(3, 3), residual(3), move(3), from_corner(mesh%dimension)
     integer :: kind, n, d, iteration, first, i
 
+    call affine_map(mesh, cell, x, local, ok)
+    if (ok) return
     d = mesh%dimension
     kind = linear_kind(mesh%cell_kind(cell))
     n = corner_count(kind)
@@ -92,6 +95,7 @@ contains
     ok = abs(determinant) > 1.0e-14_wp*scale
     if (ok) x = x/determinant
   end subroutine solve_small
+
   !> Owner cell of a place.
   subroutine locate(mesh, x, cell, local, found)
     !> The mesh.
@@ -111,7 +115,7 @@ contains
     owner = max(1, cell)
     ! The size of one cell for all places: the size of the starting cell would make the owner of a
     ! place very near a face depend on the start.
-    nudged = x + nudge*cell_size(mesh, 1)*direction(:size(x))
+    nudged = x + nudge*mesh%first_size*direction(:size(x))
     call walk(mesh, nudged, owner, inside_tolerance, found)
     if (.not. found) call look_everywhere(mesh, nudged, inside_tolerance, owner, found)
     if (.not. found) call look_everywhere(mesh, x, touching_tolerance, owner, found)

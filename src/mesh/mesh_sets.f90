@@ -19,7 +19,7 @@ contains
     type(mesh_type), intent(in) :: mesh
     real(wp) :: tolerance
 
-    tolerance = closeness*maxval(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+    tolerance = closeness*maxval(mesh%bounds(:, 2) - mesh%bounds(:, 1))
   end function set_tolerance
 
   !> Nodes in a box; limits along z are not looked at in the plane.

@@ -6,7 +6,7 @@ module qsmpm_mesh_topology
   use qsmpm_element, only: corner_count, node_count, face_count, face_corners, face_corner_count, &
     mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: cell_volume, cell_size
+  use qsmpm_mesh_measure, only: cell_volume, cell_size, find_bounds
   use qsmpm_sorting, only: sort, order_columns
   use qsmpm_text, only: integer_text
   implicit none
@@ -27,6 +27,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: c
 
+    if (.not. mesh%first_size > 0.0_wp) mesh%first_size = cell_size(mesh, 1)
+    if (.not. allocated(mesh%bounds)) call find_bounds(mesh)
     do c = 1, mesh%cell_count
       call check_mid_nodes(mesh, c, error)
       if (allocated(error)) return

@@ -12,20 +12,22 @@ module qsmpm_mid_nodes
 contains
 
   !> Make every cell of a linear mesh quadratic.
-  subroutine add_mid_nodes(kind, mesh)
+  subroutine add_mid_nodes(kind, mesh, mid_ends)
     !> Quadratic kind of all cells.
     integer, intent(in) :: kind
     !> The mesh.
     type(mesh_type), intent(inout) :: mesh
+    !> Corner nodes at the ends of the edge of each mid node (2,n).
+    integer, allocatable, intent(out), optional :: mid_ends(:, :)
     integer :: edges(2, node_count(kind) - corner_count(kind))
-    integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:)
+    integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:), firsts(:)
     real(wp), allocatable :: coordinates(:, :)
     integer :: c, e, k, n, corners, added
 
     edges = mid_edges(kind)
     corners = corner_count(kind)
     n = size(edges, 2)*mesh%cell_count
-    allocate (ends(2, n), order(n), middle(n))
+    allocate (ends(2, n), order(n), middle(n), firsts(n))
     do c = 1, mesh%cell_count
       do e = 1, size(edges, 2)
         k = (c - 1)*size(edges, 2) + e
@@ -44,6 +46,7 @@ contains
         added = added + 1
       end if
       middle(order(k)) = added
+      firsts(added - mesh%node_count) = order(k)
       coordinates(:, added) = 0.5_wp*(mesh%coordinates(:, ends(1, order(k))) &
         + mesh%coordinates(:, ends(2, order(k))))
     end do
@@ -53,6 +56,7 @@ contains
         [mesh%cell_nodes((c - 1)*corners + 1:c*corners), &
         middle((c - 1)*size(edges, 2) + 1:c*size(edges, 2))]
     end do
+    if (present(mid_ends)) mid_ends = ends(:, firsts(:added - mesh%node_count))
     mesh%node_count = added
     mesh%coordinates = coordinates(:, :added)
     call move_alloc(nodes, mesh%cell_nodes)

@@ -18,18 +18,30 @@ contains
     integer, intent(in) :: axis
     !> Coordinate of the row that stays, and of the plate's row before and after.
     real(wp), intent(in) :: base, plate_old, plate_new
-    real(wp) :: share
     integer :: a
 
     do a = 1, mesh%node_count
-      share = (mesh%coordinates(axis, a) - base)/(plate_old - base)
-      if (share <= 0.0_wp) cycle
-      if (share < 1.0_wp) then
-        mesh%coordinates(axis, a) = base + share*(plate_new - base)
-      else
-        mesh%coordinates(axis, a) = mesh%coordinates(axis, a) + plate_new - plate_old
-      end if
+      call move(mesh%coordinates(axis, a))
     end do
+    call move(mesh%bounds(axis, 1))
+    call move(mesh%bounds(axis, 2))
+
+  contains
+
+    !> Move a row.
+    pure subroutine move(x)
+      !> Its coordinate.
+      real(wp), intent(inout) :: x
+      real(wp) :: share
+
+      share = (x - base)/(plate_old - base)
+      if (share <= 0.0_wp) return
+      if (share < 1.0_wp) then
+        x = base + share*(plate_new - base)
+      else
+        x = x + plate_new - plate_old
+      end if
+    end subroutine move
   end subroutine scale_rows
 
   !> True when the map of a cell turns inside out at a node or at a point of its full rule.

@@ -108,7 +108,8 @@ contains
       row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
         real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
         real_text(record%out_of_balance)//','//real_text(record%drag_share)//','// &
-        real_text(record%stabilisation_share)//','//integer_text(record%inaccurate_points)
+        real_text(record%stabilisation_share)//','//integer_text(record%inaccurate_points)//','// &
+        real_text(record%step_error)
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)
           row = row//','//real_text(record%histories(i))
@@ -129,7 +130,7 @@ contains
     integer :: i
 
     header = 'phase,step,load_factor,iterations,out_of_balance,drag_share,stabilisation_share,'// &
-      'inaccurate_points'
+      'inaccurate_points,step_error'
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &

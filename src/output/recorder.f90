@@ -14,7 +14,9 @@ module qsmpm_recorder
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text
+  use qsmpm_analysis, only: mesh_grid
   use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: grid_text
   use qsmpm_number_text, only: integer_text, numbered, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
@@ -24,6 +26,7 @@ module qsmpm_recorder
   use qsmpm_restart, only: write_restart
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
+  use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
   implicit none
   private
 
@@ -41,6 +44,8 @@ module qsmpm_recorder
     type(clock_type) :: clock
     !> First line of the log: the program and its version.
     character(len=:), allocatable :: banner
+    !> The scene that the model answers, where it is a reduced one: results are those of the scene.
+    type(whole_scene_type) :: whole
   end type recorder_options_type
 
   !> Everything that is open or remembered between two steps.
@@ -57,6 +62,8 @@ module qsmpm_recorder
     integer :: restart_step = -1
     !> First failure of the log; told at the next accepted step.
     type(error_type), allocatable :: log_error
+    !> Where the time went: the last but one line of the log.
+    character(len=:), allocatable :: times
   contains
     procedure :: accepted
     procedure :: phase_done
@@ -65,6 +72,8 @@ module qsmpm_recorder
   end type recorder_type
 
   character(len=1), parameter :: newline = new_line('a')
+  !> Name of the profile that a run writes on request.
+  character(len=*), parameter, public :: profile_file = 'profile.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
@@ -95,7 +104,15 @@ contains
     call open_log(recorder, error)
     if (allocated(error)) return
     call begin_log(recorder, model)
-    call open_tables(recorder, model, error)
+    if (is_reduced(recorder%options%whole)) then
+      call log_savings(recorder, model)
+      call follow_step(recorder%options%whole, model)
+      call open_tables(recorder, recorder%options%whole%model, error)
+    else
+      call open_tables(recorder, model, error)
+    end if
+    ! A run from the start has a picture of it.
+    if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine create
 
@@ -116,8 +133,8 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(7) = [character(len=16) :: 'curves.csv', 'points.pvd', &
-      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log']
+    character(len=*), parameter :: names(8) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', profile_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
@@ -163,6 +180,7 @@ contains
     call write_log(recorder, integer_text(model%mesh%node_count)//' nodes, '// &
       integer_text(model%mesh%cell_count)//' elements, '// &
       integer_text(model%state%points%count)//' material points')
+    if (model%analysis%mesh%kind == mesh_grid) call write_log(recorder, grid_text(model))
     if (recorder%options%continued) then
       call recorder%note('continued from step '//integer_text(model%state%progress%step))
     else if (allocated(model%notes)) then
@@ -170,7 +188,7 @@ contains
     end if
   end subroutine begin_log
 
-  !> Begin or continue the curves and the pictures; a run from the start has a picture of it.
+  !> Begin or continue the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
     !> The recorder.
     type(recorder_type), intent(inout) :: recorder
@@ -178,6 +196,7 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
+    logical :: there
 
     if (recorder%options%continued) then
       call continue_curves(recorder%curves, recorder%directory, model%analysis, &
@@ -191,10 +210,24 @@ contains
       call begin_curves(recorder%curves, recorder%directory, model%analysis, error)
     end if
     if (allocated(error)) return
-    if (model%analysis%output%hdf5) call write_mesh_results(recorder%directory, model, error)
-    if (allocated(error) .or. recorder%options%continued) return
-    call write_pictures(recorder, model, error)
+    ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
+    there = file_exists(recorder%directory//'/'//results_folder//'/mesh.h5')
+    there = there .and. recorder%options%continued
+    if (model%analysis%output%hdf5 .and. .not. there) call write_mesh_results(recorder%directory, model, error)
   end subroutine open_tables
+
+  !> Tell by what the model is smaller than the scene.
+  subroutine log_savings(recorder, model)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    if (recorder%options%continued) return
+    call savings_text(recorder%options%whole, model, text)
+    call recorder%note(text)
+  end subroutine log_savings
 
   !> A step was accepted: its row, and what is due.
   subroutine accepted(self, model, record, error)
@@ -205,7 +238,7 @@ contains
     integer :: step
 
     step = model%state%progress%step
-    call append_row(self%curves, model, record, total_seconds(self), error)
+    call write_row(self, model, record, error)
     if (allocated(error)) return
     call write_log(self, step_text(model, record)//', '//integer_text(record%equations)// &
       ' equations, '//integer_text(record%holds)//' holds, '//integer_text(record%substeps)// &
@@ -222,6 +255,27 @@ contains
     end if
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine accepted
+
+  !> The row of a step, of the scene where the model is a reduced one.
+  subroutine write_row(recorder, model, record, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the step went.
+    type(step_record_type), intent(in) :: record
+    !> Set when the row could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    type(step_record_type) :: shown
+
+    if (is_reduced(recorder%options%whole)) then
+      call follow_step(recorder%options%whole, model)
+      call whole_record(recorder%options%whole, record, shown)
+      call append_row(recorder%curves, recorder%options%whole%model, shown, total_seconds(recorder), error)
+    else
+      call append_row(recorder%curves, model, record, total_seconds(recorder), error)
+    end if
+  end subroutine write_row
 
   !> A phase has ended: everything is written that this step has not written already.
   subroutine phase_done(self, model, error)
@@ -274,6 +328,7 @@ contains
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
 
+    if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     if (allocated(outcome)) then
       call keep_last_state(recorder, model, outcome, error)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
@@ -324,8 +379,27 @@ contains
     end if
   end subroutine keep_last_state
 
-  !> Write the pictures and results of the present step and their lists.
+  !> Write the pictures and results of the present step, those of the scene where the model is a
+  !> reduced one.
   subroutine write_pictures(recorder, model, error)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (is_reduced(recorder%options%whole)) then
+      call follow_step(recorder%options%whole, model)
+      call show_state(recorder%options%whole, model)
+      call write_fields(recorder, recorder%options%whole%model, error)
+    else
+      call write_fields(recorder, model, error)
+    end if
+  end subroutine write_pictures
+
+  !> Write the pictures and results of a state and their lists.
+  subroutine write_fields(recorder, model, error)
     !> The recorder.
     class(recorder_type), intent(inout) :: recorder
     !> The model.
@@ -350,7 +424,7 @@ contains
       if (allocated(error)) return
       call write_results_index(directory, recorder%pictures%steps, error)
     end associate
-  end subroutine write_pictures
+  end subroutine write_fields
 
   !> Write restart.h5.
   subroutine save_restart(recorder, model, error)

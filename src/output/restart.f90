@@ -11,14 +11,15 @@ module qsmpm_restart
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_model, only: model_type, state_type, progress_type
   use qsmpm_points, only: carried_type, points_type
-  use qsmpm_space, only: refresh_space
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_model_window, only: restore
   implicit none
   private
 
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 3
+  integer, parameter :: layout = 4
 
 contains
 
@@ -52,6 +53,7 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
+    integer, allocatable :: window(:)
 
     call create_image(image)
     call put_attribute(image, '/', 'layout', layout)
@@ -66,6 +68,8 @@ contains
     call put_array(image, '/surface/normal', model%state%surface%normal)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_group(image, '/mesh')
+    allocate (window, source=[model%state%window%first, model%state%window%last])
+    call put_array(image, '/mesh/window', window)
     call put_array(image, '/mesh/coordinates', model%state%coordinates)
     call put_array(image, '/mesh/reactions', model%state%reactions)
     call put_attribute(image, '/mesh', 'plate', model%state%plate)
@@ -143,10 +147,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(reader_type) :: reader
     type(state_type) :: state
+    integer, allocatable :: window(:)
 
     call open_reader(reader, path)
     call check_origin(reader, fingerprint)
     state = model%state
+    allocate (window(6), source=0)
+    call get_array(reader, '/mesh/window', window)
+    if (any(window(:3) < 1 .or. window(:3) > window(4:)) .and. .not. allocated(reader%reason)) &
+      reader%reason = 'the part of the grid in it is none'
+    if (any(window /= [state%window%first, state%window%last])) then
+      ! Another part of the grid: as many nodes as it has.
+      state%window = window_type(window(:3), window(4:))
+      deallocate (state%coordinates, state%reactions)
+    end if
     call get_progress(reader, state%progress)
     call get_points(reader, state%points)
     call get_carried(reader, '/surface', state%surface)
@@ -160,9 +174,7 @@ contains
     call get_attribute(reader, '/mesh', 'plate', state%plate)
     call close_reader(reader, error)
     if (allocated(error)) return
-    model%state = state
-    model%mesh%coordinates = state%coordinates
-    call refresh_space(model%space, model%mesh)
+    call restore(state, model)
   end subroutine read_restart
 
   !> Note when the file is not one of this program or of this deck.

@@ -50,8 +50,8 @@ contains
       solid = shape%solid
       return
     end if
-    low = minval(mesh%coordinates, dim=2)
-    high = maxval(mesh%coordinates, dim=2)
+    low = mesh%bounds(:, 1)
+    high = mesh%bounds(:, 2)
     if (allocated(shape%outline)) then
       allocate (outline, source=shape%outline)
     else

@@ -65,8 +65,8 @@ contains
       solid = shape%solid
       return
     end if
-    call prism_walls(shape%outline, max(shape%low, minval(mesh%coordinates(3, :))), &
-      min(shape%high, maxval(mesh%coordinates(3, :))), walls)
+    call prism_walls(shape%outline, max(shape%low, mesh%bounds(3, 1)), &
+      min(shape%high, mesh%bounds(3, 2)), walls)
     if (shape%high >= huge(1.0_wp)) then
       call make_polyhedron(walls, solid)
       return

@@ -70,6 +70,9 @@ contains
     if (keep_blocks) chunk = integration%group_count
     if (allocated(evaluation%work)) deallocate (evaluation%work)
     allocate (evaluation%work(thread_count()))
+    if (allocated(evaluation%force)) then
+      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
+    end if
     if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count))
     if (allocated(evaluation%block)) then
       if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &

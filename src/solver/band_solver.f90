@@ -103,7 +103,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     self%factor_nonzeros = size(self%band, kind=long)
+    self%factor_operations = merge(1.0_wp, 4.0_wp, self%symmetric)*size(self%band, 2)*real(self%half + 1, wp)**2
     call fill_band(self, matrix)
+    self%factor_operations = operations(matrix%n, self%half, self%symmetric)
     if (self%symmetric) then
       call factorise_symmetric(self, error)
     else
@@ -111,21 +113,34 @@ contains
     end if
   end subroutine factorise_values
 
+  !> Multiplications, additions and divisions; a general matrix is taken to need no exchange of rows.
+  pure real(wp) function operations(n, half, symmetric)
+    !> Equations.
+    integer, intent(in) :: n
+    !> Half bandwidth.
+    integer, intent(in) :: half
+    logical, intent(in) :: symmetric
+
+    operations = real(n, wp)*(2.0_wp*half + 1.0_wp)*half
+    if (symmetric) operations = real(n, wp)*(half + 1.0_wp)**2
+  end function operations
+
   !> Copy the rows into the band.
   pure subroutine fill_band(self, matrix)
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
 
-    integer :: i, j, k, diagonal
+    integer :: i, j, k
 
-    diagonal = 2*self%half + 1
-    if (self%symmetric) diagonal = 1
     self%band = 0.0_wp
     do i = 1, matrix%n
       do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
         j = matrix%column(k)
-        if (self%symmetric .and. j > i) exit
-        self%band(diagonal + i - j, j) = matrix%values(k)
+        if (.not. self%symmetric) then
+          self%band(2*self%half + 1 + i - j, j) = matrix%values(k)
+        else if (j >= i) then
+          self%band(1 + j - i, i) = matrix%values(k)
+        end if
       end do
     end do
   end subroutine fill_band

@@ -19,6 +19,7 @@ void *qsmpm_cholmod_analyse(int n, int *first, int *row, int *status);
 int qsmpm_cholmod_factorise(void *handle, int n, int *first, int *row, double *values, int *failed);
 void qsmpm_cholmod_pivots(void *handle, double *pivots);
 double qsmpm_cholmod_factor_size(void *handle);
+double qsmpm_cholmod_operations(void *handle);
 int qsmpm_cholmod_solve(void *handle, int n, double *rhs, double *x);
 void qsmpm_cholmod_free(void *handle);
 
@@ -103,6 +104,12 @@ double qsmpm_cholmod_factor_size(void *handle)
 {
   const cholmod_factor *l = ((qsmpm_cholmod *)handle)->factor;
   return l->is_super ? (double)l->xsize : (double)l->nzmax;
+}
+
+/* Floating-point operations of a factorisation with the analysed pattern. */
+double qsmpm_cholmod_operations(void *handle)
+{
+  return ((qsmpm_cholmod *)handle)->common.fl;
 }
 
 /* Solve; the work arrays are kept for the next call. 1 when it went well. */

@@ -2,9 +2,12 @@
 !> that is not positive definite sets `indefinite`, so that the caller may turn to MUMPS.
 !>
 !> The equations keep the given order but for a postorder of the elimination tree. The structs of
-!> CHOLMOD stay behind `cholmod_shim.c`. Its supernodal module is under the GPL (docs/licences.md);
+!> CHOLMOD stay behind `cholmod_shim.c`. CHOLMOD asks for four OpenMP threads in its supernodal loops
+!> whatever the environment says, which then spin between the loops: a factorisation is therefore run
+!> with no parallel region allowed. Its supernodal module is under the GPL (docs/licences.md);
 !> a build without SuiteSparse takes `no_suitesparse/cholmod_solver.f90` in place of this file.
 module qsmpm_cholmod_solver
+  !$ use omp_lib, only: omp_set_max_active_levels, omp_get_max_active_levels
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr, c_associated
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other
@@ -62,6 +65,11 @@ module qsmpm_cholmod_solver
       type(c_ptr), value :: handle
     end function qsmpm_cholmod_factor_size
 
+    real(c_double) function qsmpm_cholmod_operations(handle) bind(c)
+      import :: c_ptr, c_double
+      type(c_ptr), value :: handle
+    end function qsmpm_cholmod_operations
+
     integer(c_int) function qsmpm_cholmod_solve(handle, n, rhs, x) bind(c)
       import :: c_ptr, c_int, c_double
       type(c_ptr), value :: handle
@@ -108,9 +116,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     integer(c_int) :: status, failed
+    integer :: levels
 
+    levels = 0
+    !$ levels = omp_get_max_active_levels()
+    !$ call omp_set_max_active_levels(0)
     status = qsmpm_cholmod_factorise(self%handle, matrix%n, self%first, self%row, matrix%values, &
       failed)
+    !$ if (levels > 0) call omp_set_max_active_levels(levels)
     if (status == status_not_positive) then
       self%indefinite = .true.
       call indefinite_at(failed + 1, error)
@@ -118,7 +131,9 @@ contains
       call library_error(status, error)
     else
       self%negative_pivots = 0
+      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       self%factor_nonzeros = int(qsmpm_cholmod_factor_size(self%handle), long)
+      self%factor_operations = qsmpm_cholmod_operations(self%handle)
       call judge_pivots(self, matrix, error)
     end if
   end subroutine factorise_values

@@ -23,6 +23,7 @@ module qsmpm_convection
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
+  use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
   private
@@ -53,6 +54,7 @@ contains
       call carry_mesh(model, step, displacement, error)
     else
       if (model%analysis%moving_mesh%active) call move_rows(model, displacement)
+      call follow_material(model)
       call find_again(model, error)
     end if
     if (allocated(error)) return
@@ -136,6 +138,7 @@ contains
       integer :: p, q
 
       associate (results => step%evaluation%results)
+        !$omp parallel do default(shared) private(p)
         do q = 1, size(source)
           p = source(q)
           points%stress(:, p) = results%stress(:, q)
@@ -143,6 +146,7 @@ contains
           points%plastic(p) = results%plastic(q)
           points%volume(p) = points%volume(p)*results%volume_change(q)
         end do
+        !$omp end parallel do
       end associate
     end subroutine take_from
   end subroutine take_stresses
@@ -157,6 +161,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     integer :: g, q, p, a, first, place
 
+    !$omp parallel do default(shared) private(q, p, a, first, place)
     do g = 1, step%at_points%group_count
       first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
@@ -168,6 +173,7 @@ contains
         end do
       end do
     end do
+    !$omp end parallel do
   end subroutine move_points
 
   !> Move surface points or tracers.

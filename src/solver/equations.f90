@@ -11,7 +11,7 @@ module qsmpm_equations
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
   use qsmpm_solver_choice, only: choose_solver
-  use qsmpm_analysis, only: solver_band
+  use qsmpm_analysis, only: solver_band, solver_umfpack, solver_krylov
   use qsmpm_error, only: error_type
   implicit none
   private
@@ -39,8 +39,9 @@ module qsmpm_equations
     type(patches_type) :: patches
     !> Constraints it was numbered with (dimension, node_count).
     logical, allocatable :: constrained(:, :)
-    !> First pair of each patch, and for each pair (a,b), a fastest, the place of node b's first
-    !> equation in the rows of node a, counted from the row's start (0-based).
+    !> First pair of each patch, and for each pair (a,b), a fastest, how far before the end of node a's
+    !> rows node b's first equation stands, the same for all rows of the node whether one triangle is
+    !> stored or both; 0 where nothing is stored, as below the diagonal blocks of a symmetric matrix.
     integer, allocatable :: pair_first(:), pair_offset(:)
   end type equations_type
 
@@ -64,7 +65,9 @@ contains
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
     changed = .not. same_patches(equations, patches, constrained)
+    if (.not. changed) changed = matrix%symmetric .neqv. one_triangle(equations)
     if (.not. changed) return
+    matrix%symmetric = one_triangle(equations)
     equations%patches = patches
     equations%constrained = constrained
     call node_graph(patches, size(constrained, 2), equations%active, graph_node, first, neighbour)
@@ -72,6 +75,14 @@ contains
     if (allocated(error)) return
     call lay_out(equations, graph_node, first, neighbour, matrix)
   end subroutine number_equations
+
+  !> One triangle of a symmetric matrix is enough for every solver but UMFPACK.
+  pure logical function one_triangle(equations)
+    !> The equations.
+    type(equations_type), intent(in) :: equations
+
+    one_triangle = equations%symmetric .and. equations%solver_kind /= solver_umfpack
+  end function one_triangle
 
   !> True when nothing that shapes the pattern has changed.
   pure function same_patches(equations, patches, constrained) result(same)
@@ -197,12 +208,13 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
-    integer :: i, c, node, width
+    integer :: i, c, node, width, kind
 
     call order_bandwidth(first, neighbour, position)
     width = (node_distance(first, neighbour, position) + 1)*size(equations%constrained, 1)
-    if (choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
-      equations%symmetric, size(equations%constrained, 1)) /= solver_band) then
+    kind = choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
+      equations%symmetric, size(equations%constrained, 1))
+    if (kind /= solver_band .and. kind /= solver_krylov) then
       call order_metis(first, neighbour, position, error)
       if (allocated(error)) return
     end if
@@ -245,7 +257,7 @@ contains
     !> The matrix, values zero.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer, allocatable :: columns(:)
-    integer :: i, c, row, place
+    integer :: i, c, row, place, skipped
 
     call start_rows(equations, graph_node, first, neighbour, matrix)
     equations%bandwidth = 0
@@ -254,8 +266,10 @@ contains
       do c = 1, size(equations%number, 1)
         row = equations%number(c, graph_node(i))
         if (row == 0) cycle
+        skipped = 0
+        if (matrix%symmetric) skipped = find(columns, row) - 1
         place = matrix%row_first(row)
-        matrix%column(place:place + size(columns) - 1) = columns
+        matrix%column(place:place + size(columns) - skipped - 1) = columns(skipped + 1:)
         equations%bandwidth = max(equations%bandwidth, columns(size(columns)) - row, row - columns(1))
       end do
     end do
@@ -270,16 +284,21 @@ contains
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
     !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: free(size(graph_node)), i, c, row
+    integer :: free(size(graph_node)), lead(size(graph_node)), i, c, k, row, length
 
     free = [(count(equations%number(:, graph_node(i)) > 0), i=1, size(graph_node))]
+    lead = [(first_equation(equations%number(:, graph_node(i))), i=1, size(graph_node))]
     matrix%n = equations%count
     if (allocated(matrix%row_first)) deallocate (matrix%row_first, matrix%column, matrix%values)
     allocate (matrix%row_first(equations%count + 1), source=0)
     do i = 1, size(graph_node)
+      length = free(i)
+      do k = first(i), first(i + 1) - 1
+        if (.not. matrix%symmetric .or. lead(neighbour(k)) > lead(i)) length = length + free(neighbour(k))
+      end do
       do c = 1, size(equations%number, 1)
         row = equations%number(c, graph_node(i))
-        if (row > 0) matrix%row_first(row + 1) = free(i) + sum(free(neighbour(first(i):first(i + 1) - 1)))
+        if (row > 0) matrix%row_first(row + 1) = length - merge(row - lead(i), 0, matrix%symmetric)
       end do
     end do
     matrix%row_first(1) = 1
@@ -320,6 +339,7 @@ contains
     !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
     integer :: q, a, b, n, k, row, target_equation
+    logical :: wanted
 
     if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
     allocate (equations%pair_first(equations%patches%count + 1))
@@ -337,9 +357,10 @@ contains
           target_equation = first_equation(equations%number(:, nodes(b)))
           do a = 1, size(nodes)
             row = first_equation(equations%number(:, nodes(a)))
-            equations%pair_offset(k) = -1
-            if (row > 0 .and. target_equation > 0) equations%pair_offset(k) = &
-              find(matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1), target_equation) - 1
+            wanted = row > 0 .and. target_equation >= merge(row, 1, matrix%symmetric)
+            equations%pair_offset(k) = 0
+            if (wanted) equations%pair_offset(k) = matrix%row_first(row + 1) - matrix%row_first(row) + 1 &
+              - find(matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1), target_equation)
             k = k + 1
           end do
         end do
@@ -387,20 +408,22 @@ contains
     real(wp), intent(in) :: block(:, :, :, :)
     !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: a, b, i, j, k, row, place, first
+    integer :: a, b, i, j, k, row, column, place, first, least
 
     first = equations%patches%first(patch) - 1
     do b = 1, size(block, 4)
       do a = 1, size(block, 2)
         k = equations%pair_first(patch) + (b - 1)*size(block, 2) + a - 1
-        if (equations%pair_offset(k) < 0) cycle
+        if (equations%pair_offset(k) == 0) cycle
         do i = 1, size(block, 1)
           row = equations%number(i, equations%patches%nodes(first + a))
           if (row == 0) cycle
-          place = matrix%row_first(row) + equations%pair_offset(k)
+          place = matrix%row_first(row + 1) - equations%pair_offset(k)
+          least = merge(row, 1, matrix%symmetric)
           do j = 1, size(block, 3)
-            if (equations%number(j, equations%patches%nodes(first + b)) == 0) cycle
-            matrix%values(place) = matrix%values(place) + block(i, a, j, b)
+            column = equations%number(j, equations%patches%nodes(first + b))
+            if (column == 0) cycle
+            if (column >= least) matrix%values(place) = matrix%values(place) + block(i, a, j, b)
             place = place + 1
           end do
         end do

@@ -11,15 +11,18 @@
 module qsmpm_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
+  use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_model, only: model_type
+  use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
-  use qsmpm_system_matrix, only: complete_matrix, factorise, linear_force, gather, scatter
+  use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
+  use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
   private
 
@@ -64,8 +67,14 @@ module qsmpm_equilibrium
     !> Forces of stabilisation and drag as shares of it.
     real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
     real(wp) :: largest_move = 0.0_wp
-    !> Node with the largest residual.
+    !> Share of the step's displacements and stresses that is due to its length, and whether that is why
+    !> it was not taken; set by whoever looks at it.
+    real(wp) :: step_error = 0.0_wp
+    logical :: too_long = .false.
+    !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
 
   !> What the iterations so far say of the next trial.
@@ -122,6 +131,7 @@ contains
       call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
+      call count_iteration(step%profile, model%state%points%count)
       call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
       if (allocated(solution%reason)) return
     end do
@@ -207,16 +217,22 @@ contains
       return
     end if
     if (.not. keep_factors) then
+      call turn_to(step%profile%watch, part_assembly)
       call complete_matrix(step, goal%drag, model%mesh%dimension)
-      call factorise(step, model%mesh%dimension, error)
+      call turn_to(step%profile%watch, part_factorisation)
+      call factorise_system(step%system, step%matrix, error)
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     end if
+    call turn_to(step%profile%watch, part_solves)
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
       correction = goal%prescribed
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call step%solver%solve(rhs, x, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
+      digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
@@ -224,6 +240,16 @@ contains
     end if
     call scatter(step%equations, x, correction)
   end subroutine correct
+
+  !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
+  !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
+  pure real(wp) function digits_of_correction(tolerance, out_of_balance)
+    !> Out-of-balance allowed, and the one to be corrected.
+    real(wp), intent(in) :: tolerance, out_of_balance
+    real(wp), parameter :: coarsest = 1.0e-3_wp, finest = 1.0e-11_wp, margin = 0.1_wp
+
+    digits_of_correction = min(coarsest, max(finest, margin*tolerance/max(out_of_balance, tolerance)))
+  end function digits_of_correction
 
   !> Take the correction, or as much of it as lowers the residual.
   subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)

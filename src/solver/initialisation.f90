@@ -3,11 +3,13 @@
 !> equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, newton_modified, stabilise_none
   use qsmpm_model, only: model_type
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, place_of
@@ -20,9 +22,9 @@ module qsmpm_initialisation
   use qsmpm_supports, only: supports_type, build_supports
   use qsmpm_equations, only: equations_type, patches_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_solver_choice, only: make_solver
+  use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  use qsmpm_run_profile, only: run_profile_type
   implicit none
   private
 
@@ -45,15 +47,17 @@ module qsmpm_initialisation
     type(supports_type) :: supports
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
-    class(linear_solver_type), allocatable :: solver
+    type(linear_system_type) :: system
     type(evaluation_type) :: evaluation
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
     integer :: inaccurate_points = 0
+    !> Time and work so far; outlives the step.
+    type(run_profile_type) :: profile
     !> Iterations of the last solution; it only says which trials get a tangent.
     integer :: usual_iterations = 0
-    !> The solver was made for symmetric matrices.
-    logical :: symmetric = .false.
+    !> Part of the grid that all this is for, and the one that the observer knows of.
+    type(window_type) :: window, told
   end type step_type
 
 contains
@@ -69,6 +73,9 @@ contains
     type(patches_type) :: patches
     logical :: changed
 
+    call turn_to(step%profile%watch, part_initialisation)
+    if (.not. step%window == model%state%window) call forget(step)
+    step%window = model%state%window
     call keep_house(model, step)
     if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
     if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
@@ -89,12 +96,17 @@ contains
     else
       call join_patches(step%at_points, step%stabilisation%patches, step%supports%patches, patches)
     end if
-    step%equations%solver_kind = model%analysis%solver%kind
+    step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model)
+    call turn_to(step%profile%watch, part_analysis)
     call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
     if (allocated(error)) return
-    if (changed .or. (step%symmetric .neqv. is_symmetric(model))) call new_solver(model, step, error)
+    if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
+      model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
+      model%mesh%dimension, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_initialisation)
+    call note_sizes(model, step)
     if (step%separate) then
       call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, step%updates_points, &
         .false., step%evaluation)
@@ -103,6 +115,31 @@ contains
         step%evaluation)
     end if
   end subroutine initialise_step
+
+  !> Remember the largest sizes for the profile of the run.
+  subroutine note_sizes(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    associate (profile => step%profile)
+      profile%points = max(profile%points, int(model%state%points%count, long))
+      profile%active_cells = max(profile%active_cells, int(step%activation%active_count, long))
+      profile%equations = max(profile%equations, int(step%equations%count, long))
+      profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
+    end associate
+  end subroutine note_sizes
+
+  !> Throw away what is as long as a mesh that is no more.
+  subroutine forget(step)
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+
+    if (allocated(step%volumes)) deallocate (step%volumes)
+    if (allocated(step%lumped)) deallocate (step%lumped)
+    if (allocated(step%equations%number)) deallocate (step%equations%number)
+  end subroutine forget
 
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
@@ -206,26 +243,6 @@ contains
       last%first(2:) + size(integration%nodes) + size(extra%nodes)]
     patches%nodes = [integration%nodes, extra%nodes, last%nodes]
   end subroutine join_patches
-
-  !> A solver for a new pattern.
-  subroutine new_solver(model, step, error)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> What went wrong, unallocated when nothing did.
-    type(error_type), allocatable, intent(out) :: error
-
-    step%symmetric = is_symmetric(model)
-    if (allocated(step%solver)) then
-      call step%solver%destroy()
-      deallocate (step%solver)
-    end if
-    if (step%equations%count == 0) return
-    call make_solver(model%analysis%solver%kind, step%equations%count, step%equations%bandwidth, &
-      step%symmetric, model%mesh%dimension, step%solver)
-    call step%solver%analyse(step%matrix, error)
-  end subroutine new_solver
 
   !> True when the tangents of this phase are symmetric: the frozen elastic one always is.
   pure function is_symmetric(model) result(symmetric)

@@ -8,7 +8,8 @@ module qsmpm_kept_state
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_points, only: surface_points_type, carried_type
-  use qsmpm_space, only: refresh_space
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_model_window, only: return_to_window, place_mesh
   implicit none
   private
 
@@ -24,6 +25,8 @@ module qsmpm_kept_state
     !> Node coordinates and reactions (dimension, nodes), plate of a moving mesh.
     real(wp), allocatable :: coordinates(:, :), reactions(:, :)
     real(wp) :: plate = 0.0_wp
+    !> Part of the grid all this belongs to.
+    type(window_type) :: window
     type(progress_type) :: progress
   end type kept_places_type
 
@@ -53,6 +56,7 @@ contains
       kept%reactions = state%reactions
       kept%plate = state%plate
       kept%progress = state%progress
+      kept%window = state%window
       select type (kept)
       type is (kept_state_type)
         kept%stress = points%stress
@@ -71,6 +75,7 @@ contains
     !> The model.
     type(model_type), intent(inout) :: model
 
+    call return_to_window(model, kept%window)
     associate (state => model%state, points => model%state%points)
       points%position = kept%position
       points%local = kept%local
@@ -90,7 +95,6 @@ contains
         points%plastic = kept%plastic
       end select
     end associate
-    model%mesh%coordinates = kept%coordinates
-    call refresh_space(model%space, model%mesh)
+    call place_mesh(model)
   end subroutine restore
 end module qsmpm_kept_state

@@ -18,8 +18,12 @@ target_sources(qsmpm PRIVATE
   ${linear_dir}/band_solver.f90
   ${linear_dir}/mumps_library.f90
   ${linear_dir}/mumps_solver.f90
+  ${linear_dir}/single_solver.f90
+  ${linear_dir}/incomplete_solver.f90
+  ${linear_dir}/krylov.f90
   ${suitesparse_sources}
-  ${linear_dir}/solver_choice.f90)
+  ${linear_dir}/solver_choice.f90
+  ${linear_dir}/linear_system.f90)
 
 # See cmake/FindMUMPSSeq.cmake.
 set_source_files_properties(${linear_dir}/mumps_library.f90 TARGET_DIRECTORY qsmpm
@@ -27,7 +31,7 @@ set_source_files_properties(${linear_dir}/mumps_library.f90 TARGET_DIRECTORY qsm
 
 # Timing of the solvers (docs/performance.md): built only when asked for.
 add_executable(bench_solvers EXCLUDE_FROM_ALL
-  ${linear_dir}/../../verification/unit/model_matrices.f90
+  ${linear_dir}/../../verification/unit/deck_matrices.f90
   ${linear_dir}/../../tools/bench_solvers.f90)
 set_target_properties(bench_solvers PROPERTIES
   Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/bench_modules

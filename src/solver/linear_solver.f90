@@ -15,7 +15,7 @@ module qsmpm_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other, error_singular
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, row_sum_norm, first_not_finite, first_zero_row
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, row_sums, first_not_finite
   implicit none
   private
 
@@ -35,8 +35,13 @@ module qsmpm_linear_solver
     logical :: indefinite = .false.
     !> Negative pivots of the last factorisation; -1 when the back end does not count them.
     integer :: negative_pivots = -1
+    !> The factors are not those of the matrix to working precision: a solution comes from a Krylov
+    !> method they precondition (qsmpm_krylov).
+    logical :: approximate = .false.
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
+    !> Floating-point operations of the last factorisation; 0 when the back end does not tell.
+    real(wp) :: factor_operations = 0.0_wp
     !> Size and entry count of the analysed pattern.
     integer, private :: n = 0
     integer, private :: entry_count = 0
@@ -101,6 +106,10 @@ contains
       call fail(error, error_other, self%name//': there are no equations to solve')
       return
     end if
+    if (matrix%symmetric .and. .not. self%symmetric) then
+      call fail(error, error_other, self%name//': takes no matrix of which one triangle is stored')
+      return
+    end if
     self%n = matrix%n
     self%entry_count = matrix%row_first(matrix%n + 1) - 1
     call self%analyse_pattern(matrix, error)
@@ -115,12 +124,14 @@ contains
     !> `error_singular` when the matrix is singular, or not positive definite (see `indefinite`).
     type(error_type), allocatable, intent(out) :: error
 
+    real(wp) :: sums(matrix%n)
     integer :: row
 
     self%factorised = .false.
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     if (.not. self%analysed) then
       call fail(error, error_other, self%name//': the pattern was not analysed')
       return
@@ -135,13 +146,14 @@ contains
         text_of(row))
       return
     end if
-    row = first_zero_row(matrix)
+    call row_sums(matrix, sums)
+    row = first_false(sums > 0.0_wp)
     if (row > 0) then
       call fail(error, error_singular, &
         'the matrix is singular: equation '//text_of(row)//' is zero')
       return
     end if
-    self%norm = row_sum_norm(matrix)
+    self%norm = maxval(sums)
     call self%factorise_values(matrix, error)
     self%factorised = .not. allocated(error)
   end subroutine factorise
@@ -202,6 +214,7 @@ contains
     self%indefinite = .false.
     self%negative_pivots = -1
     self%factor_nonzeros = 0
+    self%factor_operations = 0.0_wp
     self%n = 0
     self%entry_count = 0
   end subroutine destroy

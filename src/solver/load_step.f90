@@ -8,17 +8,23 @@
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type
   use qsmpm_model, only: model_type
   use qsmpm_kept_state, only: kept_places_type, keep, restore
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   implicit none
   private
 
   public :: load_step
+
+  !> A step is the smallest one up to this factor of round-off.
+  real(wp), parameter :: slightly_more = 1.0_wp + 1.0e-9_wp
 
 contains
 
@@ -54,6 +60,7 @@ contains
     ! Initialisation phase, section 3.1
     call initialise_step(model, step, error)
     if (allocated(error)) return
+    call turn_to(step%profile%watch, part_control)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, goal%force)
     force_before = goal%force
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
@@ -64,12 +71,18 @@ contains
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
     end if
+    if (solution%converged .and. controls%step_error > 0.0_wp .and. .not. drag > 0.0_wp) &
+      call judge_length(model, step, controls, fraction, solution, error)
+    if (allocated(error)) return
+    call name_worst_node(model, solution)
     if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call keep(model, before)
     call take_reactions_and_work(model, step, goal, force_before, solution)
+    call turn_to(step%profile%watch, part_convection)
     call convect(model, step, solution%displacement, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore(before, model)
       solution%converged = .false.
@@ -80,6 +93,47 @@ contains
     end if
     model%state%progress%fraction = fraction
   end subroutine load_step
+
+  !> How far the step is off for its length; one that is too far off is not taken unless it is the smallest.
+  subroutine judge_length(model, step, controls, fraction, solution, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase at the end of the step.
+    real(wp), intent(in) :: fraction
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+    type(step_error_type) :: errors
+
+    call turn_to(step%profile%watch, part_step_error)
+    call measure_step_error(model, step, solution%displacement, errors, error)
+    call turn_to(step%profile%watch, part_control)
+    if (allocated(error)) return
+    solution%step_error = max(errors%path, errors%position)
+    solution%too_long = solution%step_error > controls%step_error .and. &
+      (fraction - model%state%progress%fraction)*controls%steps > controls%smallest_step*slightly_more
+    if (.not. solution%too_long) return
+    solution%converged = .false.
+    solution%reason = 'the step is longer than its error allows'
+  end subroutine judge_length
+
+  !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
+  subroutine name_worst_node(model, solution)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    integer :: node
+
+    node = max(1, solution%worst_node)
+    solution%worst_label = node_label(model%space, model%mesh, node)
+    solution%worst_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+  end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(model, step, goal, force_before, solution)

@@ -6,6 +6,7 @@ module qsmpm_model
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_grid_window, only: window_type
   use qsmpm_space, only: space_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type
@@ -42,6 +43,8 @@ module qsmpm_model
     type(carried_type) :: tracers
     !> Node coordinates: change only for FEM and moving meshes (dimension, node_count).
     real(wp), allocatable :: coordinates(:, :)
+    !> Part of the grid that the mesh is; nodes and cells below are numbered in it. Unused for other meshes.
+    type(window_type) :: window
     !> Coordinate of the plate row of a moving mesh.
     real(wp) :: plate = 0.0_wp
     !> Reactions at constrained components after the last step (dimension, nodes of the space).
@@ -60,9 +63,9 @@ module qsmpm_model
     !> Traction vector of each surface (3, surfaces), and who carries it.
     real(wp), allocatable :: traction_start(:, :), traction_final(:, :)
     integer, allocatable :: carrier(:)
-    !> Mesh nodes of which a component is held, and cells with a face on the outside of the mesh that is
-    !> not held (node_count), (cell_count).
-    logical, allocatable :: held(:), open_edge(:)
+    !> Held components of the mesh nodes, and cells with a face on the outside of the mesh that is not held
+    !> along its normal (dimension, node_count), (cell_count).
+    logical, allocatable :: held(:, :), open_edge(:)
     !> Pressure and kind of support of each surface (surfaces).
     real(wp), allocatable :: pressure_start(:), pressure_final(:)
     integer, allocatable :: support(:)
@@ -81,6 +84,8 @@ module qsmpm_model
     type(law_slot_type), allocatable :: laws(:)
     type(state_type) :: state
     type(loading_type) :: loading
+    !> How often the mesh has been laid around the material anew.
+    integer :: windows_laid = 0
     !> Typical cell size: the smallest of the active cells at the start.
     real(wp) :: cell_size = 0.0_wp
     !> Surface of each traction carried by material points: those points and their areas.

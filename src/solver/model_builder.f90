@@ -6,10 +6,11 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    cure_none, cure_auto, cure_uniform_pressure, usual_factor
+    cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
-  use qsmpm_model_mesh, only: make_mesh, make_sets
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
+  use qsmpm_first_window, only: first_window
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces
@@ -46,6 +47,8 @@ contains
     model%analysis = analysis
     call fill_defaults(model)
     model%notes = ''
+    if (model%analysis%mesh%kind == mesh_grid) &
+      call first_window(model%analysis, grid_of(model%analysis), model%state%window)
     call make_mesh(model, faults)
     if (faults%count == 0) call make_sets(model, faults)
     if (faults%count == 0) call make_space(model, faults)
@@ -201,6 +204,7 @@ contains
     call add_line(text, line)
     write (line, '(a,es14.7)') '  volume        ', mesh_volume(model%mesh)
     call add_line(text, line)
+    if (model%analysis%mesh%kind == mesh_grid) call add_line(text, '  '//grid_text(model))
     write (line, '(a,i0,a,es14.7,a,es14.7)') 'material points: ', model%state%points%count, ', volume ', &
       sum(model%state%points%volume), ', weight at gravity 1 ', sum(model%state%points%weight)
     call add_line(text, line)

@@ -1,21 +1,28 @@
 !> The mesh of a model and the sets of the deck on it.
+!>
+!> Of a grid the part is made that the state names (`qsmpm_first_window`, `qsmpm_model_window`). A set may have
+!> no node there; it must have one in the whole grid, which is looked at when the model is built.
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: mesh_grid, mesh_file, mesh_inline, select_list, select_box, select_plane, &
-    body_polygon, three_dimensional, body_type, set_type, source_line_type
+  use qsmpm_analysis, only: analysis_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, select_plane, &
+    body_polygon, three_dimensional, body_type, set_type, &
+    source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
-  use qsmpm_grid, only: grid_type, make_grid
+  use qsmpm_grid, only: grid_type, make_grid, whole_window
+  use qsmpm_grid_window, only: operator(==), cells_of
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_text, only: integer_text
   use qsmpm_mesh_readers, only: read_mesh
   use qsmpm_inline_mesh, only: inline_mesh
   use qsmpm_mesh_topology, only: build_topology
-  use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, find_set, add_set
+  use qsmpm_mesh_sets, only: nodes_in_box, nodes_on_plane, find_set, add_set, set_tolerance
   implicit none
   private
 
-  public :: make_mesh, make_sets
+  public :: make_mesh, make_sets, grid_of, grid_text
 
 contains
 
@@ -30,7 +37,7 @@ contains
     associate (source => model%analysis%mesh)
       select case (source%kind)
       case (mesh_grid)
-        call generate(model)
+        call make_grid(grid_of(model%analysis), model%mesh, model%state%window)
       case (mesh_file)
         call read_mesh(source%file, source%format, model%mesh, error)
       case (mesh_inline)
@@ -65,14 +72,14 @@ contains
     end select
   end function keyword_of
 
-  !> A structured grid that respects the edges of polygonal bodies.
-  subroutine generate(model)
-    !> The model.
-    type(model_type), intent(inout) :: model
+  !> The structured grid of an analysis; it respects the edges of polygonal bodies.
+  pure function grid_of(analysis) result(grid)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
     type(grid_type) :: grid
     integer :: i
 
-    associate (source => model%analysis%mesh)
+    associate (source => analysis%mesh)
       grid%kind = element_from_name(source%element)
       do i = 1, local_dimension(grid%kind)
         grid%axes(i)%lines = source%axes(i)%lines
@@ -82,14 +89,38 @@ contains
       grid%seed = source%seed
     end associate
     allocate (grid%kept(4, 0))
-    do i = 1, size(model%analysis%bodies)
-      if (model%analysis%bodies(i)%kind == body_polygon) call add_edges(model%analysis%bodies(i), grid%kept)
+    do i = 1, size(analysis%bodies)
+      if (analysis%bodies(i)%kind == body_polygon) call add_edges(analysis%bodies(i), grid%kept)
     end do
-    call make_grid(grid, model%mesh)
-  end subroutine generate
+  end function grid_of
+
+  !> How much of its grid a model looks at; for models with a grid.
+  pure function grid_text(model) result(text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    text = 'grid of '//cells_text(cells_of(whole_window(grid_of(model%analysis))), model%mesh%dimension)// &
+      ' cells, '//cells_text(cells_of(model%state%window), model%mesh%dimension)//' of them looked at'
+  end function grid_text
+
+  !> Numbers of cells along the axes, as in `4 x 2`.
+  pure function cells_text(cells, dimension) result(text)
+    !> Along each axis (3).
+    integer, intent(in) :: cells(3)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = integer_text(cells(1))
+    do a = 2, dimension
+      text = text//' x '//integer_text(cells(a))
+    end do
+  end function cells_text
 
   !> Append the edges of a polygon.
-  subroutine add_edges(body, segments)
+  pure subroutine add_edges(body, segments)
     !> Number of the body.
     type(body_type), intent(in) :: body
     real(wp), allocatable, intent(inout) :: segments(:, :)
@@ -148,7 +179,7 @@ contains
       call add_fault(faults, where, keyword, "there is no node set '"//name//"' in the deck or the mesh")
   end subroutine require
 
-  !> One node set; labels must exist and a selector must find something.
+  !> One node set; labels must exist and a selector must find something, in the whole grid at least.
   subroutine make_node_set(model, set, faults)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -156,23 +187,102 @@ contains
     type(set_type), intent(in) :: set
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
+    type(mesh_type) :: whole
     integer, allocatable :: items(:)
+    integer :: found
+
+    call find_nodes(model%mesh, set, items)
+    found = size(items)
+    if (model%windows_laid > 0) found = huge(found)
+    if (is_missing(set, found) .and. is_part(model)) then
+      if (on_lines(model, set)) then
+        found = 1
+      else
+        call make_grid(grid_of(model%analysis), whole)
+        call count_nodes(whole, set, found)
+      end if
+    end if
+    if (is_missing(set, found) .and. set%selection == select_list) &
+      call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
+    if (found == 0) call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' finds no node")
+    call add_set(model%mesh%node_sets, set%name, items)
+  end subroutine make_node_set
+
+  !> True when a set has fewer nodes than it should.
+  pure logical function is_missing(set, found)
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Nodes found.
+    integer, intent(in) :: found
+
+    is_missing = found == 0
+    if (set%selection == select_list) is_missing = is_missing .or. found < size(set%labels)
+  end function is_missing
+
+  !> True when the mesh is not all of its grid.
+  pure logical function is_part(model)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    is_part = model%analysis%mesh%kind == mesh_grid
+    if (is_part) is_part = .not. model%state%window == whole_window(grid_of(model%analysis))
+  end function is_part
+
+  !> True when a plane or box surely holds a corner node of the undisturbed grid.
+  pure logical function on_lines(model, set)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The set.
+    type(set_type), intent(in) :: set
+    real(wp) :: near
+    integer :: a
+
+    near = set_tolerance(model%mesh)
+    on_lines = set%selection /= select_list .and. .not. model%analysis%mesh%perturbation > 0.0_wp
+    do a = 1, model%mesh%dimension
+      if (.not. on_lines) exit
+      associate (lines => model%analysis%mesh%axes(a)%lines)
+        if (set%selection == select_box) &
+          on_lines = any(lines >= set%box(a, 1) - near .and. lines <= set%box(a, 2) + near)
+        if (set%selection == select_plane .and. set%axis == a) on_lines = any(abs(lines - set%box(a, 1)) <= near)
+      end associate
+    end do
+  end function on_lines
+
+  !> Nodes of a mesh that a set of the deck chooses.
+  subroutine find_nodes(mesh, set, items)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Their numbers, rising.
+    integer, allocatable, intent(out) :: items(:)
     integer :: i
 
     select case (set%selection)
     case (select_plane)
-      call nodes_on_plane(model%mesh, set%axis, set%box(set%axis, 1), items)
+      call nodes_on_plane(mesh, set%axis, set%box(set%axis, 1), items)
     case (select_box)
-      call nodes_in_box(model%mesh, set%box, items)
+      call nodes_in_box(mesh, set%box, items)
     case default
-      items = pack([(i, i=1, model%mesh%node_count)], &
-        [(any(set%labels == model%mesh%node_label(i)), i=1, model%mesh%node_count)])
-      if (size(items) < size(set%labels)) &
-        call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
+      allocate (items, source=pack([(i, i=1, mesh%node_count)], &
+        [(any(set%labels == mesh%node_label(i)), i=1, mesh%node_count)]))
     end select
-    if (size(items) == 0) call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' finds no node")
-    call add_set(model%mesh%node_sets, set%name, items)
-  end subroutine make_node_set
+  end subroutine find_nodes
+
+  !> How many nodes of a mesh a set chooses.
+  subroutine count_nodes(mesh, set, found)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Their number.
+    integer, intent(out) :: found
+    integer, allocatable :: items(:)
+
+    call find_nodes(mesh, set, items)
+    found = size(items)
+  end subroutine count_nodes
 
   !> One element set: labels, or the elements whose nodes all lie in a box.
   subroutine make_cell_set(model, set, faults)
@@ -182,24 +292,46 @@ contains
     type(set_type), intent(in) :: set
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
-    integer, allocatable :: nodes(:), items(:)
-    logical :: inside(model%mesh%node_count), chosen(model%mesh%cell_count)
+    type(mesh_type) :: whole
+    integer, allocatable :: items(:), others(:)
+
+    call find_cells(model%mesh, set, items)
+    if (size(items) == 0 .and. model%windows_laid == 0) then
+      allocate (others(0))
+      if (is_part(model)) then
+        call make_grid(grid_of(model%analysis), whole)
+        call find_cells(whole, set, others)
+      end if
+      if (size(others) == 0) &
+        call add_fault(faults, set%where, '*ELSET', "set '"//set%name//"' finds no element")
+    end if
+    call add_set(model%mesh%cell_sets, set%name, items)
+  end subroutine make_cell_set
+
+  !> Cells of a mesh that a set of the deck chooses.
+  subroutine find_cells(mesh, set, items)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Their numbers, rising.
+    integer, allocatable, intent(out) :: items(:)
+    integer, allocatable :: nodes(:)
+    logical :: inside(mesh%node_count), chosen(mesh%cell_count)
     integer :: c
 
     inside = .false.
     if (set%selection == select_box) then
-      call nodes_in_box(model%mesh, set%box, nodes)
+      call nodes_in_box(mesh, set%box, nodes)
       inside(nodes) = .true.
     end if
-    do c = 1, model%mesh%cell_count
+    do c = 1, mesh%cell_count
       if (set%selection == select_list) then
-        chosen(c) = any(set%labels == model%mesh%cell_label(c))
+        chosen(c) = any(set%labels == mesh%cell_label(c))
       else
-        chosen(c) = all(inside(model%mesh%cell_nodes(model%mesh%cell_first(c):model%mesh%cell_first(c + 1) - 1)))
+        chosen(c) = all(inside(mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)))
       end if
     end do
-    items = pack([(c, c=1, model%mesh%cell_count)], chosen)
-    if (size(items) == 0) call add_fault(faults, set%where, '*ELSET', "set '"//set%name//"' finds no element")
-    call add_set(model%mesh%cell_sets, set%name, items)
-  end subroutine make_cell_set
+    allocate (items, source=pack([(c, c=1, mesh%cell_count)], chosen))
+  end subroutine find_cells
 end module qsmpm_model_mesh

@@ -2,15 +2,25 @@
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type, mesh_grid, basis_standard, basis_fem, basis_gimp, basis_spline2, &
-    basis_spline3, basis_spline2g, quantity_reaction
+    basis_spline3, basis_spline2g, quantity_reaction, set_type, select_plane, select_box
   use qsmpm_fault_list, only: fault_list_type, add_fault
-  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
-  use qsmpm_space_builder, only: element_space, spline_space, is_structured
+  use qsmpm_space_builder, only: element_space, spline_space, kinks_type
+  use qsmpm_grid_labels, only: place_of
+  use qsmpm_grid_window, only: cells_of
   implicit none
   private
 
   public :: make_space
+
+  !> A block of grid nodes.
+  type :: line_box_type
+    !> First and last line along each axis; 1 and 1 along z in the plane.
+    integer :: low(3) = 1, high(3) = 1
+    !> The set has nodes, and all of the block.
+    logical :: whole = .false.
+  end type line_box_type
 
 contains
 
@@ -21,7 +31,9 @@ contains
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
     logical :: constrained(size(model%mesh%node_sets))
-    integer :: cells(3), a
+    type(line_box_type) :: boxes(size(model%mesh%node_sets))
+    type(kinks_type) :: kinks(3)
+    integer :: s
 
     if (any(model%analysis%method%basis == [basis_standard, basis_fem])) then
       call element_space(model%mesh, model%space)
@@ -38,15 +50,72 @@ contains
           'GIMP and splines need ELEMENT=QUAD4 or HEX8 without PERTURB')
         return
       end if
-      cells = 1
-      do a = 1, model%mesh%dimension
-        cells(a) = size(source%axes(a)%lines) - 1
-      end do
     end associate
-    call mark_constrained(model, cells, constrained, faults)
-    call spline_space(model%mesh, cells, degree_of(model%analysis%method%basis), &
-      any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space)
+    do s = 1, size(boxes)
+      call box_of_set(model, model%analysis%node_sets(s), boxes(s))
+    end do
+    call mark_constrained(model, boxes, constrained, faults)
+    call find_kinks(model, boxes, constrained, kinks)
+    call spline_space(model%mesh, cells_of(model%state%window), degree_of(model%analysis%method%basis), &
+      any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, kinks, &
+      model%state%window%first - 1)
   end subroutine make_space
+
+  !> Lines of the whole grid between which the nodes of a set lie.
+  pure subroutine box_of_set(model, set, box)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Where it lies.
+    type(line_box_type), intent(out) :: box
+    integer :: lines(3), at(3), a, i
+    real(wp) :: near
+
+    near = set_tolerance(model%mesh)
+    lines = 1
+    do a = 1, model%mesh%dimension
+      associate (x => model%analysis%mesh%axes(a)%lines)
+        lines(a) = size(x)
+        box%low(a) = 1
+        box%high(a) = size(x)
+        if (set%selection == select_box .or. (set%selection == select_plane .and. set%axis == a)) then
+          box%low(a) = 1 + count(x < set%box(a, 1) - near)
+          box%high(a) = count(x <= set%box(a, merge(1, 2, set%selection == select_plane)) + near)
+        end if
+      end associate
+    end do
+    box%whole = all(box%low <= box%high)
+    if (any(set%selection == [select_plane, select_box])) return
+    box%low = lines
+    box%high = 1
+    do i = 1, size(set%labels)
+      at = place_of(set%labels(i), lines)
+      box%low = min(box%low, at)
+      box%high = max(box%high, at)
+    end do
+    box%whole = size(set%labels) == product(box%high - box%low + 1)
+  end subroutine box_of_set
+
+  !> Kinks of the whole grid: where a constrained set begins or ends.
+  pure subroutine find_kinks(model, boxes, constrained, kinks)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Where the sets lie, and which of them carry constraints (node sets).
+    type(line_box_type), intent(in) :: boxes(:)
+    logical, intent(in) :: constrained(:)
+    !> Along each axis.
+    type(kinks_type), intent(out) :: kinks(3)
+    integer :: a, s
+
+    do a = 1, model%mesh%dimension
+      allocate (kinks(a)%at(size(model%analysis%mesh%axes(a)%lines)))
+      kinks(a)%at = .false.
+      do s = 1, size(boxes)
+        if (constrained(s) .and. boxes(s)%whole) kinks(a)%at([boxes(s)%low(a), boxes(s)%high(a)]) = .true.
+      end do
+    end do
+  end subroutine find_kinks
 
   !> Degree of the functions.
   pure integer function degree_of(basis)
@@ -65,11 +134,11 @@ contains
 
   !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
   !> have no control points: nothing may be asked of them.
-  subroutine mark_constrained(model, cells, constrained, faults)
+  subroutine mark_constrained(model, boxes, constrained, faults)
     !> The model.
     type(model_type), intent(in) :: model
-    !> Number of cells along each axis.
-    integer, intent(in) :: cells(3)
+    !> Where the sets lie (node sets).
+    type(line_box_type), intent(in) :: boxes(:)
     !> (node sets)
     logical, intent(out) :: constrained(:)
     !> Faults found so far.
@@ -95,7 +164,7 @@ contains
         if (history%quantity /= quantity_reaction) cycle
         s = find_set(model%mesh%node_sets, history%set)
         if (s == 0) cycle
-        if (constrained(s) .or. is_structured(model%mesh, cells, s)) cycle
+        if (constrained(s) .or. boxes(s)%whole) cycle
         call add_fault(faults, history%where, '*HISTORY', no_box(history%set))
       end associate
     end do
@@ -113,7 +182,7 @@ contains
 
       s = find_set(model%mesh%node_sets, name)
       if (s == 0) return
-      if (.not. constrained(s) .and. .not. is_structured(model%mesh, cells, s)) &
+      if (.not. constrained(s) .and. .not. boxes(s)%whole) &
         call add_fault(faults, where, keyword, no_box(name))
       constrained(s) = .true.
     end subroutine constrain

@@ -129,8 +129,8 @@ contains
     d = model%mesh%dimension
     box(:, 1) = -1.0_wp
     box(:, 2) = 1.0_wp
-    box(:d, 1) = box(:d, 1) + minval(model%mesh%coordinates, dim=2)
-    box(:d, 2) = box(:d, 2) + maxval(model%mesh%coordinates, dim=2)
+    box(:d, 1) = box(:d, 1) + model%mesh%bounds(:, 1)
+    box(:d, 2) = box(:d, 2) + model%mesh%bounds(:, 2)
     if (surface%boxed) then
       box(:, 1) = surface%box(:, 1) - set_tolerance(model%mesh)
       box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)

@@ -1,12 +1,13 @@
-!> The data type and the one entry of MUMPS (sequential, double precision), taken from the include
-!> file of the library, which stands nowhere else.
+!> The data types and the entries of MUMPS (sequential, double and single precision), taken from the
+!> include files of the library, which stand nowhere else.
 module qsmpm_mumps_library
   implicit none
   private
 
-  public :: dmumps_struc, dmumps
+  public :: dmumps_struc, dmumps, smumps_struc, smumps
 
   include 'dmumps_struc.h'
+  include 'smumps_struc.h'
 
   interface
     !> Do what `mumps%job` says.
@@ -14,5 +15,11 @@ module qsmpm_mumps_library
       import :: dmumps_struc
       type(dmumps_struc), intent(inout) :: mumps
     end subroutine dmumps
+
+    !> The same in single precision.
+    subroutine smumps(mumps)
+      import :: smumps_struc
+      type(smumps_struc), intent(inout) :: mumps
+    end subroutine smumps
   end interface
 end module qsmpm_mumps_library

@@ -15,24 +15,29 @@ module qsmpm_mumps_solver
   private
 
   public :: mumps_solver_type, make_mumps_solver
+  ! Shared with the solver of single precision.
+  public :: list_entries, count_of
 
   !> Values of JOB.
-  integer, parameter :: job_begin = -1, job_end = -2, job_analyse = 1, job_factorise = 2, &
+  integer, parameter, public :: job_begin = -1, job_end = -2, job_analyse = 1, job_factorise = 2, &
     job_solve = 3
   !> Ordering given by the user, in ICNTL(7) and INFOG(7).
-  integer, parameter :: ordering_given = 1
+  integer, parameter, public :: ordering_given = 1
+  !> Ordering of MUMPS itself that does not change from run to run.
+  integer, parameter :: ordering_pord = 4
   !> Values of INFOG(1).
-  integer, parameter :: info_work_int = -8, info_work_real = -9, info_singular = -10, &
+  integer, parameter, public :: info_work_int = -8, info_work_real = -9, info_singular = -10, &
     info_no_memory = -13
   !> Percentage of extra work space, first and largest; doubled in between when MUMPS asks for more.
-  integer, parameter :: extra_space_first = 30, extra_space_last = 2000
+  integer, parameter, public :: extra_space_first = 30, extra_space_last = 2000
 
   !> A MUMPS instance, and the places of its entries in the compressed rows.
   type, extends(linear_solver_type) :: mumps_solver_type
-    private
-    type(dmumps_struc), pointer :: mumps => null()
-    !> Place in `values` of each entry handed over; the lower triangle when symmetric.
-    integer, allocatable :: place(:)
+    !> The equations are not numbered for elimination: MUMPS finds an order (PORD, the same at every run).
+    logical :: orders_itself = .false.
+    type(dmumps_struc), pointer, private :: mumps => null()
+    !> Place in `values` of each entry handed over; unallocated where all are.
+    integer, allocatable, private :: place(:)
   contains
     procedure :: analyse_pattern
     procedure :: factorise_values
@@ -76,14 +81,17 @@ contains
       return
     end if
     call set_controls(self%mumps, matrix%n)
-    call hand_over_pattern(self, matrix)
+    call list_entries(matrix, self%symmetric, self%mumps%irn, self%mumps%jcn, self%place)
+    self%mumps%nnz = size(self%mumps%irn, kind=long)
+    allocate (self%mumps%a(size(self%mumps%irn)))
     allocate (self%mumps%perm_in(matrix%n), self%mumps%rhs(matrix%n))
     self%mumps%perm_in = [(i, i=1, matrix%n)]
+    if (self%orders_itself) self%mumps%icntl(7) = ordering_pord
     call run(self%mumps, job_analyse)
     if (self%mumps%infog(1) < 0) then
       call library_error(self%mumps, error)
-    else if (self%mumps%infog(7) /= ordering_given) then
-      call fail(error, error_other, 'MUMPS did not take the given order of the equations')
+    else if (self%mumps%infog(7) /= self%mumps%icntl(7)) then
+      call fail(error, error_other, 'MUMPS did not take the order of the equations it was asked for')
     end if
   end subroutine analyse_pattern
 
@@ -105,27 +113,38 @@ contains
     mumps%cntl(3) = pivot_floor(n)
   end subroutine set_controls
 
-  !> Give MUMPS rows and columns of the entries it wants.
-  subroutine hand_over_pattern(self, matrix)
-    class(mumps_solver_type), intent(inout) :: self
+  !> Rows and columns of the entries MUMPS wants: all, or the upper triangle of a symmetric matrix.
+  subroutine list_entries(matrix, symmetric, rows, columns, place)
+    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
+    !> One triangle is wanted.
+    logical, intent(in) :: symmetric
+    !> Row and column of each entry.
+    integer, pointer, intent(out) :: rows(:), columns(:)
+    !> Place of each in `values`; unallocated where all entries are wanted.
+    integer, allocatable, intent(out) :: place(:)
 
-    integer :: i, k, entry_count, rows(size(matrix%column))
+    integer :: i, k, entry, entry_count
+    logical :: whole
 
-    do i = 1, matrix%n
-      rows(matrix%row_first(i):matrix%row_first(i + 1) - 1) = i
-    end do
     entry_count = matrix%row_first(matrix%n + 1) - 1
-    self%place = [(k, k=1, entry_count)]
-    if (self%symmetric) then
-      self%place = pack(self%place, matrix%column(:entry_count) <= rows(:entry_count))
+    whole = matrix%symmetric .or. .not. symmetric
+    if (.not. whole) then
+      allocate (place((entry_count + matrix%n)/2))
+      entry_count = size(place)
     end if
-    self%mumps%nnz = size(self%place, kind=long)
-    allocate (self%mumps%irn(size(self%place)), self%mumps%jcn(size(self%place)), &
-      self%mumps%a(size(self%place)))
-    self%mumps%irn = rows(self%place)
-    self%mumps%jcn = matrix%column(self%place)
-  end subroutine hand_over_pattern
+    allocate (rows(entry_count), columns(entry_count))
+    entry = 0
+    do i = 1, matrix%n
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        if (.not. whole .and. matrix%column(k) < i) cycle
+        entry = entry + 1
+        rows(entry) = i
+        columns(entry) = matrix%column(k)
+        if (.not. whole) place(entry) = k
+      end do
+    end do
+  end subroutine list_entries
 
   !> Numeric factorisation, repeated with more space when MUMPS asks for it.
   subroutine factorise_values(self, matrix, error)
@@ -133,7 +152,11 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
 
-    self%mumps%a = matrix%values(self%place)
+    if (allocated(self%place)) then
+      self%mumps%a = matrix%values(self%place)
+    else
+      self%mumps%a = matrix%values(:size(self%mumps%a))
+    end if
     do
       call run(self%mumps, job_factorise)
       if (self%mumps%infog(1) /= info_work_int .and. self%mumps%infog(1) /= info_work_real) exit
@@ -147,6 +170,7 @@ contains
     else
       if (self%symmetric) self%negative_pivots = self%mumps%infog(12)
       self%factor_nonzeros = count_of(self%mumps%infog(9))
+      self%factor_operations = real(self%mumps%rinfog(3), wp)
     end if
   end subroutine factorise_values
 

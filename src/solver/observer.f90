@@ -23,6 +23,8 @@ module qsmpm_observer
     integer :: plastic_points = 0
     integer :: holds = 0, substeps = 0, rejected = 0
     integer :: equations = 0
+    !> Error by the length of the step, as a share; 0 where it was not asked for.
+    real(wp) :: step_error = 0.0_wp
     !> Largest nodal displacement of the step.
     real(wp) :: largest_move = 0.0_wp
     !> Requested histories in the deck's order.

@@ -67,7 +67,7 @@ contains
 
     allocate (loading%constrained(model%mesh%dimension, model%space%node_count), source=.false.)
     allocate (loading%prescribed(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    allocate (loading%held(model%mesh%node_count), source=.false.)
+    allocate (loading%held(model%mesh%dimension, model%mesh%node_count), source=.false.)
     allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
       loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%pressure_start(size(model%analysis%surfaces)), &
@@ -82,12 +82,13 @@ contains
     model%loading = loading
   end subroutine resume_phase
 
-  !> Cells with a face on the outside of the mesh of which a corner is not held.
+  !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
+  !> rollers of a slice or of a column hold every node, but not its top.
   pure subroutine find_open_edges(mesh, held, open_edge)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Nodes held (node_count).
-    logical, intent(in) :: held(:)
+    !> Held components (dimension, node_count).
+    logical, intent(in) :: held(:, :)
     !> (cell_count)
     logical, intent(out) :: open_edge(:)
     integer :: c, f, kind
@@ -98,11 +99,21 @@ contains
       do f = 1, face_count(kind)
         if (mesh%face_neighbour(f, c) /= 0) cycle
         associate (corners => face_corners(kind, f))
-          open_edge(c) = open_edge(c) .or. .not. all(held(mesh%cell_nodes(mesh%cell_first(c) - 1 + corners)))
+          associate (nodes => mesh%cell_nodes(mesh%cell_first(c) - 1 + corners))
+            open_edge(c) = open_edge(c) .or. .not. all(held(normal_axis(mesh%coordinates(:, nodes)), nodes))
+          end associate
         end associate
       end do
     end do
   end subroutine find_open_edges
+
+  !> Axis nearest to the normal of a face: the one along which it is shortest.
+  pure integer function normal_axis(corners)
+    !> Corners of the face (dimension, n).
+    real(wp), intent(in) :: corners(:, :)
+
+    normal_axis = minloc(maxval(corners, dim=2) - minval(corners, dim=2), dim=1)
+  end function normal_axis
 
   !> What one phase changes.
   subroutine apply_phase(model, phase, loading)
@@ -121,13 +132,16 @@ contains
         loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
           (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
       end do
-      loading%held(model%mesh%node_sets(s)%items) = any(phase%fixities(i)%fixed)
+      do c = 1, model%mesh%dimension
+        loading%held(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
+          (any(phase%fixities(i)%fixed) .and. loading%held(c, model%mesh%node_sets(s)%items))
+      end do
     end do
     do i = 1, size(phase%prescriptions)
       s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
       c = phase%prescriptions(i)%component
       loading%constrained(c, model%space%sets(s)%items) = .true.
-      loading%held(model%mesh%node_sets(s)%items) = .true.
+      loading%held(c, model%mesh%node_sets(s)%items) = .true.
       loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
     end do
     loading%gravity_start = loading%gravity_final

@@ -3,15 +3,19 @@
 module qsmpm_phases
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail
+  use qsmpm_stopwatch, only: turn_to, part_control, part_output
+  use qsmpm_run_profile, only: run_profile_type
   use qsmpm_analysis, only: phase_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_stepping, only: outcome_type, take_step
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_histories, only: take_histories
   use qsmpm_hold_test, only: test_hold
-  use qsmpm_space, only: node_position
+  use qsmpm_grid_window, only: cells_of, operator(==)
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -21,20 +25,27 @@ module qsmpm_phases
   integer, parameter :: error_stopped = 128
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
+  !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
+  real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
 
 contains
 
   !> Run from where the model stands to the end of the last phase.
-  subroutine run_phases(model, observer, error)
+  subroutine run_phases(model, observer, profile, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> Time and work of the run; times are taken when its stopwatch was started.
+    type(run_profile_type), intent(inout) :: profile
     !> Not converged, a lost point, singular equations, or error_stopped.
     type(error_type), allocatable, intent(out) :: error
     type(step_type) :: step
     integer :: phase
 
+    step%told = model%state%window
+    step%profile = profile
+    call turn_to(step%profile%watch, part_control)
     do phase = model%state%progress%phase, size(model%analysis%phases)
       if (model%state%progress%phase == phase .and. model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
@@ -44,10 +55,14 @@ contains
       end if
       call run_phase(model, step, model%analysis%phases(phase), observer, error)
       if (allocated(error)) exit
+      call turn_to(step%profile%watch, part_output)
       call observer%phase_done(model, error)
+      call turn_to(step%profile%watch, part_control)
       if (allocated(error)) exit
     end do
-    if (allocated(step%solver)) call step%solver%destroy()
+    call end_system(step%system)
+    call turn_to(step%profile%watch, part_control)
+    profile = step%profile
   end subroutine run_phases
 
   !> Step through one phase.
@@ -113,9 +128,24 @@ contains
     model%state%progress%next_step = length
     if (outcome%static_iterations <= phase%controls%few_iterations) &
       model%state%progress%next_step = min(first, 2.0_wp*length)
-    if (outcome%static_iterations > phase%controls%many_iterations) &
-      model%state%progress%next_step = max(0.5_wp*length, phase%controls%smallest_step*first)
+    if (phase%controls%step_error > 0.0_wp .and. outcome%static) model%state%progress%next_step = min(1.0_wp, &
+      length*length_ratio(outcome%step_error, phase%controls%step_error))
+    if (outcome%static_iterations > phase%controls%many_iterations) model%state%progress%next_step = &
+      min(0.5_wp*length, model%state%progress%next_step)
+    model%state%progress%next_step = max(model%state%progress%next_step, phase%controls%smallest_step*first)
   end subroutine choose_next_step
+
+  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and
+  !> falls with its length; a step is not to grow too fast, and a little margin saves steps that would be
+  !> rejected.
+  pure function length_ratio(step_error, allowed) result(ratio)
+    !> Error of the step and what is allowed, as shares.
+    real(wp), intent(in) :: step_error, allowed
+    real(wp) :: ratio
+
+    ratio = most_growth
+    if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
+  end function length_ratio
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, step, phase, observer, record, error)
@@ -132,16 +162,58 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
+    if (allocated(step%system%note)) then
+      call observer%note(step%system%note)
+      deallocate (step%system%note)
+    end if
     model%state%progress%step = model%state%progress%step + 1
     model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     record%inaccurate_points = step%inaccurate_points
     record%plastic_points = sum(model%state%points%plastic)
     record%equations = step%equations%count
     call take_histories(model, record%histories)
+    step%profile%steps = step%profile%steps + 1
+    call turn_to(step%profile%watch, part_output)
+    call tell_window(model, step, observer)
     call observer%accepted(model, record, error)
+    call turn_to(step%profile%watch, part_control)
     if (allocated(error)) return
     call test_hold(model, step, phase, observer, error)
   end subroutine report_step
+
+  !> Tell the observer when the part of the grid that is looked at has changed.
+  subroutine tell_window(model, step, observer)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    integer :: cells(3)
+
+    if (step%told == model%state%window) return
+    step%told = model%state%window
+    cells = cells_of(model%state%window)
+    call observer%note('the grid is looked at anew around the material: '//integer_text(product(cells))// &
+      ' of its cells, from cell '//place_text(model%state%window%first, model%mesh%dimension)//' to '// &
+      place_text(model%state%window%last, model%mesh%dimension))
+  end subroutine tell_window
+
+  !> Numbers in parentheses.
+  pure function place_text(at, dimension) result(text)
+    !> Along each axis (3).
+    integer, intent(in) :: at(3)
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = '('//integer_text(at(1))
+    do a = 2, dimension
+      text = text//', '//integer_text(at(a))
+    end do
+    text = text//')'
+  end function place_text
 
   !> After a rejected step: halve it, or end the run.
   subroutine cut_step(model, phase, first, length, outcome, observer, error)
@@ -157,30 +229,19 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=400) :: text
-    integer :: node
 
     model%state%progress%next_step = 0.5_wp*length
+    if (outcome%too_long) model%state%progress%next_step = max(phase%controls%smallest_step*first, &
+      length*length_ratio(outcome%step_error, phase%controls%step_error))
     if (.not. outcome%hopeless .and. &
       model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
       call observer%note('step cut: '//outcome%reason)
       return
     end if
-    node = max(1, outcome%worst_node)
     write (text, '(3a,es13.6,3a,es9.2,a,i0,a,3(1x,es11.4))') "phase '", phase%name, &
       "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': ', outcome%reason, &
-      '; out of balance ', outcome%out_of_balance, ', most at node ', node_name(model, node), ' at', &
-      node_position(model%space, model%mesh, node)
+      '; out of balance ', outcome%out_of_balance, ', most at node ', outcome%worst_label, ' at', &
+      outcome%worst_place(:model%mesh%dimension)
     call fail(error, outcome%cause, trim(text))
   end subroutine cut_step
-
-  !> Label of a mesh node, number of a control point.
-  pure integer function node_name(model, node)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Number of the node.
-    integer, intent(in) :: node
-
-    node_name = node
-    if (.not. model%space%tensor) node_name = model%mesh%node_label(node)
-  end function node_name
 end module qsmpm_phases

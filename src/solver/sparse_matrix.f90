@@ -1,22 +1,25 @@
 !> The matrix of the equations in compressed rows, and the few operations on it that need no
 !> factorisation: product, residual, bandwidth, and the checks that come before a factorisation.
 !>
-!> Both triangles are stored whatever the symmetry, the columns of a row in increasing order. The
-!> rows are those of the active equations in elimination order. Assembly is left to `equations`,
-!> factorisation to the back ends of `linear_solver`.
+!> Of a symmetric matrix the upper triangle may be stored alone (`symmetric`), which halves memory and
+!> scatter; a row then begins with its diagonal. The columns of a row rise. The rows are those of the
+!> active equations in elimination order. Assembly is left to `equations`, factorisation to the back
+!> ends of `linear_solver`.
 module qsmpm_sparse_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   implicit none
   private
 
-  public :: sparse_matrix_type, multiply, residual_norm, bandwidth, row_sum_norm, &
-    first_not_finite, first_zero_row
+  public :: sparse_matrix_type, multiply, residual_norm, bandwidth, row_sums, &
+    first_not_finite
 
   !> A square matrix in compressed rows.
   type :: sparse_matrix_type
     !> Number of rows.
     integer :: n = 0
+    !> Only the entries on and above the diagonal are stored, the others are their mirror image.
+    logical :: symmetric = .false.
     !> Place in `column` and `values` where each row begins (n+1); the last is the count plus one.
     integer, allocatable :: row_first(:)
     !> Column of each entry, increasing in a row.
@@ -39,6 +42,10 @@ contains
     integer :: i, k
     real(wp) :: total
 
+    if (matrix%symmetric) then
+      call multiply_triangle(matrix, x, y)
+      return
+    end if
     do i = 1, matrix%n
       total = 0.0_wp
       do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
@@ -47,6 +54,31 @@ contains
       y(i) = total
     end do
   end subroutine multiply
+
+  !> Product with a symmetric matrix of which the upper triangle is stored.
+  pure subroutine multiply_triangle(matrix, x, y)
+    !> The matrix A, every row beginning with its diagonal.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Vector (n).
+    real(wp), intent(in) :: x(:)
+    !> Product (n).
+    real(wp), intent(out) :: y(:)
+
+    integer :: i, j, k
+    real(wp) :: total
+
+    y = 0.0_wp
+    do i = 1, matrix%n
+      k = matrix%row_first(i)
+      total = y(i) + matrix%values(k)*x(i)
+      do k = matrix%row_first(i) + 1, matrix%row_first(i + 1) - 1
+        j = matrix%column(k)
+        total = total + matrix%values(k)*x(j)
+        y(j) = y(j) + matrix%values(k)*x(i)
+      end do
+      y(i) = total
+    end do
+  end subroutine multiply_triangle
 
   !> Euclidean norm of b - A x.
   pure real(wp) function residual_norm(matrix, x, rhs)
@@ -79,19 +111,24 @@ contains
     end do
   end function bandwidth
 
-  !> Largest sum of absolute values in a row.
-  pure real(wp) function row_sum_norm(matrix)
+  !> Sums of absolute values in the rows.
+  pure subroutine row_sums(matrix, sums)
     !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
+    !> One sum a row (n).
+    real(wp), intent(out) :: sums(:)
 
-    integer :: i
+    integer :: i, j, k
 
-    row_sum_norm = 0.0_wp
+    sums = 0.0_wp
     do i = 1, matrix%n
-      row_sum_norm = max(row_sum_norm, &
-        sum(abs(matrix%values(matrix%row_first(i):matrix%row_first(i + 1) - 1))))
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        j = matrix%column(k)
+        sums(i) = sums(i) + abs(matrix%values(k))
+        if (matrix%symmetric .and. j /= i) sums(j) = sums(j) + abs(matrix%values(k))
+      end do
     end do
-  end function row_sum_norm
+  end subroutine row_sums
 
   !> First row that holds a NaN or an infinity; 0 when there is none.
   pure integer function first_not_finite(matrix)
@@ -107,19 +144,4 @@ contains
     end do
     first_not_finite = 0
   end function first_not_finite
-
-  !> First row that is empty or holds zeros only; 0 when there is none.
-  pure integer function first_zero_row(matrix)
-    !> The matrix, of finite values.
-    type(sparse_matrix_type), intent(in) :: matrix
-
-    integer :: i
-
-    do i = 1, matrix%n
-      if (any(abs(matrix%values(matrix%row_first(i):matrix%row_first(i + 1) - 1)) > 0.0_wp)) cycle
-      first_zero_row = i
-      return
-    end do
-    first_zero_row = 0
-  end function first_zero_row
 end module qsmpm_sparse_matrix

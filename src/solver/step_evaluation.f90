@@ -1,7 +1,9 @@
 !> Evaluation of a step's integration points, whichever they are, and its matrix.
 module qsmpm_step_evaluation
   use qsmpm_kinds, only: wp
+  use qsmpm_stopwatch, only: turn_to, part_control, part_evaluation
   use qsmpm_model, only: model_type
+  use qsmpm_run_profile, only: count_evaluation
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluate
   implicit none
@@ -25,6 +27,7 @@ contains
     !> Displacements whose linear force is wanted (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
 
+    call turn_to(step%profile%watch, part_evaluation)
     if (step%separate) then
       call evaluate(step%integration, model%state%points, model%laws, displacement, tangent, step%evaluation, &
         step%equations, step%matrix, prescribed)
@@ -32,5 +35,15 @@ contains
       call evaluate(step%at_points, model%state%points, model%laws, displacement, tangent, step%evaluation, &
         step%equations, step%matrix, prescribed)
     end if
+    call turn_to(step%profile%watch, part_control)
+    call count_evaluation(step%profile, integrated_points(step))
   end subroutine evaluate_step
+
+  !> Number of integration points of the step.
+  pure integer function integrated_points(step)
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+
+    integrated_points = merge(step%integration%point_count, step%at_points%point_count, step%separate)
+  end function integrated_points
 end module qsmpm_step_evaluation

@@ -31,8 +31,9 @@ module qsmpm_stepping
   !> Share of the largest move below which the drag may shrink, and above which a sub-step is refused.
   real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
   !> A step driven by prescribed displacements gets drag only when it has been cut to this share of the
-  !> first one: a shorter step is the better help there.
-  real(wp), parameter :: last_resort = 0.3_wp
+  !> first one: a shorter step is the better help there. Other steps get none while they are longer than
+  !> the first one, where the error of their length has let them grow, up to round-off.
+  real(wp), parameter :: last_resort = 0.3_wp, round_off = 1.0e-9_wp
 
   !> How an attempt ended.
   type :: outcome_type
@@ -44,9 +45,15 @@ module qsmpm_stepping
     character(len=:), allocatable :: reason
     !> Figures of the last solve that failed, for the message.
     real(wp) :: out_of_balance = 0.0_wp
-    integer :: worst_node = 0
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
     !> Iterations of the static solve.
     integer :: static_iterations = 0
+    !> The static step was taken, without drag.
+    logical :: static = .false.
+    !> Error by the length of the static step; the step was not taken because of it.
+    real(wp) :: step_error = 0.0_wp
+    logical :: too_long = .false.
   end type outcome_type
 
 contains
@@ -75,19 +82,23 @@ contains
 
     call keep(model, before)
     with_drag = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
-      (.not. any(abs(model%loading%prescribed) > 0.0_wp) .or. &
-      (fraction - model%state%progress%fraction)*controls%steps <= last_resort)
+      (fraction - model%state%progress%fraction)*controls%steps <= &
+      merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp))
     call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, static_limit(model, controls), &
       solution, error)
     if (allocated(error)) return
     call note_solve(solution, record)
     outcome%static_iterations = solution%iterations
+    outcome%step_error = solution%step_error
+    outcome%too_long = solution%too_long
+    record%step_error = solution%step_error
     outcome%accepted = solution%converged
+    outcome%static = solution%converged
     if (.not. solution%converged) then
       call note_failure(solution, outcome)
       record%rejected = record%rejected + 1
       outcome%hopeless = outcome%cause == error_singular .and. model%state%progress%step == 0
-      if (.not. with_drag .or. outcome%hopeless) return
+      if (.not. with_drag .or. outcome%hopeless .or. outcome%too_long) return
       call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
       call creep(model, step, controls, fraction, record, outcome, error)
       if (allocated(error)) return
@@ -135,7 +146,8 @@ contains
     outcome%cause = solution%cause
     outcome%reason = solution%reason
     outcome%out_of_balance = solution%out_of_balance
-    outcome%worst_node = solution%worst_node
+    outcome%worst_label = solution%worst_label
+    outcome%worst_place = solution%worst_place
   end subroutine note_failure
 
   !> Mass-proximal sub-steps at a load until the drag has died away.

@@ -1,9 +1,6 @@
 !> The system matrix of an iteration, and the moves between nodal fields and equations.
 module qsmpm_system_matrix
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_mumps
-  use qsmpm_solver_choice, only: make_solver
   use qsmpm_equations, only: equations_type, add_block
   use qsmpm_initialisation, only: step_type
   use qsmpm_penalty_terms, only: add_stabilising_force
@@ -11,7 +8,7 @@ module qsmpm_system_matrix
   implicit none
   private
 
-  public :: complete_matrix, factorise, linear_force, gather, scatter
+  public :: complete_matrix, linear_force, gather, scatter
 
 contains
 
@@ -53,27 +50,6 @@ contains
       end do
     end do
   end subroutine complete_matrix
-
-  !> Factorise the matrix. A symmetric matrix that is not positive definite (past a limit point) goes to
-  !> MUMPS, which then stays in charge of the pattern.
-  subroutine factorise(step, dimension, error)
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> error_singular.
-    type(error_type), allocatable, intent(out) :: error
-
-    call step%solver%factorise(step%matrix, error)
-    if (.not. allocated(error) .or. .not. step%solver%indefinite) return
-    deallocate (error)
-    call step%solver%destroy()
-    deallocate (step%solver)
-    call make_solver(solver_mumps, step%equations%count, step%equations%bandwidth, step%symmetric, &
-      dimension, step%solver)
-    call step%solver%analyse(step%matrix, error)
-    if (.not. allocated(error)) call step%solver%factorise(step%matrix, error)
-  end subroutine factorise
 
   !> Force that tangent, stabilisation and supports give the prescribed displacements, at the free
   !> components; the first evaluation of the step has found the tangent's part.

@@ -23,7 +23,7 @@ module qsmpm_umfpack_solver
   !> Sizes, places (from 1) and values of umfpack.h.
   integer, parameter :: control_size = 20, info_size = 90
   integer, parameter :: place_strategy = 6, place_singletons = 12
-  integer, parameter :: place_lnz = 44, place_unz = 45
+  integer, parameter :: place_flops = 43, place_lnz = 44, place_unz = 45
   real(c_double), parameter :: strategy_symmetric = 3.0_c_double
   integer(c_int), parameter :: status_ok = 0, status_singular = 1, status_no_memory = -1
   integer(c_int), parameter :: solve_transposed = 1
@@ -152,6 +152,7 @@ contains
       return
     end if
     self%factor_nonzeros = int(info(place_lnz) + info(place_unz), long)
+    self%factor_operations = info(place_flops)
     call judge_pivots(self, matrix%n, error)
     if (status == status_singular .and. .not. allocated(error)) then
       call fail(error, error_singular, 'the matrix is singular: UMFPACK found a zero pivot')

@@ -1,12 +1,25 @@
 """Run QSMPM decks, compare their results with references, and draw them.
 
+The command line (cli) hands each verb to a module of its own:
+
+batch      list, run: the cases of verification/cases
+curve      curve, functions: any result against a formula or a table
+chart      chart: error against cost; studies (their files), sampling (their runs), front (what is worth its cost)
+stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
+view       view: material points by a field; fields (values), stage (VTK)
+pictures   plot, points, figures
+
+What they share:
+
 reference  closed forms and published figures, each with formula, source and units
+formula    such a form as the command line names it
+units      what the units in headings mean
 results    what a run wrote: curves.csv and the material points of results.h5
-cases      verification/cases/*.toml: deck, quantities, references, tolerances
-runner     runs the program on the decks of cases
+cases      verification/cases/*.toml: deck, quantities, references, tolerances; families: one entry, many cases
+runner     runs the program on decks; cache: runs that need not be repeated; progress: how far it is
 judge      compares the figures of a finished run with its references
-measures   figures computed from all material points of a state
+measures   figures computed from all material points of a state; traces: from the course of a run
 report     tables, JSON and the closing line
 plots      figures
-cli        the command line
+trouble    errors and their exit codes; places: where things lie
 """

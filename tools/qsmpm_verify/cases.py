@@ -52,12 +52,13 @@ from qsmpm_verify.families import FamilyError, expand
 from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
 from qsmpm_verify.traces import TRACES
+from qsmpm_verify.trouble import Trouble
 
 EFFORTS = ("small", "quick", "long")
 PLACES = ("last", "first", "max", "min", "every")
 
 
-class CaseError(Exception):
+class CaseError(Trouble):
     """A case file is not right."""
 
 
@@ -104,7 +105,8 @@ class Case:
         return {table["case"] for table in tables if isinstance(table, dict) and "case" in table}
 
 
-def _check_keys(table: dict[str, Any], allowed: set[str], where: str) -> None:
+def check_keys(table: dict[str, Any], allowed: set[str], where: str) -> None:
+    """A key nobody knows is an error."""
     for key in table:
         if key not in allowed:
             raise CaseError(f"{where}: unknown key '{key}'; known are {', '.join(sorted(allowed))}")
@@ -114,7 +116,7 @@ def _check_reference(reference: Any, where: str) -> None:
     if not isinstance(reference, dict):
         return
     if "case" in reference:
-        _check_keys(reference, {"case"}, where)
+        check_keys(reference, {"case"}, where)
     elif reference.get("function") not in REFERENCES:
         raise CaseError(f"{where}: reference needs a case or a function out of {', '.join(REFERENCES)}")
 
@@ -141,7 +143,7 @@ def _check_comparison(quantity: Quantity, where: str) -> None:
 
 def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     where = f"{where}, quantity '{table.get('name', '?')}'"
-    _check_keys(table, set(Quantity.__dataclass_fields__), where)
+    check_keys(table, set(Quantity.__dataclass_fields__), where)
     quantity = Quantity(**{"source": source, **table})
     if sum(given is not None for given in (quantity.column, quantity.measure, quantity.trace)) != 1:
         raise CaseError(f"{where}: give either a column, a measure or a trace")
@@ -167,11 +169,19 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     return quantity
 
 
+def printed_quantity(table: dict[str, Any], source: str, where: str, free: bool = False) -> Quantity:
+    """A quantity that is measured and not asserted; `free` allows one that is read elsewhere."""
+    if free and set(table) == {"name"}:
+        return Quantity(name=table["name"], print=True)
+    check_keys(table, set(Quantity.__dataclass_fields__) - {"tolerance", "at_least", "at_most", "print"}, where)
+    return _quantity({**table, "print": True}, source, where)
+
+
 def _case(
     entry: dict[str, Any], table: dict[str, Any], common: tuple[Quantity, ...], stem: str, top: Path, where: str
 ) -> Case:
     """One case out of its table and the file's."""
-    _check_keys(
+    check_keys(
         entry,
         {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity"},
         where,
@@ -201,7 +211,7 @@ def load_file(path: Path, top: Path) -> list[Case]:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise CaseError(f"{path}: {error}") from error
-    _check_keys(table, {"title", "deck", "source", "quantity", "case"}, str(path))
+    check_keys(table, {"title", "deck", "source", "quantity", "case"}, str(path))
     for key in ("title", "deck", "case"):
         if key not in table:
             raise CaseError(f"{path}: '{key}' is missing")

@@ -38,12 +38,12 @@ def _members(each: Any) -> list[Table]:
     return each
 
 
-def _fill(value: Any, member: Table, used: set[str]) -> Any:
-    """A value of the case with the words of a member put in."""
+def fill(value: Any, member: Table, used: set[str]) -> Any:
+    """A value with the words of a member put in; `used` gathers them."""
     if isinstance(value, dict):
-        return {key: _fill(inner, member, used) for key, inner in value.items()}
+        return {key: fill(inner, member, used) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_fill(inner, member, used) for inner in value]
+        return [fill(inner, member, used) for inner in value]
     if not isinstance(value, str):
         return value
     for word in WORD.findall(value):
@@ -63,7 +63,7 @@ def expand(case: Table) -> list[Table]:
     members = _members(case["each"])
     rest = {key: value for key, value in case.items() if key != "each"}
     used: set[str] = set()
-    cases = [_fill(rest, member, used) for member in members]
+    cases = [fill(rest, member, used) for member in members]
     for word in members[0]:
         if word not in used:
             raise FamilyError(f"'{word}' of each is nowhere used: no {{{word}}} in the case")

@@ -22,10 +22,10 @@ BOOKKEEPING = {
 }  # fmt: skip
 
 
-def first_history(curves: Curves) -> str:
-    """Name of the first column that the deck asked for."""
+def first_history(curves: Curves, beside: str = "") -> str:
+    """Name of the first column that the deck asked for, another one than `beside`."""
     for name in curves.columns:
-        if name not in BOOKKEEPING:
+        if name not in BOOKKEEPING and name != beside:
             return name
     raise ResultError(f"{curves.path}: no history")
 

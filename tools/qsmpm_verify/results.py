@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import h5py
 import numpy as np
 
+from qsmpm_verify.trouble import Trouble
+
 Array = np.ndarray
 
 
-class ResultError(Exception):
+class ResultError(Trouble):
     """A result file is missing or is not what it should be."""
 
 
@@ -84,6 +87,20 @@ def read_curves(path: Path) -> Curves:
     return Curves(path, columns, dict(header), text)
 
 
+def how_it_ended(folder: Path) -> str | None:
+    """Empty when the run of a folder came to its end, else what its log says last; None without a log."""
+    path = folder / "job.log"
+    if not path.exists():
+        return None
+    lines = [line.strip() for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if line.strip()]
+    for line in reversed(lines):
+        if line == "qsmpm: finished":
+            return ""
+        if re.match(r"phase \d+/\d+", line):
+            break
+    return lines[-1] if lines else "the log is empty"
+
+
 @dataclass(frozen=True)
 class Points:
     """Material points of one written step, one row a point."""
@@ -108,6 +125,38 @@ def _rows_first(values: Array, count: int) -> Array:
     if values.shape[0] != count and values.ndim == 2 and values.shape[1] == count:
         return values.T
     return values
+
+
+def written_steps(path: Path) -> list[int]:
+    """Numbers of the steps whose points are in results.h5, growing."""
+    path = path / "results.h5" if path.is_dir() else path
+    try:
+        with h5py.File(path, "r") as file:
+            return sorted(int(name) for name in file.get("steps", {}))
+    except OSError as error:
+        raise ResultError(f"{path}: {error}") from error
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The background mesh at the start of a run: nodes and the nodes of each cell, with its VTK type."""
+
+    nodes: Array
+    cells: list[Array]
+    types: Array
+
+
+def read_mesh(path: Path) -> Mesh:
+    """The mesh of results.h5."""
+    path = path / "results.h5" if path.is_dir() else path
+    try:
+        with h5py.File(path, "r") as file:
+            mesh = file["mesh"]
+            nodes, ends = mesh["coordinates"][...], mesh["cell_offsets"][...]
+            labels, types = mesh["cell_nodes"][...], mesh["cell_types"][...]
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: {error}") from error
+    return Mesh(nodes, np.split(labels, ends[1:-1]), types)
 
 
 def read_points(path: Path, step: int | None = None) -> Points:

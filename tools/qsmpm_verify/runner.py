@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from qsmpm_verify import cache
 from qsmpm_verify.cases import Case
 
 
@@ -23,13 +24,12 @@ class Run:
     exit_code: int | None
     wall_seconds: float
     message: str = ""
+    reused: bool = False
 
 
-def write_deck(case: Case, directory: Path) -> Path:
-    """Copy the deck into the folder with the replacements of the case.
+def deck_text(case: Case) -> str:
+    """The deck with the replacements of the case.
 
-    The copy stands elsewhere, so relative names behind INPUT= and FILE= keep pointing into the
-    folder of the original: what lies beside the original is linked beside the copy.
     A replacement that hits nothing is an error: the deck has changed and the case has not.
     """
     text = case.deck.read_text(encoding="utf-8")
@@ -37,6 +37,16 @@ def write_deck(case: Case, directory: Path) -> Path:
         if old not in text:
             raise ValueError(f"{case.deck.name}: nothing to replace at {old!r}")
         text = text.replace(old, new)
+    return text
+
+
+def write_deck(case: Case, directory: Path) -> Path:
+    """Copy the deck into the folder with the replacements of the case.
+
+    The copy stands elsewhere, so relative names behind INPUT= and FILE= keep pointing into the
+    folder of the original: what lies beside the original is linked beside the copy.
+    """
+    text = deck_text(case)
     for neighbour in case.deck.parent.iterdir():
         if neighbour.suffix != ".inp" or "INPUT=" in text.upper():
             (directory / neighbour.name).symlink_to(neighbour.resolve())
@@ -46,38 +56,50 @@ def write_deck(case: Case, directory: Path) -> Path:
     return copy
 
 
-def run_case(case: Case, program: Path, root: Path, threads: int = 1) -> Run:
-    """Run one case under root/NAME; a crash, a missing deck or a run out of time is told, not raised."""
+def run_case(case: Case, program: Path, root: Path, threads: int = 1, fresh: bool = False) -> Run:
+    """Run one case under root/NAME, or take the run that is there when nothing has changed since.
+
+    A crash, a missing deck or a run out of time is told, not raised.
+    """
     directory = root / case.name
-    shutil.rmtree(directory, ignore_errors=True)
-    (directory / "deck").mkdir(parents=True)
     results = directory / "results"
-    started = time.monotonic()
     try:
+        key = cache.run_key(deck_text(case), case.deck.parent, program, threads)
+        kept = None if fresh else cache.recall(directory, key)
+        if kept is not None:
+            return Run(case, results, kept.exit_code, kept.wall_seconds, kept.message, reused=True)
+        shutil.rmtree(directory, ignore_errors=True)
+        (directory / "deck").mkdir(parents=True)
         deck = write_deck(case, directory / "deck")
     except (OSError, ValueError) as error:
         return Run(case, results, None, 0.0, str(error))
-    command = [str(program), "run", str(deck), "--out", str(results), "--threads", str(threads)]
-    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
-    with (directory / "terminal.txt").open("wb") as terminal:
-        try:
-            code: int | None = subprocess.run(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=terminal,
-                stderr=subprocess.STDOUT,
-                timeout=case.time_limit,
-                env=environment,
-                check=False,
-            ).returncode
-            message = ""
-        except subprocess.TimeoutExpired:
-            code, message = None, f"stopped after {case.time_limit:g} s"
-        except OSError as error:
-            code, message = None, str(error)
+    started = time.monotonic()
+    code, message = _execute(
+        [str(program), "run", str(deck), "--out", str(results), "--threads", str(threads)],
+        directory / "terminal.txt", case.time_limit, threads,
+    )  # fmt: skip
     if code is not None and code != case.exit_code:
         message = last_line(directory / "terminal.txt")
-    return Run(case, results, code, time.monotonic() - started, message)
+    run = Run(case, results, code, time.monotonic() - started, message)
+    if code is not None:
+        cache.remember(directory, key, cache.Record(code, run.wall_seconds, message))
+    return run
+
+
+def _execute(command: list[str], terminal: Path, time_limit: float, threads: int) -> tuple[int | None, str]:
+    """Exit code of a command with its output in a file; none and the reason when it did not end by itself."""
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
+    with terminal.open("wb") as output:
+        try:
+            ended = subprocess.run(
+                command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
+                timeout=time_limit, env=environment, check=False,
+            )  # fmt: skip
+            return ended.returncode, ""
+        except subprocess.TimeoutExpired:
+            return None, f"stopped after {time_limit:g} s"
+        except OSError as error:
+            return None, str(error)
 
 
 def last_line(path: Path) -> str:
@@ -87,17 +109,22 @@ def last_line(path: Path) -> str:
 
 
 def run_all(
-    cases: list[Case], program: Path, root: Path, jobs: int, tell: Callable[[Run], None]
+    cases: list[Case], program: Path, root: Path, jobs: int, tell: Callable[[Run], None], fresh: bool = False
 ) -> dict[str, Run]:
-    """Run the cases, `jobs` at a time; `tell` hears of each one as it ends."""
-    runs: dict[str, Run] = {}
+    """Run the cases, `jobs` at a time, the longest first; `tell` hears of each one as it ends.
+
+    An interruption starts no further run; those that have ended are kept.
+    """
 
     def one(case: Case) -> Run:
-        run = run_case(case, program, root)
+        run = run_case(case, program, root, fresh=fresh)
         tell(run)
         return run
 
     with ThreadPoolExecutor(max_workers=max(1, jobs)) as pool:
-        for run in pool.map(one, sorted(cases, key=lambda case: -case.time_limit)):
-            runs[run.case.name] = run
-    return runs
+        waiting = [pool.submit(one, case) for case in sorted(cases, key=lambda case: -case.time_limit)]
+        try:
+            return {run.case.name: run for run in (future.result() for future in waiting)}
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

@@ -3,6 +3,9 @@
 !>   conditioning            the table of all bases with the default ghost penalty
 !>   conditioning FACTOR     the same with another factor, or NONE for no stabilisation; nothing is
 !>                           judged
+!>   conditioning MODES [FACTOR]
+!>                           zero eigenvalues of K of the block cut at its corner by 0.1 and held nowhere, beyond those of
+!>                           a rigid body, 3 in the plane and 6 in space; nothing is judged
 !>
 !> A block of 4 x 4 cells (2 x 2 x 2 in space) on rollers stands in an empty grid. Three kinds of cut:
 !>   top      the block reaches by a share of a cell into the next row,
@@ -25,6 +28,7 @@ program conditioning
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_house_keeping, only: relocate
+  use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_law, only: tangent_elastic
@@ -55,6 +59,8 @@ program conditioning
   character(len=6), parameter :: kinds(3) = ['top   ', 'corner', 'moved ']
   real(wp), parameter :: cuts(7) = [1.0_wp, 1.0e-1_wp, 1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp, 1.0e-6_wp]
   real(wp), parameter :: target_number = 1.0e4_wp
+  !> Share of the largest eigenvalue below which one is zero: round-off leaves 1e-16, the weakest mode 1e-6.
+  real(wp), parameter :: zero_share = 1.0e-10_wp
 
   character(len=32) :: factor
   real(wp) :: scaled(size(cuts)), plain(size(cuts)), worst
@@ -62,6 +68,14 @@ program conditioning
 
   factor = ''
   if (command_argument_count() > 0) call get_command_argument(1, factor)
+  if (factor == 'MODES') then
+    factor = ''
+    if (command_argument_count() > 1) call get_command_argument(2, factor)
+    do b = 1, size(bases, 2)
+      write (*, '(a,2(1x,a),a,i0)') (trim(bases(k, b)), k=1, 3), ': spurious modes ', spurious_modes(bases(:, b))
+    end do
+    stop
+  end if
   passed = 0
   failed = 0
   write (*, '(a)') 'Condition numbers by cut, scaled to a unit diagonal, then as they are'
@@ -109,19 +123,13 @@ contains
     real(wp), intent(out) :: scaled, plain
     type(model_type) :: model
     type(step_type) :: step
-    type(error_type), allocatable :: error
-    real(wp), allocatable :: matrix(:, :), roots(:), still(:, :)
+    real(wp), allocatable :: matrix(:, :), roots(:)
     integer :: i
 
     call build_block(basis, kind, cut, model)
     call start_phase(model)
     if (kind == 'moved') call move_up(0.25_wp*cut, model)
-    call initialise_step(model, step, error)
-    call give_up(error)
-    allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
-    call make_dense(step, matrix)
+    call stiffness(model, step, matrix)
     plain = condition(matrix)
     allocate (roots(size(matrix, 1)))
     do i = 1, size(roots)
@@ -131,14 +139,50 @@ contains
       matrix(:, i) = matrix(:, i)/(roots*roots(i))
     end do
     scaled = condition(matrix)
-    call step%solver%destroy()
+    call end_system(step%system)
   end subroutine condition_numbers
 
+  !> K of the elastic block at rest.
+  subroutine stiffness(model, step, matrix)
+    type(model_type), intent(inout) :: model
+    !> The step it is taken from.
+    type(step_type), intent(out) :: step
+    real(wp), allocatable, intent(out) :: matrix(:, :)
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: still(:, :)
+
+    call initialise_step(model, step, error)
+    call give_up(error)
+    allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    call evaluate_step(model, step, still, tangent_elastic)
+    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call make_dense(step, matrix)
+  end subroutine stiffness
+
+  !> Zero eigenvalues of a free block beyond those of a rigid body.
+  integer function spurious_modes(basis)
+    !> Element, basis, integration.
+    character(len=*), intent(in) :: basis(3)
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: matrix(:, :), values(:)
+
+    call build_block(basis, 'corner', 0.1_wp, model, free=.true.)
+    call start_phase(model)
+    call stiffness(model, step, matrix)
+    allocate (values(size(matrix, 1)))
+    call eigenvalues(matrix, values)
+    spurious_modes = count(abs(values) < zero_share*maxval(abs(values))) - merge(6, 3, basis(1) == 'HEX8')
+    call end_system(step%system)
+  end function spurious_modes
+
   !> The model of a block.
-  subroutine build_block(basis, kind, cut, model)
+  subroutine build_block(basis, kind, cut, model, free)
     character(len=*), intent(in) :: basis(3), kind
     real(wp), intent(in) :: cut
     type(model_type), intent(out) :: model
+    !> Held nowhere.
+    logical, intent(in), optional :: free
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
@@ -167,8 +211,11 @@ contains
     case default
       text = text//', STABILISATION=GHOST, FACTOR='//trim(factor)
     end select
-    text = text//'|*PHASE, NAME=one|*FIX|base, Y|side, X|'
-    if (basis(1) == 'HEX8') text = text//'back, Z|'
+    text = text//'|*PHASE, NAME=one|'
+    if (.not. present(free)) then
+      text = text//'*FIX|base, Y|side, X|'
+      if (basis(1) == 'HEX8') text = text//'back, Z|'
+    end if
     text = text//'*GRAVITY|0, -1'//merge(', 0', '   ', basis(1) == 'HEX8')//'|*END PHASE|'
     call parse_deck('block.inp', with_line_ends(text), analysis, messages, error)
     if (allocated(error)) write (error_unit, '(a)') message_text(messages)
@@ -218,6 +265,7 @@ contains
       do i = 1, sparse%n
         do k = sparse%row_first(i), sparse%row_first(i + 1) - 1
           matrix(i, sparse%column(k)) = sparse%values(k)
+          if (sparse%symmetric) matrix(sparse%column(k), i) = sparse%values(k)
         end do
       end do
     end associate
@@ -227,16 +275,27 @@ contains
   real(wp) function condition(matrix)
     !> Symmetric to rounding.
     real(wp), intent(in) :: matrix(:, :)
-    real(wp), allocatable :: work_matrix(:, :), values(:), work(:)
+    real(wp), allocatable :: values(:)
+
+    allocate (values(size(matrix, 1)))
+    call eigenvalues(matrix, values)
+    condition = maxval(abs(values))/max(minval(abs(values)), tiny(1.0_wp))
+  end function condition
+
+  !> Eigenvalues of a symmetric matrix, growing.
+  subroutine eigenvalues(matrix, values)
+    !> Symmetric to rounding.
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp), intent(out) :: values(:)
+    real(wp), allocatable :: work_matrix(:, :), work(:)
     integer :: n, info
 
     n = size(matrix, 1)
     allocate (work_matrix, source=0.5_wp*(matrix + transpose(matrix)))
-    allocate (values(n), work(8*n))
+    allocate (work(8*n))
     call dsyev('N', 'U', n, work_matrix, n, values, work, size(work), info)
-    condition = huge(1.0_wp)
-    if (info == 0) condition = maxval(abs(values))/max(minval(abs(values)), tiny(1.0_wp))
-  end function condition
+    if (info /= 0) error stop 3
+  end subroutine eigenvalues
 
   !> End with the reason when something went wrong.
   subroutine give_up(error)

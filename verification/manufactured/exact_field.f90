@@ -10,7 +10,8 @@
 !> 1e-8 of b and far below that of any run here.
 module exact_field
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_tensor, only: spectral, cofactor, determinant
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: cofactor, determinant
   use qsmpm_isotropic_function, only: compose
   implicit none
   private

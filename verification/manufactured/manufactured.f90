@@ -17,6 +17,7 @@ program manufactured
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_load_step, only: load_step
@@ -176,7 +177,7 @@ contains
     outcome%equations = step%equations%count
     outcome%finished = .true.
     call measure(field, model, outcome)
-    if (allocated(step%solver)) call step%solver%destroy()
+    call end_system(step%system)
   end subroutine run
 
   !> The body force of a share of the field on the material points.

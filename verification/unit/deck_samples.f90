@@ -92,7 +92,7 @@ contains
     call text_field('heading', a%heading, b%heading, field)
     call text_field('length unit', a%length_unit, b%length_unit, field)
     call text_field('force unit', a%force_unit, b%force_unit, field)
-    call flag('model', a%model == b%model, field)
+    call flag('model', a%model == b%model .and. (a%reduce .eqv. b%reduce) .and. a%mirror == b%mirror, field)
     call flag('counts', all([size(a%node_sets), size(a%element_sets), size(a%surfaces), &
       size(a%bodies), size(a%materials), size(a%histories), size(a%phases)] == &
       [size(b%node_sets), size(b%element_sets), size(b%surfaces), size(b%bodies), &

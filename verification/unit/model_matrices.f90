@@ -8,7 +8,7 @@ module model_matrices
   implicit none
   private
 
-  public :: node_graph, elastic_matrix, inverse_of
+  public :: node_graph, elastic_matrix, inverse_of, upper_triangle
 
 contains
 
@@ -247,4 +247,28 @@ contains
     end do
     node_at = node_at + 1
   end function node_at
+
+  !> A symmetric matrix with its upper triangle alone.
+  pure subroutine upper_triangle(matrix, half)
+    !> Both triangles.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> On and above the diagonal.
+    type(sparse_matrix_type), intent(out) :: half
+
+    logical :: kept(size(matrix%column))
+    integer :: i
+
+    half%n = matrix%n
+    half%symmetric = .true.
+    allocate (half%row_first(matrix%n + 1))
+    half%row_first(1) = 1
+    do i = 1, matrix%n
+      associate (first => matrix%row_first(i), last => matrix%row_first(i + 1) - 1)
+        kept(first:last) = matrix%column(first:last) >= i
+        half%row_first(i + 1) = half%row_first(i) + count(kept(first:last))
+      end associate
+    end do
+    half%column = pack(matrix%column, kept)
+    half%values = pack(matrix%values, kept)
+  end subroutine upper_triangle
 end module model_matrices

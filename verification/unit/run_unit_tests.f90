@@ -17,13 +17,19 @@ program run_unit_tests
   use test_zero_modes, only: collect_zero_modes
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_logarithmic_law, only: collect_logarithmic_law
+  use test_halved_law, only: collect_halved_law
   use test_jaumann_law, only: collect_jaumann_law
   use test_linear_solver, only: collect_linear_solver
+  use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
   use test_text, only: collect_text
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
+  use test_scene, only: collect_scene
+  use test_revolved_profile, only: collect_revolved_profile
+  use test_scene_results, only: collect_scene_results
+  use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
@@ -33,6 +39,7 @@ program run_unit_tests
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
   use test_grid, only: collect_grid
+  use test_grid_window, only: collect_grid_window
   use test_mesh_search, only: collect_mesh_search
   use test_mesh_readers, only: collect_mesh_readers
   use test_gmsh_reader, only: collect_gmsh_reader
@@ -78,13 +85,19 @@ program run_unit_tests
   call register('zero_modes', collect_zero_modes)
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('logarithmic_law', collect_logarithmic_law)
+  call register('halved_law', collect_halved_law)
   call register('jaumann_law', collect_jaumann_law)
   call register('linear_solver', collect_linear_solver)
+  call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
   call register('text', collect_text)
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
+  call register('scene', collect_scene)
+  call register('revolved_profile', collect_revolved_profile)
+  call register('scene_results', collect_scene_results)
+  call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
@@ -94,6 +107,7 @@ program run_unit_tests
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
   call register('grid', collect_grid)
+  call register('grid_window', collect_grid_window)
   call register('mesh_search', collect_mesh_search)
   call register('mesh_readers', collect_mesh_readers)
   call register('gmsh_reader', collect_gmsh_reader)

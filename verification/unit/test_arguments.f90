@@ -2,7 +2,7 @@
 module test_arguments
   use testing, only: tests_type
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
-    command_check, command_help, command_version, command_markdown
+    command_check, command_plan, command_help, command_version, command_markdown
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type
   implicit none
@@ -19,18 +19,23 @@ contains
     type(error_type), allocatable :: error
 
     call tests%start('arguments')
-    call parse('run a.inp --out d --threads 3 --restart r.h5 --quiet', command, error)
+    call parse('run a.inp --out d --threads 3 --restart r.h5 --quiet --profile', command, error)
     call tests%check('a run with all options is understood', .not. allocated(error))
     call tests%check('the deck is the word without a dash', command%subject == 'a.inp')
     call tests%check('options keep their values', command%command == command_run .and. &
       command%directory == 'd' .and. command%restart == 'r.h5' .and. command%threads == 3 .and. &
-      command%quiet)
+      command%quiet .and. command%profile)
     call parse('run --threads 2 b.inp', command, error)
     call tests%check('options may stand before the deck', command%subject == 'b.inp' .and. &
       command%threads == 2 .and. .not. allocated(error))
     call parse('check a.inp', command, error)
     call tests%check('check takes a deck', command%command == command_check .and. &
       command%subject == 'a.inp')
+    call parse('plan a.inp --json', command, error)
+    call tests%check('plan takes a deck and an option', command%command == command_plan .and. &
+      command%subject == 'a.inp' .and. command%json .and. .not. allocated(error))
+    call parse('plan a.inp', command, error)
+    call tests%check('a plan is text unless JSON is asked for', .not. command%json)
     call parse('help MOHR COULOMB', command, error)
     call tests%check('a keyword may have a blank', command%command == command_help .and. &
       command%subject == 'MOHR COULOMB')
@@ -60,6 +65,8 @@ contains
     call expect(tests, 'check', 'check: a deck is wanted')
     call expect(tests, 'check a b', "check: unexpected 'b'")
     call expect(tests, 'check --quiet', "check: unknown option '--quiet'")
+    call expect(tests, 'plan --json', 'plan: a deck is wanted')
+    call expect(tests, 'plan a --xml', "plan: unexpected '--xml'")
     call expect(tests, 'help --mark', "help: unknown option '--mark'")
   end subroutine test_errors
 

@@ -12,6 +12,7 @@ module test_deck
   use qsmpm_keyword_table, only: table_type
   use qsmpm_keywords, only: make_table
   use testing, only: tests_type
+  use scene_samples, only: slice_deck, changed
   use deck_samples, only: joined, plane_deck, solid_deck, inline_deck, difference
   implicit none
   private
@@ -165,6 +166,7 @@ contains
     call echo_check(tests, 'small', plane_deck())
     call echo_check(tests, 'large', solid_deck())
     call echo_check(tests, 'inline', inline_deck())
+    call echo_check(tests, 'reduced', changed(slice_deck(), 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=YES'))
   end subroutine echoes
 
   !> One round trip.

@@ -19,6 +19,7 @@ contains
     type(patches_type) :: patches
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
+    integer :: count_both
     logical :: constrained(2, 6), changed
     real(wp) :: dense(12, 12), sparse(12, 12)
 
@@ -33,17 +34,25 @@ contains
     call tests%check('a new pattern is told', changed .and. .not. allocated(error))
     call tests%check('five nodes less three components give seven equations', equations%count == 7)
     call tests%check('a node of no patch has no equation', all(equations%number(:, 6) == 0))
+    count_both = size(matrix%values)
     call fill(equations, patches, matrix, dense)
     call to_dense(equations, matrix, sparse)
     call tests%close('the blocks land where they belong', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-14_wp)
     call number_equations(equations, patches, constrained, matrix, changed, error)
     call tests%check('the same patches change nothing', .not. changed)
+    equations%symmetric = .true.
+    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call tests%check('one triangle in place of both is a new pattern', changed .and. matrix%symmetric .and. &
+      size(matrix%values) == (count_both + equations%count)/2)
+    call fill(equations, patches, matrix, dense)
+    call to_dense(equations, matrix, sparse)
+    call tests%close('symmetric blocks land in one triangle', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-14_wp)
     constrained(1, 2) = .false.
     call number_equations(equations, patches, constrained, matrix, changed, error)
     call tests%check('a freed component changes the pattern', changed .and. equations%count == 8)
   end subroutine collect_equations
 
-  !> Add a different unsymmetric block for each patch, to the matrix and to a dense one.
+  !> Add a different block for each patch, symmetric where the matrix is, to the matrix and to a dense one.
   subroutine fill(equations, patches, matrix, dense)
     type(equations_type), intent(in) :: equations
     type(patches_type), intent(in) :: patches
@@ -62,6 +71,7 @@ contains
           do a = 1, n
             do i = 1, 2
               block(i, a, j, b) = q + 0.1_wp*a + 0.01_wp*b + 0.3_wp*i - 0.7_wp*j
+              if (matrix%symmetric) block(i, a, j, b) = q + (0.1_wp*a + 0.3_wp*i)*(0.1_wp*b + 0.3_wp*j)
               if (equations%number(i, patches%nodes(first + a)) == 0) cycle
               if (equations%number(j, patches%nodes(first + b)) == 0) cycle
               dense(2*patches%nodes(first + a) - 2 + i, 2*patches%nodes(first + b) - 2 + j) = &
@@ -91,6 +101,7 @@ contains
     do row = 1, matrix%n
       do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
         dense(place(row), place(matrix%column(k))) = matrix%values(k)
+        if (matrix%symmetric) dense(place(matrix%column(k)), place(row)) = matrix%values(k)
       end do
     end do
   end subroutine to_dense

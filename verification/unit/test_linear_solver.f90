@@ -7,15 +7,16 @@ module test_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, error_singular
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps
+  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
+    solver_krylov, precision_auto, precision_double, precision_single
   use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, residual_norm, bandwidth, &
-    row_sum_norm
+    row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_cholmod_solver, only: cholmod_available
-  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver
+  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver, use_single, solver_direct
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
-  use model_matrices, only: node_graph, elastic_matrix
+  use model_matrices, only: upper_triangle, node_graph, elastic_matrix
   use testing, only: tests_type
   implicit none
   private
@@ -54,7 +55,7 @@ contains
   subroutine test_sparse_matrix(tests)
     type(tests_type), intent(inout) :: tests
 
-    type(sparse_matrix_type) :: matrix
+    type(sparse_matrix_type) :: matrix, half
     real(wp) :: y(4)
 
     call second_difference(4, 0.0_wp, matrix)
@@ -66,8 +67,15 @@ contains
     call tests%close('the residual of a zero solution is the right-hand side', &
       residual_norm(matrix, spread(0.0_wp, 1, 4), [3.0_wp, 0.0_wp, 0.0_wp, 4.0_wp]), 5.0_wp, &
       1.0e-15_wp)
-    call tests%close('the row-sum norm of second differences is 4', row_sum_norm(matrix), &
-      4.0_wp, 0.0_wp)
+    call row_sums(matrix, y)
+    call tests%check('the row sums of second differences are 3 and 4', &
+      all(abs(y - [3.0_wp, 4.0_wp, 4.0_wp, 3.0_wp]) <= 0.0_wp))
+    call upper_triangle(matrix, half)
+    call row_sums(half, y)
+    call tests%check('so they are of the upper triangle', all(abs(y - [3.0_wp, 4.0_wp, 4.0_wp, 3.0_wp]) <= 0.0_wp))
+    call multiply(half, [1.0_wp, 2.0_wp, 4.0_wp, 7.0_wp], y)
+    call tests%close('the upper triangle gives the same product', maxval(abs(y - [0.0_wp, -1.0_wp, -1.0_wp, &
+      10.0_wp])), 0.0_wp, 0.0_wp)
     call tests%check('a tridiagonal matrix has the bandwidth 1', bandwidth(matrix) == 1)
     matrix%column(2) = 4
     call tests%check('an entry in the corner widens the band to 3', bandwidth(matrix) == 3)
@@ -87,7 +95,18 @@ contains
     call tests%check('a wide unsymmetric matrix goes to MUMPS', &
       choose_solver(solver_auto, 10000, 500, .false., 3) == solver_mumps)
     call tests%check('a factor too large for CHOLMOD goes to MUMPS', &
-      choose_solver(solver_auto, 1000000, 30000, .true., 3) == solver_mumps)
+      choose_solver(solver_direct, 1000000, 30000, .true., 3) == solver_mumps)
+    call tests%check('a large symmetric matrix in 3D is iterated', &
+      choose_solver(solver_auto, 1000000, 30000, .true., 3) == solver_krylov)
+    call tests%check('a large unsymmetric one is not', &
+      choose_solver(solver_auto, 1000000, 30000, .false., 3) == solver_mumps)
+    call tests%check('single precision is for large matrices in 3D, and where it is asked for', &
+      use_single(precision_auto, solver_mumps, 50000, .false., 3) .and. &
+      .not. use_single(precision_auto, solver_mumps, 50000, .false., 2) .and. &
+      .not. use_single(precision_auto, solver_mumps, 5000, .false., 3) .and. &
+      .not. use_single(precision_double, solver_mumps, 50000, .false., 3) .and. &
+      use_single(precision_single, solver_mumps, 500, .true., 2) .and. &
+      .not. use_single(precision_single, solver_band, 500, .true., 2))
     call tests%check('a solver asked for is kept', &
       choose_solver(solver_umfpack, 10, 1, .false., 2) == solver_umfpack)
     call tests%check('an unsymmetric matrix asked of CHOLMOD goes to MUMPS', &
@@ -137,6 +156,7 @@ contains
     if (solver%symmetric) &
       call tests%check(name//': counts no negative pivot in a positive matrix', &
       solver%negative_pivots == 0)
+    call test_triangle(tests, solver, matrix, name)
     call tests%check(name//': a factor holds at least one number an equation', &
       solver%factor_nonzeros >= matrix%n)
     other = matrix
@@ -153,6 +173,28 @@ contains
     call solver%analyse(matrix, error)
     call solve_and_check(tests, solver, matrix, name//': solves a grid in 3D')
   end subroutine test_grids
+
+  !> One triangle of a symmetric matrix gives the same solution; a solver of unsymmetric ones refuses it.
+  subroutine test_triangle(tests, solver, matrix, name)
+    type(tests_type), intent(inout) :: tests
+    class(linear_solver_type), intent(inout) :: solver
+    !> Both triangles; analysed and factorised by the solver afterwards.
+    type(sparse_matrix_type), intent(in) :: matrix
+    character(len=*), intent(in) :: name
+
+    type(sparse_matrix_type) :: half
+    type(error_type), allocatable :: error
+
+    call upper_triangle(matrix, half)
+    call solver%analyse(half, error)
+    if (solver%symmetric) then
+      call solve_and_check(tests, solver, half, name//': solves with one triangle')
+    else
+      call tests%check(name//': refuses one triangle', allocated(error))
+    end if
+    call solver%analyse(matrix, error)
+    call solver%factorise(matrix, error)
+  end subroutine test_triangle
 
   !> Two solvers of one kind, used in turns.
   subroutine test_two_at_once(tests, kind, symmetric, name)

@@ -1,7 +1,7 @@
 !> Logarithmic law: exact paths, tangents by differences, symmetry, start and fields, refusal.
 module test_logarithmic_law
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_finite
-  use law_trials, only: elastic, strong, make_law, make_batch, random_batch, compare_plane, &
+  use law_trials, only: elastic, strong, make_law, make_batch, random_batch, plane_batch, compare_plane, &
     difference_error
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type
@@ -10,6 +10,9 @@ module test_logarithmic_law
   use qsmpm_law_factory, only: kinematics_logarithmic, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_point_driver, only: point_type, start_point, step_point
+  use qsmpm_isotropic_function, only: compose
+  use qsmpm_spectral, only: jacobi_spectral
+  use qsmpm_tensor, only: congruence, determinant, identity, unpack_gradient, unpack_symmetric
   use testing, only: tests_type
   implicit none
   private
@@ -35,6 +38,9 @@ contains
     end do
     call check_blend(tests)
     call check_equal_values(tests)
+    call check_near_plane_values(tests)
+    call check_large_strains(tests)
+    call check_extreme_ratio(tests)
     call check_plane(tests)
     call check_start_and_fields(tests)
     call check_refusal(tests)
@@ -211,6 +217,114 @@ contains
     call tests%close('tangent at equal stretches agrees with differences', error, 0.0_wp, 1.0e-7_wp)
     call tests%check('every column was compared', compared == 9*batch%count)
   end subroutine check_equal_values
+
+  !> Equal and nearly equal stretches in the plane, on both sides of the change from series to logarithm, with
+  !> points that yield: stress and tangent are those of the solid law, and the tangent agrees with differences.
+  !> Tolerance: roundings of the two forms, relative to E.
+  subroutine check_near_plane_values(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: plane, solid
+    type(batch_type) :: flat, full
+    integer, parameter :: at(5) = [1, 2, 4, 5, 9]
+    real(wp), allocatable :: tangent(:, :, :)
+    real(wp) :: error
+    integer :: i, k, compared
+
+    do k = 1, 2
+      call make_law(merge(elastic(200.0_wp, 0.33_wp), strong(5.0_wp, 0.5_wp), k == 1), 2, &
+        kinematics_logarithmic, rate_midpoint, plane)
+      call make_law(merge(elastic(200.0_wp, 0.33_wp), strong(5.0_wp, 0.5_wp), k == 1), 3, &
+        kinematics_logarithmic, rate_midpoint, solid)
+      call make_batch(plane, 80, flat)
+      do i = 1, flat%count
+        ! Gaps from 1e-16 to 1: the series ends at stretches that differ by 6 %.
+        flat%gradient(:, i) = [0.98_wp, 0.0_wp, 0.0_wp, 0.98_wp, 1.01_wp]
+        flat%gradient(4, i) = 0.98_wp + 10.0_wp**(-0.2_wp*i)
+        if (modulo(i, 2) == 0) flat%gradient(2:3, i) = 0.3_wp*10.0_wp**(-0.2_wp*i)
+        if (modulo(i, 3) == 0) flat%gradient(3, i) = 0.0_wp
+      end do
+      call plane_batch(solid, flat, full)
+      call plane%update(flat, tangent_consistent)
+      call solid%update(full, tangent_consistent)
+      call tests%close('nearly equal values: the plane stress is that of the solid', &
+        maxval(abs(flat%stress - full%stress(1:4, :)))/200.0_wp, 0.0_wp, 1.0e-14_wp)
+      call tests%close('nearly equal values: the plane tangent is that of the solid', &
+        maxval(abs(flat%tangent - full%tangent(at, at, :)))/200.0_wp, 0.0_wp, 1.0e-11_wp)
+      call tests%check('nearly equal values: a point yields or none can', &
+        (sum(flat%plastic) > 0) .eqv. k == 2)
+      if (allocated(tangent)) deallocate (tangent)
+      allocate (tangent, source=flat%tangent)
+      call difference_error(plane, flat, tangent, error, compared)
+      call tests%close('nearly equal values: tangent agrees with differences', error, 0.0_wp, 1.0e-7_wp)
+      call tests%check('nearly equal values: nearly all columns were compared', compared > 5*flat%count - 20)
+    end do
+  end subroutine check_near_plane_values
+
+  !> Stretches from 0.05 to 7: stress against ln b by Jacobi's method, symmetry, tangent against differences.
+  !> Tolerance of the stress: roundings of b, 1e-16, over its least principal value, 1e-4 of the largest;
+  !> the tangent's symmetry and differences relative to its largest entry.
+  subroutine check_large_strains(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch
+    real(wp), allocatable :: tangent(:, :, :)
+    real(wp) :: f(3, 3), values(3), vectors(3, 3), wanted(3, 3), worst, error
+    integer :: d, i, j, compared
+
+    do d = 2, 3
+      call make_law(elastic(200.0_wp, 0.33_wp), d, kinematics_logarithmic, rate_midpoint, law)
+      call make_batch(law, 200, batch)
+      worst = 0.0_wp
+      do i = 1, batch%count
+        do j = 1, size(batch%gradient, 1)
+          batch%gradient(j, i) = 0.7_wp*batch%gradient(j, i)*10.0_wp**sin(1.7_wp*i*j) + 0.02_wp*sin(2.9_wp*i*j)
+        end do
+      end do
+      call law%update(batch, tangent_consistent)
+      call tests%check('large strains: all points are updated', all(batch%status == status_ok))
+      do i = 1, batch%count
+        f = unpack_gradient(batch%gradient(:, i))
+        call jacobi_spectral(congruence(f, identity), values, vectors)
+        values = log(values)*0.5_wp
+        values = (values + 0.33_wp/0.34_wp*sum(values))*200.0_wp/1.33_wp
+        wanted = compose(values, vectors)/(batch%volume_ratio(i)*determinant(f))
+        worst = max(worst, maxval(abs(unpack_symmetric(batch%stress(:, i)) - wanted))/maxval(abs(wanted)))
+      end do
+      call tests%close('large strains: the stress is that of ln b', worst, 0.0_wp, 1.0e-12_wp)
+      allocate (tangent, source=batch%tangent)
+      worst = 0.0_wp
+      do i = 1, batch%count
+        worst = max(worst, asymmetry(tangent(:, :, i:i))/maxval(abs(tangent(:, :, i))))
+      end do
+      call tests%close('large strains: the tangent is symmetric', worst, 0.0_wp, 1.0e-12_wp)
+      call difference_error(law, batch, tangent, error, compared)
+      call tests%close('large strains: tangent agrees with differences', error, 0.0_wp, 1.0e-7_wp)
+      call tests%check('large strains: most columns were compared', compared > batch%count*size(tangent, 2)/2)
+      deallocate (tangent)
+    end do
+  end subroutine check_large_strains
+
+  !> Stretches of 1e5 and 1e-5 side by side keep their digits where b is nearly diagonal:
+  !> tau = 2 G ln(1e5) for lambda = 0. Tolerance: roundings of the logarithms.
+  subroutine check_extreme_ratio(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(batch_type) :: batch
+    integer :: d
+
+    do d = 2, 3
+      call make_law(elastic(1.0_wp, 0.0_wp), d, kinematics_logarithmic, rate_midpoint, law)
+      call make_batch(law, 1, batch)
+      batch%volume_ratio = 1.0_wp
+      if (d == 2) batch%gradient(:, 1) = [1.0e5_wp, 0.0_wp, 1.0e-12_wp, 1.0e-5_wp, 1.0_wp]
+      if (d == 3) batch%gradient(:, 1) = &
+        [1.0e5_wp, 0.0_wp, 0.0_wp, 1.0e-12_wp, 1.0e-5_wp, 0.0_wp, 1.0e-12_wp, 0.0_wp, 1.0_wp]
+      call law%update(batch, tangent_consistent)
+      call tests%check('extreme ratio: the point is updated', batch%status(1) == status_ok)
+      call tests%close('extreme ratio: the large stretch', batch%stress(1, 1), log(1.0e5_wp), 1.0e-13_wp)
+      call tests%close('extreme ratio: the small stretch', batch%stress(2, 1), -log(1.0e5_wp), 1.0e-13_wp)
+    end do
+  end subroutine check_extreme_ratio
 
   !> The plane law is the solid one. Tolerance: roundings of the two decompositions.
   subroutine check_plane(tests)

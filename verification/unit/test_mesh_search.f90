@@ -3,9 +3,10 @@ module test_mesh_search
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_element, only: shape_functions, face_count, face_corners, face_corner_count, &
-    inside_distance, element_from_name
+    inside_distance, element_from_name, corner_count, linear_kind
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: interpolate, cell_size
+  use qsmpm_affine_cell, only: affine_map
   use qsmpm_mesh_search, only: locate, inverse_map
   use qsmpm_mesh_topology, only: build_topology
   use qsmpm_grid, only: grid_type, make_grid
@@ -31,6 +32,11 @@ contains
       call sample_grid(trim(names(i)), 4, 0.2_wp, mesh)
       call check_scattered(tests, trim(names(i)), mesh)
       call check_outside(tests, trim(names(i)), mesh)
+      ! Without distortion, but sheared: the cells are affine.
+      call sample_grid(trim(names(i)), 4, 0.0_wp, mesh)
+      call check_affine(tests, trim(names(i)), mesh)
+      mesh%coordinates(1, :) = mesh%coordinates(1, :) + 0.3_wp*mesh%coordinates(2, :)
+      call check_affine(tests, trim(names(i))//', sheared', mesh)
       call sample_grid(trim(names(i)), merge(4, 2, mesh%dimension == 2), 0.2_wp, mesh)
       call check_faces(tests, trim(names(i)), mesh)
     end do
@@ -65,6 +71,37 @@ contains
     ! Newton stops at 1e-13 of the local coordinates.
     call tests%close('and mapped back to itself in '//name, worst, 0.0_wp, 1.0e-12_wp)
   end subroutine check_scattered
+
+  !> The direct map of affine cells is taken, and inverts the functions of the corners, inside of a cell and out
+  !> of it.
+  subroutine check_affine(tests, name, mesh)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(mesh_type), intent(in) :: mesh
+    real(wp) :: x(mesh%dimension), local(mesh%dimension), wanted(mesh%dimension), functions(20), worst
+    integer :: k, cell, n, i
+    logical :: done, all_done
+
+    worst = 0.0_wp
+    all_done = .true.
+    do k = 1, 200
+      cell = 1 + modulo(37*k, mesh%cell_count)
+      do i = 1, mesh%dimension
+        wanted(i) = 1.5_wp*sin((1.6_wp*i - 0.3_wp)*k)
+      end do
+      n = corner_count(mesh%cell_kind(cell))
+      functions = 0.0_wp
+      call shape_functions(linear_kind(mesh%cell_kind(cell)), wanted, functions(:n))
+      x = interpolate(mesh, cell, functions, mesh%coordinates)
+      local = 0.0_wp
+      call affine_map(mesh, cell, x, local, done)
+      all_done = all_done .and. done
+      worst = max(worst, maxval(abs(local - wanted)))
+    end do
+    call tests%check('the cells are affine in '//name, all_done)
+    ! Roundings of coordinates up to 2 over half cells of an eighth.
+    call tests%close('places are mapped back directly in '//name, worst, 0.0_wp, 3.0e-14_wp)
+  end subroutine check_affine
 
   !> Nodes and the middles of edges and faces have one owner, which touches them, from every start.
   subroutine check_faces(tests, name, mesh)

@@ -45,6 +45,7 @@ contains
     call check_known_values(tests)
     call check_gimp(tests)
     call check_cells(tests)
+    call check_search(tests)
   end subroutine collect_spline_axis
 
   !> The axis of most checks.
@@ -334,4 +335,45 @@ contains
     call interval_cells(axis, 3.95_wp, 4.0_wp, from, to)
     call tests%check('an interval beyond the end touches the last cell', from == 6 .and. to == 6)
   end subroutine check_cells
+
+  !> The cells of intervals that end anywhere or on lines, of graded and equidistant axes, are those of a look
+  !> along all lines.
+  subroutine check_search(tests)
+    type(tests_type), intent(inout) :: tests
+    type(spline_axis_type) :: axis
+    real(wp), allocatable :: lines(:)
+    integer :: i, j, k, cells, from, to
+    logical :: right
+
+    do k = 1, 12
+      cells = 1 + 2*(k/3)
+      allocate (lines(cells + 1))
+      do i = 0, cells
+        ! Ratios of 1, 3 and 1/2 from cell to cell.
+        select case (modulo(k, 3))
+        case (0)
+          lines(i + 1) = -2.0_wp + 0.7_wp*i
+        case (1)
+          lines(i + 1) = -2.0_wp + 3.0_wp**i
+        case (2)
+          lines(i + 1) = -2.0_wp - 0.5_wp**i
+        end select
+      end do
+      call make_axis(lines, 2, [(.false., i=1, cells + 1)], axis)
+      right = .true.
+      do i = 1, cells
+        do j = i + 1, cells + 1
+          call interval_cells(axis, lines(i), lines(j), from, to)
+          right = right .and. from == i .and. to == j - 1
+          call interval_cells(axis, 0.6_wp*lines(i) + 0.4_wp*lines(i + 1), 0.3_wp*lines(j - 1) + 0.7_wp*lines(j), &
+            from, to)
+          right = right .and. from == i .and. to == max(i, j - 1)
+        end do
+      end do
+      call interval_cells(axis, lines(1) - 2.0_wp, lines(cells + 1) + 2.0_wp, from, to)
+      right = right .and. from == 1 .and. to == cells
+      call tests%check('the cells of intervals are found', right)
+      deallocate (lines)
+    end do
+  end subroutine check_search
 end module test_spline_axis

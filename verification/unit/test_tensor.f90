@@ -3,8 +3,9 @@ module test_tensor
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose, pair_quotients, isotropic_change, tensor_logarithm, &
     tensor_exponential
+  use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: determinant, inverse, congruence, unpack_gradient, pack_gradient, &
-    unpack_symmetric, pack_symmetric, spectral, gradient_row, gradient_column, gradient_index, &
+    unpack_symmetric, pack_symmetric, gradient_row, gradient_column, gradient_index, &
     gradient_size, identity
   use testing, only: tests_type
   implicit none
@@ -21,6 +22,7 @@ contains
     call check_inverse(tests)
     call check_packing(tests)
     call check_spectral(tests)
+    call check_direct(tests)
     call check_functions(tests)
     call check_derivative(tests)
   end subroutine collect_tensor
@@ -109,18 +111,58 @@ contains
       [1.0_wp + 1.0e-9_wp, 1.0_wp, 1.0_wp - 1.0e-9_wp]), 0.0_wp, 1.0e-15_wp)
   end subroutine check_spectral
 
+  !> The direct decomposition and Jacobi's give the same values for tensors of all shapes and sizes, and a
+  !> small deviator on a large mean keeps its own digits. Tolerance: ten roundings of the largest entry, of
+  !> the deviator's largest entry for the deviator.
+  subroutine check_direct(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp) :: a(3, 3), deviator(3, 3), values(3), vectors(3, 3), other(3), worst, worst_deviator, size_of
+    integer :: k
+
+    worst = 0.0_wp
+    worst_deviator = 0.0_wp
+    do k = 1, 2000
+      size_of = 10.0_wp**modulo(k, 61)*1.0e-30_wp
+      deviator = size_of*unpack_symmetric([sin(1.1_wp*k), sin(2.3_wp*k), sin(3.7_wp*k), sin(5.9_wp*k), &
+        10.0_wp**(-modulo(k, 13))*sin(7.1_wp*k), 10.0_wp**(-modulo(k, 17))*sin(9.7_wp*k)])
+      call spectral(deviator, values, vectors)
+      call jacobi_spectral(deviator, other, vectors)
+      worst = max(worst, maxval(abs(sorted(values) - sorted(other)))/maxval(abs(deviator)))
+      ! Multiples of 2^-40, which the sum with 1 keeps.
+      deviator = anint(deviator/size_of*1024.0_wp)*2.0_wp**(-40)
+      a = deviator + identity
+      call spectral(a, values, vectors)
+      call jacobi_spectral(deviator, other, vectors)
+      worst_deviator = max(worst_deviator, maxval(abs(sorted(values) - 1.0_wp - sorted(other))))
+    end do
+    call tests%close('the direct values are those of Jacobi''s method', worst, 0.0_wp, 3.0e-15_wp)
+    call tests%close('a small deviator on a large mean', worst_deviator, 0.0_wp, 1.0e-15_wp)
+  end subroutine check_direct
+
+  !> Values in falling order.
+  pure function sorted(values) result(order)
+    !> Values.
+    real(wp), intent(in) :: values(3)
+    real(wp) :: order(3)
+
+    order = [maxval(values), sum(values) - maxval(values) - minval(values), minval(values)]
+    ! The middle one as it is: the sum loses digits of a small one.
+    if (values(1) < order(1) .and. values(1) > order(3)) order(2) = values(1)
+    if (values(2) < order(1) .and. values(2) > order(3)) order(2) = values(2)
+    if (values(3) < order(1) .and. values(3) > order(3)) order(2) = values(3)
+  end function sorted
+
   !> Largest error of a decomposition: recomposition, orthonormality, values.
   real(wp) function spectral_error(a, wanted)
     !> Symmetric tensor.
     real(wp), intent(in) :: a(3, 3)
     !> Its principal values, falling.
     real(wp), intent(in) :: wanted(3)
-    real(wp) :: values(3), vectors(3, 3), sorted(3)
+    real(wp) :: values(3), vectors(3, 3)
 
     call spectral(a, values, vectors)
-    sorted = [maxval(values), sum(values) - maxval(values) - minval(values), minval(values)]
     spectral_error = max(maxval(abs(compose(values, vectors) - a)), &
-      maxval(abs(times(transpose(vectors), vectors) - identity)), maxval(abs(sorted - wanted)))
+      maxval(abs(times(transpose(vectors), vectors) - identity)), maxval(abs(sorted(values) - wanted)))
   end function spectral_error
 
   !> Logarithm and exponential. Tolerance: roundings, times the condition of the logarithm.
@@ -145,7 +187,7 @@ contains
     type(tests_type), intent(inout) :: tests
     real(wp), parameter :: step = 1.0e-4_wp
     real(wp) :: s(3, 3), ds(3, 3), turn(3, 3), wanted(3, 3), found(3, 3)
-    real(wp) :: values(3), vectors(3, 3), r(3), dr(3, 3)
+    real(wp) :: values(3), vectors(3, 3), r(3), dr(3, 3), change(6, 2)
     real(wp), parameter :: cases(3, 4) = reshape([1.0_wp, 0.4_wp, -0.7_wp, 1.0_wp, 1.0_wp, 0.2_wp, &
       0.6_wp, 0.6_wp, 0.6_wp, 1.0_wp, 1.0_wp + 1.0e-11_wp, 0.3_wp], [3, 4])
     integer :: i, k
@@ -162,10 +204,14 @@ contains
         dr(i, :) = 2.0_wp*sum(values)*values(i)
         dr(i, i) = dr(i, i) + 3.0_wp*values(i)**2 + sum(values)**2
       end do
-      found = isotropic_change(vectors, dr, pair_quotients(values, r, dr), ds)
+      call pack_symmetric(ds, change(:, 1))
+      change(:, 2) = -2.0_wp*change(:, 1)
+      call isotropic_change(vectors, dr, pair_quotients(values, r, dr), 2, change)
+      found = unpack_symmetric(change(:, 1))
       wanted = (cubic(s + step*ds) - cubic(s - step*ds))/(2.0_wp*step)
       call tests%close('derivative of an isotropic function agrees with differences', &
         maxval(abs(found - wanted)), 0.0_wp, 1.0e-7_wp)
+      call tests%close('and is linear', maxval(abs(change(:, 2) + 2.0_wp*change(:, 1))), 0.0_wp, 1.0e-14_wp)
     end do
   end subroutine check_derivative
 

@@ -1,0 +1,250 @@
+!> `qsmpm plan`: what of a deck will be modelled, why not less, and what it will cost; nothing is
+!> written. The figures of the equations are those of the first step, which is made on a copy of the
+!> model: matrix, solver, factors and time are measured, the cost of the run is told from them.
+module qsmpm_plan
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, &
+    mesh_grid
+  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
+  use qsmpm_deck_words, only: model_words, basis_words, integration_words, stabilisation_words
+  use qsmpm_error, only: error_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_equation_count, only: count_equations
+  use qsmpm_model, only: model_type
+  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
+  use qsmpm_reduction, only: verdict_type, reduction_name
+  use qsmpm_scene, only: verdict_text
+  use qsmpm_stopwatch, only: start_stopwatch, part_control
+  use qsmpm_whole_scene, only: whole_scene_type, is_reduced
+  implicit none
+  private
+
+  public :: make_plan
+
+  !> Bytes of a number and of a column index; a megabyte.
+  real(wp), parameter :: number_bytes = 8.0_wp, index_bytes = 4.0_wp, megabyte = 1.0e6_wp
+  !> Equations beyond which the first step is not made for a plan.
+  integer, parameter :: most_for_plan = 300000
+
+contains
+
+  !> Make the plan.
+  subroutine make_plan(scene, whole, verdicts, model, items)
+    !> The scene as the deck says it.
+    type(analysis_type), intent(in) :: scene
+    !> The scene beside its model, where that is reduced.
+    type(whole_scene_type), intent(inout) :: whole
+    !> What was found about the reductions.
+    type(verdict_type), intent(in) :: verdicts(:)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The plan.
+    type(plan_items_type), intent(out) :: items
+    integer :: i
+
+    call add_heading(items, 'scene')
+    call add_item(items, 'kind', kind_text(scene))
+    call add_item(items, 'mesh', mesh_text(scene))
+    call add_item(items, 'bodies', integer_text(size(scene%bodies)), is_figure=.true.)
+    call add_heading(items, 'reductions')
+    do i = 1, size(verdicts)
+      call add_item(items, reduction_name(verdicts(i)%kind, verdicts(i)%axis), verdict_text(verdicts(i)))
+    end do
+    call add_heading(items, 'model')
+    call add_item(items, 'kind', trim(model_words(model%analysis%model)))
+    call add_item(items, 'mesh', mesh_text(model%analysis))
+    call add_item(items, 'basis', trim(basis_words(model%analysis%method%basis)))
+    if (model%analysis%method%basis /= basis_fem) call add_item(items, 'integration', &
+      trim(integration_words(model%analysis%method%integration)))
+    call plan_sizes(whole, model, items)
+    call plan_method(model%analysis, items)
+    call plan_equations(model, items)
+  end subroutine make_plan
+
+  !> What the scene is.
+  pure function kind_text(scene) result(text)
+    !> The scene.
+    type(analysis_type), intent(in) :: scene
+    character(len=:), allocatable :: text
+
+    text = trim(model_words(scene%model))
+    if (scene%reduce) text = merge('3D   ', 'plane', scene%model == three_dimensional)
+    text = trim(text)
+    if (scene%reduce) text = text//', the smallest model is looked for'
+    if (.not. scene%reduce) text = text//', as the deck says'
+  end function kind_text
+
+  !> Cells of a grid along each axis, or where the mesh comes from.
+  pure function mesh_text(analysis) result(text)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: text
+    integer :: a
+
+    if (analysis%mesh%kind /= mesh_grid) then
+      text = 'given by its nodes and elements'
+      return
+    end if
+    text = ''
+    do a = 1, merge(3, 2, analysis%model == three_dimensional)
+      if (a > 1) text = text//' x '
+      text = text//integer_text(size(analysis%mesh%axes(a)%lines) - 1)
+    end do
+    text = text//' cells, '//analysis%mesh%element
+  end function mesh_text
+
+  !> Sizes of the model and of the scene.
+  subroutine plan_sizes(whole, model, items)
+    !> The scene beside its model.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The plan.
+    type(plan_items_type), intent(inout) :: items
+    type(model_type) :: counted
+    logical :: held(model%mesh%cell_count)
+    integer :: equations
+
+    counted = model
+    call count_equations(counted, equations)
+    held = .false.
+    held(model%state%points%cell) = .true.
+    call add_item(items, 'nodes', integer_text(model%mesh%node_count), is_figure=.true.)
+    call add_item(items, 'elements', integer_text(model%mesh%cell_count), is_figure=.true.)
+    call add_item(items, 'elements with points', integer_text(count(held)), is_figure=.true.)
+    call add_item(items, 'material points', integer_text(model%state%points%count), is_figure=.true.)
+    call add_item(items, 'state variables a point', integer_text(size(model%state%points%state, 1)), is_figure=.true.)
+    call add_item(items, 'equations', integer_text(equations), is_figure=.true.)
+    if (.not. is_reduced(whole)) return
+    call count_equations(whole%model, equations)
+    call add_item(items, 'nodes of the scene', integer_text(whole%model%mesh%node_count), is_figure=.true.)
+    call add_item(items, 'points of the scene', integer_text(whole%model%state%points%count), is_figure=.true.)
+    call add_item(items, 'equations of the scene', integer_text(equations), is_figure=.true.)
+    call add_item(items, 'answers', 'symmetric ones only: a failure that breaks the symmetry is not found')
+  end subroutine plan_sizes
+
+  !> Stabilisation and holds.
+  subroutine plan_method(analysis, items)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> The plan.
+    type(plan_items_type), intent(inout) :: items
+
+    associate (method => analysis%method, controls => analysis%phases(1)%controls)
+      if (method%stabilisation == stabilise_none .or. method%basis == basis_fem) then
+        call add_item(items, 'stabilisation', 'none')
+        return
+      end if
+      call add_item(items, 'stabilisation', trim(stabilisation_words(method%stabilisation))//', factor '// &
+        short_text(method%stabilisation_factor, 3))
+      call add_item(items, 'holds', 'while it carries more than '//short_text(controls%stabilisation_share, 3)// &
+        ' of the load, at most '//integer_text(controls%max_holds)//' a step')
+    end associate
+  end subroutine plan_method
+
+  !> Matrix, solver, memory and time by the first step.
+  subroutine plan_equations(model, items)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The plan.
+    type(plan_items_type), intent(inout) :: items
+    type(model_type) :: first
+    type(step_type) :: step
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    type(clock_type) :: clock
+    real(wp) :: seconds
+    integer :: equations
+
+    call add_heading(items, 'first step')
+    first = model
+    call count_equations(first, equations)
+    if (equations > most_for_plan) then
+      call add_item(items, 'not made', 'more than '//integer_text(most_for_plan)//' equations')
+      return
+    end if
+    call start_phase(first)
+    call start_stopwatch(step%profile%watch, part_control)
+    call start_clock(clock)
+    associate (controls => model%analysis%phases(1)%controls)
+      call load_step(first, step, controls, 1.0_wp/controls%steps, controls%tolerance, 0.0_wp, huge(1.0_wp), &
+        solution, error)
+    end associate
+    seconds = cpu_seconds(clock)
+    if (allocated(error)) then
+      call add_item(items, 'not made', error%message)
+      return
+    end if
+    call add_item(items, 'matrix', symmetry_text(model, step%equations%symmetric))
+    call add_item(items, 'equations', integer_text(step%equations%count), is_figure=.true.)
+    call add_item(items, 'entries', integer_text(size(step%matrix%column)), is_figure=.true.)
+    if (allocated(step%system%solver)) call plan_solver(step, items)
+    call plan_cost(model, solution, seconds, items)
+    call end_system(step%system)
+  end subroutine plan_equations
+
+  !> Why the matrix is symmetric or not.
+  pure function symmetry_text(model, symmetric) result(text)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> It is.
+    logical, intent(in) :: symmetric
+    character(len=:), allocatable :: text
+    integer :: m
+
+    text = 'symmetric: every material is elastic or fails associated'
+    if (symmetric) then
+      if (model%analysis%phases(1)%controls%newton == newton_modified) text = 'symmetric: the elastic one is kept'
+      return
+    end if
+    text = 'unsymmetric'
+    do m = 1, size(model%laws)
+      if (.not. model%laws(m)%law%symmetric) text = "unsymmetric: material '"//model%analysis%materials(m)%name//"'"
+    end do
+  end function symmetry_text
+
+  !> Solver, factors and memory.
+  subroutine plan_solver(step, items)
+    !> Scratch of the first step, factorised.
+    type(step_type), intent(in) :: step
+    !> The plan.
+    type(plan_items_type), intent(inout) :: items
+    real(wp) :: bytes
+
+    call add_item(items, 'solver', step%system%solver%name)
+    call add_item(items, 'factors', integer_text(step%system%solver%factor_nonzeros), is_figure=.true.)
+    bytes = number_bytes*real(step%system%solver%factor_nonzeros, wp) &
+      + (number_bytes + index_bytes)*real(size(step%matrix%column), wp) &
+      + number_bytes*real(size(step%evaluation%block), wp)
+    call add_item(items, 'memory of the equations', short_text(bytes/megabyte, 2)// &
+      ' MB: factors, matrix and element blocks')
+  end subroutine plan_solver
+
+  !> Time of the run, by the first step.
+  subroutine plan_cost(model, solution, seconds, items)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> How the first step went.
+    type(solution_type), intent(in) :: solution
+    !> Processor seconds of it.
+    real(wp), intent(in) :: seconds
+    !> The plan.
+    type(plan_items_type), intent(inout) :: items
+    integer :: steps, p
+
+    steps = 0
+    do p = 1, size(model%analysis%phases)
+      steps = steps + model%analysis%phases(p)%controls%steps
+    end do
+    if (.not. solution%converged) call add_item(items, 'converged', 'no: '//solution%reason)
+    call add_item(items, 'iterations', integer_text(solution%iterations), is_figure=.true.)
+    call add_item(items, 'processor seconds', short_text(seconds, 2), is_figure=.true.)
+    call add_item(items, 'expected of the run', 'at least '//short_text(steps*seconds, 2)//' s: '// &
+      integer_text(steps)//' steps like the first; steps that yield take more iterations')
+  end subroutine plan_cost
+end module qsmpm_plan

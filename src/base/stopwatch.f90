@@ -1,0 +1,73 @@
+!> Where the time of a run goes: seconds of the wall clock and of the processor, a part at a time.
+!>
+!> A stopwatch always counts for one part; turning to another closes the account of the last. So
+!> every second since the start belongs to exactly one part and the parts add up to the whole. Two
+!> readings of the system's clocks, a third of a microsecond together, are made at a turn: turn
+!> around whole phases of a step, not inside loops over points or cells. The processor seconds are
+!> those of the process, all threads together.
+module qsmpm_stopwatch
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
+  implicit none
+  private
+
+  public :: stopwatch_type, start_stopwatch, turn_to
+
+  !> Parts of a run.
+  integer, parameter, public :: part_input = 1, part_initialisation = 2, part_analysis = 3, part_evaluation = 4, &
+    part_assembly = 5, part_factorisation = 6, part_solves = 7, part_step_error = 8, &
+    part_convection = 9, part_output = 10, part_control = 11, part_count = 11
+
+  integer, parameter :: name_length = 14
+  !> Their names, for tables and files.
+  character(len=name_length), parameter, public :: part_names(part_count) = [character(len=name_length) :: &
+    'input', 'initialisation', 'analysis', 'evaluation', 'assembly', 'factorisation', 'solves', 'step error', &
+    'convection', 'output', 'control']
+
+  !> The accounts.
+  type :: stopwatch_type
+    !> Seconds of the wall clock and of the processor of each part.
+    real(wp) :: wall(part_count) = 0.0_wp
+    real(wp) :: cpu(part_count) = 0.0_wp
+    !> How often each part was turned to.
+    integer(long) :: calls(part_count) = 0
+    !> Counts for this part, 0 before the start.
+    integer, private :: part = 0
+    type(clock_type), private :: clock
+    !> Readings at the last turn.
+    real(wp), private :: wall_last = 0.0_wp, cpu_last = 0.0_wp
+  end type stopwatch_type
+
+contains
+
+  !> Set all accounts to zero and begin to count for a part. A stopwatch that was never started stays silent.
+  subroutine start_stopwatch(watch, part)
+    !> The stopwatch.
+    type(stopwatch_type), intent(out) :: watch
+    !> One of the part_* values.
+    integer, intent(in) :: part
+
+    call start_clock(watch%clock)
+    watch%part = part
+    watch%calls(part) = 1
+  end subroutine start_stopwatch
+
+  !> Close the account of the present part and count for another from now on.
+  subroutine turn_to(watch, part)
+    !> The stopwatch.
+    type(stopwatch_type), intent(inout) :: watch
+    !> One of the part_* values; the present one to bring its account up to date.
+    integer, intent(in) :: part
+    real(wp) :: wall, cpu
+
+    if (watch%part == 0) return
+    wall = wall_seconds(watch%clock)
+    cpu = cpu_seconds(watch%clock)
+    watch%wall(watch%part) = watch%wall(watch%part) + (wall - watch%wall_last)
+    watch%cpu(watch%part) = watch%cpu(watch%part) + (cpu - watch%cpu_last)
+    watch%wall_last = wall
+    watch%cpu_last = cpu
+    if (part /= watch%part) watch%calls(part) = watch%calls(part) + 1
+    watch%part = part
+  end subroutine turn_to
+end module qsmpm_stopwatch

@@ -1,0 +1,171 @@
+!> A law that walks the deformation of a step in two halves: the same law, the same start and end, one
+!> more point on the path. What it answers differently from the law itself is what the length of the
+!> step costs (qsmpm_step_error): nothing in hyperelasticity, the error of the return mapping or of the
+!> stress rate otherwise.
+!>
+!> The displacement is halved: F_1 = 1 + (F - 1)/2, then F_2 = F F_1^-1, and the stress of the end is
+!> referred to the start of the whole step, Q = J sigma F^-T with J = det F. There is no tangent.
+module qsmpm_halved_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
+  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, identity
+  implicit none
+  private
+
+  public :: halved_law_type, make_halved_law
+
+  !> The law and its double step.
+  type, extends(law_type) :: halved_law_type
+    class(law_type), allocatable :: law
+  contains
+    procedure :: start
+    procedure :: update
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+  end type halved_law_type
+
+contains
+
+  !> Halve the steps of a law.
+  subroutine make_halved_law(law, halved)
+    !> The law.
+    class(law_type), intent(in) :: law
+    !> The same law in two halves a step.
+    type(halved_law_type), intent(out) :: halved
+
+    allocate (halved%law, source=law)
+    halved%dimension = law%dimension
+    halved%state_count = law%state_count
+    halved%symmetric = law%symmetric
+    halved%stiffness_scale = law%stiffness_scale
+    halved%shear_scale = law%shear_scale
+  end subroutine make_halved_law
+
+  !> Update a batch in two halves, without a tangent.
+  subroutine update(self, batch, tangent)
+    class(halved_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Not looked at: there is no tangent.
+    integer, intent(in) :: tangent
+    type(batch_type) :: half
+    integer :: p
+
+    half = batch
+    do p = 1, batch%count
+      if (determinant(unpack_gradient(batch%gradient(:, p))) > 0.0_wp) &
+        call pack_gradient(first_half(batch%gradient(:, p)), half%gradient(:, p))
+    end do
+    call self%law%update(half, min(tangent, tangent_none))
+    do p = 1, batch%count
+      if (half%status(p) /= status_ok) cycle
+      call start_second_half(batch%gradient(:, p), batch%volume_ratio(p), half, p)
+    end do
+    batch%status(:batch%count) = half%status(:batch%count)
+    batch%plastic(:batch%count) = half%plastic(:batch%count)
+    if (any(batch%status(:batch%count) /= status_ok)) return
+    call self%law%update(half, tangent_none)
+    do p = 1, batch%count
+      batch%status(p) = half%status(p)
+      batch%plastic(p) = max(batch%plastic(p), half%plastic(p))
+      if (batch%status(p) == status_ok) call take_end(half, p, batch)
+    end do
+  end subroutine update
+
+  !> F_1 of half the displacement; its determinant is positive when that of F is.
+  pure function first_half(gradient) result(half)
+    !> F, packed (5 or 9).
+    real(wp), intent(in) :: gradient(:)
+    real(wp) :: half(3, 3)
+
+    half = 0.5_wp*(identity + unpack_gradient(gradient))
+  end function first_half
+
+  !> The second half begins where the first one ended.
+  pure subroutine start_second_half(gradient, volume_ratio, half, p)
+    !> F of the whole step, packed (5 or 9).
+    real(wp), intent(in) :: gradient(:)
+    !> Volume ratio at the start of the step.
+    real(wp), intent(in) :: volume_ratio
+    !> The points after their first half.
+    type(batch_type), intent(inout) :: half
+    !> Number of the point.
+    integer, intent(in) :: p
+    real(wp) :: f(3, 3), f_first(3, 3), back(3, 3), det
+
+    f = unpack_gradient(gradient)
+    f_first = first_half(gradient)
+    det = determinant(f_first)
+    back = inverse(f_first, det)
+    call pack_gradient(matmul(f, back), half%gradient(:, p))
+    half%volume_ratio(p) = volume_ratio*det
+    half%stress_start(:, p) = half%stress(:, p)
+    half%state_start(:, p) = half%state(:, p)
+  end subroutine start_second_half
+
+  !> Stress and state of the end, Q on the start of the whole step.
+  pure subroutine take_end(half, p, batch)
+    !> The points after their second half.
+    type(batch_type), intent(in) :: half
+    !> Number of the point.
+    integer, intent(in) :: p
+    !> The points of the whole step.
+    type(batch_type), intent(inout) :: batch
+    real(wp) :: f(3, 3), back(3, 3), stress(3, 3), det
+
+    batch%stress(:, p) = half%stress(:, p)
+    batch%state(:, p) = half%state(:, p)
+    f = unpack_gradient(batch%gradient(:, p))
+    det = determinant(f)
+    back = transpose(inverse(f, det))
+    stress = unpack_symmetric(half%stress(:, p))
+    call pack_gradient(det*matmul(stress, back), batch%piola(:, p))
+  end subroutine take_end
+
+  !> As the law itself.
+  pure subroutine start(self, stress, state)
+    class(halved_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    call self%law%start(stress, state)
+  end subroutine start
+
+  !> As the law itself.
+  pure integer function fit_count(self)
+    class(halved_law_type), intent(in) :: self
+
+    fit_count = self%law%fit_count()
+  end function fit_count
+
+  !> As the law itself.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(halved_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(in) :: state(:)
+    !> Fields (fit_count).
+    real(wp), intent(out) :: fields(:)
+
+    call self%law%to_fields(stress, state, fields)
+  end subroutine to_fields
+
+  !> As the law itself.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(halved_law_type), intent(in) :: self
+    !> Fields (fit_count).
+    real(wp), intent(in) :: fields(:)
+    !> V/V0.
+    real(wp), intent(in) :: volume_ratio
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(out) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    call self%law%from_fields(fields, volume_ratio, stress, state)
+  end subroutine from_fields
+end module qsmpm_halved_law

@@ -1,0 +1,363 @@
+!> The rate law of qsmpm_jaumann_law for plane strain and axisymmetry.
+!>
+!> Symmetric tensors are those of qsmpm_plane_frame, turned into the frame at the end of the step, in which
+!> dG = (R mid) dF (mid R^T). The stress changes by a matrix times mean, half difference and shear of the
+!> symmetric part of dG, its spin (dG_21 - dG_12)/2, and dG_33. Everything is scalars: the half rotation R by
+!> t = tan(angle) has cos = 1/(1 + t^2)^(1/2), and turns a tensor by cos2 = (1 - t^2) cos^2,
+!> sin2 = 2 t cos^2; the spin of R is half of cos^2 times that of dG.
+module qsmpm_jaumann_plane
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_jaumann_increment, only: rate_paper, smallest_pivot
+  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
+  use qsmpm_principal_model, only: principal_model_type, response_type, inside_strength, respond, blend_elastic
+  implicit none
+  private
+
+  public :: update_plane
+
+  !> A step of a point before the return.
+  type :: step_type
+    !> Whether the stress turns before and after the strain increment.
+    logical :: turns = .false.
+    !> Half rotation: cosine, tangent, and the turn of a tensor.
+    real(wp) :: cosine = 1.0_wp, t = 0.0_wp, cos2 = 1.0_wp, sin2 = 0.0_wp
+    !> Spin of the half rotation by the spin of dG.
+    real(wp) :: spin = 1.0_wp
+    !> ((F + I)/2)^-1: 11, 21, 12, 22, 33.
+    real(wp) :: mid(5) = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
+    real(wp) :: keep = 1.0_wp, pivot = 1.0_wp
+    !> Start stress after the first half rotation, and trial stress: mean, half difference, shear, 33.
+    real(wp) :: start(4) = 0.0_wp, trial(4) = 0.0_wp
+  end type step_type
+
+contains
+
+  !> Update a batch; points with a status other than ok are left half done.
+  pure subroutine update_plane(model, rate, blend, batch, tangent)
+    !> Moduli and strength.
+    type(principal_model_type), intent(in) :: model
+    !> rate_paper or rate_midpoint.
+    integer, intent(in) :: rate
+    !> Share of the elastic tangent in the consistent one.
+    real(wp), intent(in) :: blend
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Which tangent is wanted.
+    integer, intent(in) :: tangent
+    type(step_type) :: step
+    real(wp) :: stress(4), map(4, 4)
+    logical :: yields
+    integer :: p
+
+    map = 0.0_wp
+    do p = 1, batch%count
+      call make_step(model, rate, batch%gradient(:, p), batch%stress_start(:, p), step, batch%status(p))
+      if (batch%status(p) /= status_ok) cycle
+      yields = .false.
+      if (model%has_strength) yields = .not. inside_strength(model, principal(step%trial))
+      batch%plastic(p) = merge(1, 0, yields)
+      stress = turned(step, step%trial)
+      if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), &
+        tangent /= tangent_none, step, stress, map, batch%stress(:, p))
+      if (.not. yields) batch%stress(:, p) = stress_order(stress)
+      call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
+      if (tangent == tangent_none) cycle
+      call point_tangent(model, step, yields, map, stress, batch%gradient(:, p), batch%tangent(:, :, p))
+    end do
+  end subroutine update_plane
+
+  !> Trial stress of a step.
+  pure subroutine make_step(model, rate, f, stress, step, status)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> rate_paper or rate_midpoint.
+    integer, intent(in) :: rate
+    !> Incremental deformation gradient, packed.
+    real(wp), intent(in) :: f(5)
+    !> Cauchy stress at the start.
+    real(wp), intent(in) :: stress(4)
+    !> The step.
+    type(step_type), intent(out) :: step
+    !> status_ok, or why there is none.
+    integer, intent(out) :: status
+    real(wp) :: g(5), start(4), det
+
+    status = status_failed
+    if (.not. all(ieee_is_finite(stress))) return
+    status = status_cut
+    ! A gradient that is not finite has no finite determinant.
+    det = f(1)*f(4) - f(3)*f(2)
+    if (.not. ieee_is_finite(det*f(5))) return
+    if (.not. (det > 0.0_wp .and. f(5) > 0.0_wp)) return
+    start = [0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)]
+    g = [f(1) - 1.0_wp, f(2), f(3), f(4) - 1.0_wp, f(5) - 1.0_wp]
+    if (rate == rate_paper) then
+      call paper_step(model, g, start, step)
+      status = status_ok
+    else
+      call midpoint_step(model, f, g, start, step, status)
+    end if
+  end subroutine make_step
+
+  !> Eq. 26 with eqs. 9 and 10.
+  pure subroutine paper_step(model, g, start, step)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> Displacement gradient on the start configuration, packed.
+    real(wp), intent(in) :: g(5)
+    !> Stress at the start.
+    real(wp), intent(in) :: start(4)
+    !> The step.
+    type(step_type), intent(inout) :: step
+    real(wp) :: spin
+
+    spin = g(2) - g(3)
+    step%start = start
+    step%trial = start + hooke(model, g) - (g(1) + g(4) + g(5))*start
+    step%trial(2) = step%trial(2) - spin*start(3)
+    step%trial(3) = step%trial(3) + spin*start(2)
+  end subroutine paper_step
+
+  !> The midpoint rule.
+  pure subroutine midpoint_step(model, f, u, start, step, status)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> Incremental deformation gradient, packed.
+    real(wp), intent(in) :: f(5)
+    !> F - I, packed.
+    real(wp), intent(in) :: u(5)
+    !> Stress at the start.
+    real(wp), intent(in) :: start(4)
+    !> The step.
+    type(step_type), intent(inout) :: step
+    !> status_cut when the mid configuration is turned inside out or compressed to nothing.
+    integer, intent(inout) :: status
+    real(wp) :: g(5), half(4), det, trace, c
+
+    half = 0.5_wp*[f(1) + 1.0_wp, f(2), f(3), f(4) + 1.0_wp]
+    det = half(1)*half(4) - half(2)*half(3)
+    if (.not. det > 0.0_wp) return
+    step%mid = [half(4)/det, -half(2)/det, -half(3)/det, half(1)/det, 2.0_wp/(f(5) + 1.0_wp)]
+    associate (m => step%mid)
+      g = [u(1)*m(1) + u(3)*m(2), u(2)*m(1) + u(4)*m(2), u(1)*m(3) + u(3)*m(4), u(2)*m(3) + u(4)*m(4), &
+        u(5)*m(5)]
+    end associate
+    trace = g(1) + g(4) + g(5)
+    step%pivot = 1.0_wp + 0.5_wp*trace
+    step%keep = 1.0_wp - 0.5_wp*trace
+    if (.not. step%pivot > smallest_pivot) return
+    status = status_ok
+    step%turns = .true.
+    step%t = 0.25_wp*(g(2) - g(3))
+    c = 1.0_wp/(1.0_wp + step%t**2)
+    step%cosine = sqrt(c)
+    step%cos2 = c*(1.0_wp - step%t**2)
+    step%sin2 = 2.0_wp*c*step%t
+    step%spin = 0.5_wp*c
+    step%start = turned(step, start)
+    step%trial = (step%keep*step%start + hooke(model, g))*(1.0_wp/step%pivot)
+  end subroutine midpoint_step
+
+  !> Elastic stress of the symmetric part of a gradient.
+  pure function hooke(model, g) result(stress)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> Displacement gradient, packed.
+    real(wp), intent(in) :: g(5)
+    real(wp) :: stress(4)
+    real(wp) :: mean
+
+    mean = model%lame*(g(1) + g(4) + g(5))
+    stress = [mean + model%shear*(g(1) + g(4)), model%shear*(g(1) - g(4)), model%shear*(g(2) + g(3)), &
+      mean + 2.0_wp*model%shear*g(5)]
+  end function hooke
+
+  !> A tensor after a half rotation.
+  pure function turned(step, a) result(b)
+    !> The step.
+    type(step_type), intent(in) :: step
+    !> The tensor.
+    real(wp), intent(in) :: a(4)
+    real(wp) :: b(4)
+
+    b = [a(1), step%cos2*a(2) - step%sin2*a(3), step%sin2*a(2) + step%cos2*a(3), a(4)]
+  end function turned
+
+  !> Principal values: the larger and the smaller one of the plane, 33.
+  pure function principal(a) result(value)
+    !> The tensor.
+    real(wp), intent(in) :: a(4)
+    real(wp) :: value(3)
+    real(wp) :: radius
+
+    radius = sqrt(a(2)**2 + a(3)**2)
+    value = [a(1) + radius, a(1) - radius, a(4)]
+  end function principal
+
+  !> 11, 22, 33, 12.
+  pure function stress_order(a) result(stress)
+    !> The tensor.
+    real(wp), intent(in) :: a(4)
+    real(wp) :: stress(4)
+
+    stress = [a(1) + a(2), a(1) - a(2), a(4), a(3)]
+  end function stress_order
+
+  !> Return a point to the strength.
+  pure subroutine return_point(model, share, with_map, step, mixed, map, stress)
+    !> Moduli and strength.
+    type(principal_model_type), intent(in) :: model
+    !> Share of the elastic answer in the tangent.
+    real(wp), intent(in) :: share
+    !> Whether the tangent is wanted.
+    logical, intent(in) :: with_map
+    !> The step.
+    type(step_type), intent(in) :: step
+    !> Stress that enters the tangent, mixed with the trial by `share`.
+    real(wp), intent(out) :: mixed(4)
+    !> Change of the stress with the trial stress, both turned; not set when it is not wanted.
+    real(wp), intent(inout) :: map(4, 4)
+    !> Cauchy stress at the end in stress order.
+    real(wp), intent(out) :: stress(4)
+    type(response_type) :: response
+    real(wp) :: trial(3), radius, direction(4)
+
+    trial = principal(step%trial)
+    call respond(model, trial, with_map, response)
+    radius = sqrt(step%trial(2)**2 + step%trial(3)**2)
+    direction = [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp]
+    if (radius > 0.0_wp) direction(2:3) = step%trial(2:3)/radius
+    direction = turned(step, direction)
+    mixed = from_principal(response%stress, direction(2), direction(3))
+    stress = stress_order(mixed)
+    if (.not. with_map) return
+    call blend_elastic(trial, share, response)
+    mixed = from_principal(response%stress, direction(2), direction(3))
+    map = frame_map(response%derivative, response%quotient(1), direction(2), direction(3))
+  end subroutine return_point
+
+  !> Change of the stress with mean, half difference, shear and spin of dG, and dG_33.
+  pure subroutine stress_change(model, step, yields, map, stress, change)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> The step.
+    type(step_type), intent(in) :: step
+    !> Whether the point yields.
+    logical, intent(in) :: yields
+    !> Change of the stress with the trial stress where it yields.
+    real(wp), intent(in) :: map(4, 4)
+    !> Stress at the end.
+    real(wp), intent(in) :: stress(4)
+    !> The change.
+    real(wp), intent(out) :: change(4, 5)
+    real(wp) :: start(4), volume(4), scale, lame, shear
+    integer :: j
+
+    scale = 1.0_wp/step%pivot
+    lame = scale*model%lame
+    shear = 2.0_wp*scale*model%shear
+    start = turned(step, step%start)
+    volume = scale*start
+    if (step%turns) volume = 0.5_wp*scale*(start + turned(step, step%trial))
+    change(:, 1) = [2.0_wp*lame + shear, 0.0_wp, 0.0_wp, 2.0_wp*lame] - 2.0_wp*volume
+    change(:, 2) = [0.0_wp, shear, 0.0_wp, 0.0_wp]
+    change(:, 3) = [0.0_wp, 0.0_wp, shear, 0.0_wp]
+    change(:, 4) = 2.0_wp*scale*step%keep*step%spin*[0.0_wp, -start(3), start(2), 0.0_wp]
+    change(:, 5) = [lame, 0.0_wp, 0.0_wp, lame + shear] - volume
+    if (yields) then
+      do j = 1, 5
+        start = change(:, j)
+        change(:, j) = map(:, 1)*start(1) + map(:, 2)*start(2) + map(:, 3)*start(3) + map(:, 4)*start(4)
+      end do
+    end if
+    if (.not. step%turns) return
+    change(2, 4) = change(2, 4) - 2.0_wp*step%spin*stress(3)
+    change(3, 4) = change(3, 4) + 2.0_wp*step%spin*stress(2)
+  end subroutine stress_change
+
+  !> A = dQ/dF of a point.
+  pure subroutine point_tangent(model, step, yields, map, stress, f, a)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> The step.
+    type(step_type), intent(in) :: step
+    !> Whether the point yields.
+    logical, intent(in) :: yields
+    !> Change of the stress with the trial stress where it yields.
+    real(wp), intent(in) :: map(4, 4)
+    !> Stress at the end.
+    real(wp), intent(in) :: stress(4)
+    !> Incremental deformation gradient, packed.
+    real(wp), intent(in) :: f(5)
+    !> A.
+    real(wp), intent(out) :: a(5, 5)
+    real(wp) :: change(4, 5), left(2, 2), right(2, 2), g(2, 2), ds(4), z(4)
+    integer :: k, l
+
+    call stress_change(model, step, yields, map, stress, change)
+    call mid_factors(step, left, right)
+    do l = 1, 2
+      do k = 1, 2
+        g(:, 1) = left(:, k)*right(l, 1)
+        g(:, 2) = left(:, k)*right(l, 2)
+        z = 0.5_wp*[g(1, 1) + g(2, 2), g(1, 1) - g(2, 2), g(1, 2) + g(2, 1), g(2, 1) - g(1, 2)]
+        ds = change(:, 1)*z(1) + change(:, 2)*z(2) + change(:, 3)*z(3) + change(:, 4)*z(4)
+        call plane_piola(stress_order(ds), f, a(:, 2*(l - 1) + k))
+      end do
+    end do
+    call plane_piola(stress_order(change(:, 5)*step%mid(5)**2), f, a(:, 5))
+    call add_geometry(stress_order(stress), f, a)
+  end subroutine point_tangent
+
+  !> R mid and mid R^T.
+  pure subroutine mid_factors(step, left, right)
+    !> The step.
+    type(step_type), intent(in) :: step
+    !> R mid.
+    real(wp), intent(out) :: left(2, 2)
+    !> mid R^T.
+    real(wp), intent(out) :: right(2, 2)
+    real(wp) :: c, s
+
+    c = step%cosine
+    s = step%cosine*step%t
+    associate (m => step%mid)
+      left(:, 1) = [c*m(1) - s*m(2), s*m(1) + c*m(2)]
+      left(:, 2) = [c*m(3) - s*m(4), s*m(3) + c*m(4)]
+      right(:, 1) = [c*m(1) - s*m(3), c*m(2) - s*m(4)]
+      right(:, 2) = [s*m(1) + c*m(3), s*m(2) + c*m(4)]
+    end associate
+  end subroutine mid_factors
+
+  !> What the change of det(F) F^-T adds: tr(l) Q - Q dF^T F^-T.
+  pure subroutine add_geometry(stress, f, a)
+    !> Cauchy stress that enters the tangent.
+    real(wp), intent(in) :: stress(4)
+    !> Incremental deformation gradient, packed.
+    real(wp), intent(in) :: f(5)
+    !> A.
+    real(wp), intent(inout) :: a(5, 5)
+    real(wp) :: q(5), inverse(5)
+    integer :: i, j, k, l
+
+    call plane_piola(stress, f, q)
+    inverse(:4) = [f(4), -f(3), -f(2), f(1)]*(1.0_wp/(f(1)*f(4) - f(2)*f(3)))
+    inverse(5) = 1.0_wp/f(5)
+    do j = 1, 5
+      a(:, j) = a(:, j) + inverse(j)*q
+    end do
+    a(5, 5) = a(5, 5) - inverse(5)*q(5)
+    do l = 1, 2
+      do k = 1, 2
+        do j = 1, 2
+          do i = 1, 2
+            a(2*(j - 1) + i, 2*(l - 1) + k) = a(2*(j - 1) + i, 2*(l - 1) + k) &
+              - q(2*(l - 1) + i)*inverse(2*(j - 1) + k)
+          end do
+        end do
+      end do
+    end do
+  end subroutine add_geometry
+end module qsmpm_jaumann_plane

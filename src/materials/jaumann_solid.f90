@@ -1,0 +1,327 @@
+!> The rate law of qsmpm_jaumann_law in three dimensions.
+!>
+!> The change of the stress is worked out in the frame at the end of the step, in which
+!> dG = (R mid) dF (mid R^T): elasticity stays as it is, R commutes with the spin of the half rotation, and only
+!> the start stress and the principal directions are turned. The matrix of the change, six components of the
+!> stress by nine of dG, is contracted with the two factors of dG one after the other.
+module qsmpm_jaumann_solid
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_isotropic_function, only: isotropic_change
+  use qsmpm_jaumann_increment, only: increment_type, make_increment
+  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_principal_model, only: principal_model_type, response_type, respond, blend_elastic
+  use qsmpm_spectral, only: spectral
+  implicit none
+  private
+
+  public :: update_solid
+
+contains
+
+  !> Update a batch; points with a status other than ok are left half done.
+  pure subroutine update_solid(model, rate, blend, batch, tangent)
+    !> Moduli and strength.
+    type(principal_model_type), intent(in) :: model
+    !> rate_paper or rate_midpoint.
+    integer, intent(in) :: rate
+    !> Share of the elastic tangent in the consistent one.
+    real(wp), intent(in) :: blend
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Which tangent is wanted.
+    integer, intent(in) :: tangent
+    type(increment_type) :: increment
+    type(response_type) :: response
+    real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det
+    integer :: p
+
+    trial = 0.0_wp
+    n = 0.0_wp
+    do p = 1, batch%count
+      call start_point(model, rate, batch%gradient(:, p), batch%stress_start(:, p), increment, inverse, det, &
+        batch%status(p))
+      if (batch%status(p) /= status_ok) cycle
+      response%yields = .false.
+      if (model%has_strength) then
+        call spectral(increment%trial, trial, n)
+        call respond(model, trial, tangent /= tangent_none, response)
+      end if
+      batch%plastic(p) = merge(1, 0, response%yields)
+      if (response%yields .and. increment%turns) n = product_of(increment%rotation, n)
+      call end_stress(increment, response, n, stress)
+      batch%stress(:, p) = packed(stress)
+      call first_piola(stress, inverse, det, batch%piola(:, p))
+      if (tangent == tangent_none) cycle
+      call blend_elastic(trial, merge(1.0_wp, blend, tangent == tangent_elastic), response)
+      if (response%yields) call end_stress(increment, response, n, stress)
+      call point_tangent(model, increment, response, n, stress, inverse, det, batch%tangent(:, :, p))
+    end do
+  end subroutine update_solid
+
+  !> Check the point, F^-1, det(F), trial stress.
+  pure subroutine start_point(model, rate, f, start, increment, inverse, det, status)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> rate_paper or rate_midpoint.
+    integer, intent(in) :: rate
+    !> Incremental deformation gradient.
+    real(wp), intent(in) :: f(3, 3)
+    !> Cauchy stress at the start.
+    real(wp), intent(in) :: start(6)
+    !> The step before the return.
+    type(increment_type), intent(out) :: increment
+    !> F^-1.
+    real(wp), intent(out) :: inverse(3, 3)
+    !> det(F).
+    real(wp), intent(out) :: det
+    !> status_ok, or why there is none.
+    integer, intent(out) :: status
+    logical :: ok
+
+    inverse = 0.0_wp
+    status = status_failed
+    if (.not. all(ieee_is_finite(start))) return
+    status = status_cut
+    det = f(1, 1)*(f(2, 2)*f(3, 3) - f(3, 2)*f(2, 3)) + f(2, 1)*(f(3, 2)*f(1, 3) - f(1, 2)*f(3, 3)) &
+      + f(3, 1)*(f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3))
+    ! A gradient that is not finite has no finite determinant.
+    if (.not. ieee_is_finite(det)) return
+    if (.not. det > 0.0_wp) return
+    call invert(f, det, inverse)
+    call make_increment(rate, model%lame, model%shear, f, full(start), increment, ok)
+    if (ok) status = status_ok
+  end subroutine start_point
+
+  !> Inverse of a tensor of known determinant.
+  pure subroutine invert(f, det, inverse)
+    !> The tensor.
+    real(wp), intent(in) :: f(3, 3)
+    !> Its determinant.
+    real(wp), intent(in) :: det
+    !> The inverse.
+    real(wp), intent(out) :: inverse(3, 3)
+    integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
+    real(wp) :: scale
+    integer :: j
+
+    scale = 1.0_wp/det
+    do j = 1, 3
+      associate (a => f(:, next(j)), b => f(:, last(j)))
+        inverse(j, 1) = scale*(a(2)*b(3) - a(3)*b(2))
+        inverse(j, 2) = scale*(a(3)*b(1) - a(1)*b(3))
+        inverse(j, 3) = scale*(a(1)*b(2) - a(2)*b(1))
+      end associate
+    end do
+  end subroutine invert
+
+  !> Full tensor of components in stress order.
+  pure function full(a) result(b)
+    !> Components (6).
+    real(wp), intent(in) :: a(6)
+    real(wp) :: b(3, 3)
+
+    b(:, 1) = [a(1), a(4), a(5)]
+    b(:, 2) = [a(4), a(2), a(6)]
+    b(:, 3) = [a(5), a(6), a(3)]
+  end function full
+
+  !> Components in stress order.
+  pure function packed(a) result(b)
+    !> Symmetric tensor.
+    real(wp), intent(in) :: a(3, 3)
+    real(wp) :: b(6)
+
+    b = [a(1, 1), a(2, 2), a(3, 3), a(1, 2), a(1, 3), a(2, 3)]
+  end function packed
+
+  !> a b.
+  pure function product_of(a, b) result(c)
+    !> First tensor.
+    real(wp), intent(in) :: a(3, 3)
+    !> Second tensor.
+    real(wp), intent(in) :: b(3, 3)
+    real(wp) :: c(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      c(:, j) = a(:, 1)*b(1, j) + a(:, 2)*b(2, j) + a(:, 3)*b(3, j)
+    end do
+  end function product_of
+
+  !> a s a^T of a symmetric s.
+  pure function turned(a, s) result(c)
+    !> Rotation.
+    real(wp), intent(in) :: a(3, 3)
+    !> Symmetric tensor.
+    real(wp), intent(in) :: s(3, 3)
+    real(wp) :: c(3, 3)
+
+    c = product_of(product_of(a, s), transpose(a))
+  end function turned
+
+  !> Stress at the end of the step.
+  pure subroutine end_stress(increment, response, n, stress)
+    !> The step before the return.
+    type(increment_type), intent(in) :: increment
+    !> Answer of the strength.
+    type(response_type), intent(in) :: response
+    !> Principal directions of the trial stress, turned; used where the point yields.
+    real(wp), intent(in) :: n(3, 3)
+    !> Cauchy stress.
+    real(wp), intent(out) :: stress(3, 3)
+    integer :: i
+
+    if (response%yields) then
+      do i = 1, 3
+        stress(:, i) = n(:, 1)*(response%stress(1)*n(i, 1)) + n(:, 2)*(response%stress(2)*n(i, 2)) &
+          + n(:, 3)*(response%stress(3)*n(i, 3))
+      end do
+    else if (increment%turns) then
+      stress = turned(increment%rotation, increment%trial)
+    else
+      stress = increment%trial
+    end if
+  end subroutine end_stress
+
+  !> det(F) s F^-T.
+  pure subroutine first_piola(s, inverse, det, piola)
+    !> Symmetric tensor.
+    real(wp), intent(in) :: s(3, 3)
+    !> F^-1.
+    real(wp), intent(in) :: inverse(3, 3)
+    !> det(F).
+    real(wp), intent(in) :: det
+    !> The product, packed.
+    real(wp), intent(out) :: piola(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      piola(:, j) = det*(s(:, 1)*inverse(j, 1) + s(:, 2)*inverse(j, 2) + s(:, 3)*inverse(j, 3))
+    end do
+  end subroutine first_piola
+
+  !> A = dQ/dF of a point.
+  pure subroutine point_tangent(model, increment, response, n, stress, inverse, det, a)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> The step before the return.
+    type(increment_type), intent(in) :: increment
+    !> Answer of the strength.
+    type(response_type), intent(in) :: response
+    !> Principal directions of the trial stress, turned; used where the point yields.
+    real(wp), intent(in) :: n(3, 3)
+    !> Cauchy stress that enters the tangent.
+    real(wp), intent(in) :: stress(3, 3)
+    !> F^-1.
+    real(wp), intent(in) :: inverse(3, 3)
+    !> det(F).
+    real(wp), intent(in) :: det
+    !> A (row i, column J, row k, column L).
+    real(wp), intent(out) :: a(3, 3, 3, 3)
+    real(wp) :: change(6, 3, 3), q(3, 3)
+    integer :: i, j, k, l
+
+    call stress_change(model, increment, response, n, stress, change)
+    if (increment%turns) call contract(increment, change)
+    call first_piola(stress, inverse, det, q)
+    do l = 1, 3
+      do k = 1, 3
+        call first_piola(full(change(:, k, l)), inverse, det, a(:, :, k, l))
+        do j = 1, 3
+          do i = 1, 3
+            a(i, j, k, l) = a(i, j, k, l) + inverse(l, k)*q(i, j) - q(i, l)*inverse(j, k)
+          end do
+        end do
+      end do
+    end do
+  end subroutine point_tangent
+
+  !> From the change with dG to that with dF, dG_ab = (R mid)_ak dF_kL (mid R^T)_Lb.
+  pure subroutine contract(increment, change)
+    !> The step before the return.
+    type(increment_type), intent(in) :: increment
+    !> In: by dG. Out: by dF.
+    real(wp), intent(inout) :: change(6, 3, 3)
+    real(wp) :: left(3, 3), right(3, 3), half(6, 3, 3)
+    integer :: k, l
+
+    left = product_of(increment%rotation, increment%mid)
+    right = product_of(increment%mid, transpose(increment%rotation))
+    do l = 1, 3
+      do k = 1, 3
+        half(:, k, l) = change(:, 1, l)*left(1, k) + change(:, 2, l)*left(2, k) + change(:, 3, l)*left(3, k)
+      end do
+    end do
+    do l = 1, 3
+      do k = 1, 3
+        change(:, k, l) = half(:, k, 1)*right(l, 1) + half(:, k, 2)*right(l, 2) + half(:, k, 3)*right(l, 3)
+      end do
+    end do
+  end subroutine contract
+
+  !> Change of the stress with dG.
+  pure subroutine stress_change(model, increment, response, n, stress, change)
+    !> Moduli.
+    type(principal_model_type), intent(in) :: model
+    !> The step before the return.
+    type(increment_type), intent(in) :: increment
+    !> Answer of the strength.
+    type(response_type), intent(in) :: response
+    !> Principal directions of the trial stress, turned; used where the point yields.
+    real(wp), intent(in) :: n(3, 3)
+    !> Cauchy stress that enters the tangent.
+    real(wp), intent(in) :: stress(3, 3)
+    !> The change.
+    real(wp), intent(out) :: change(6, 3, 3)
+    real(wp) :: part(6, 9), spin(6, 3), back(3, 3), volume(3, 3), start(3, 3)
+    integer :: i, c
+
+    start = increment%start
+    volume = increment%volume_stress
+    if (increment%turns) start = turned(increment%rotation, start)
+    if (increment%turns) volume = turned(increment%rotation, volume)
+    part = 0.0_wp
+    do i = 1, 3
+      part(:, i) = -packed(volume)
+      part(1:3, i) = part(1:3, i) + model%lame
+      part(i, i) = part(i, i) + 2.0_wp*model%shear
+      part(3 + i, 3 + i) = model%shear
+    end do
+    part(:, 7:9) = increment%keep*spin_columns(start, increment%spin)
+    part = part*(1.0_wp/increment%pivot)
+    if (response%yields) call isotropic_change(n, response%derivative, response%quotient, 9, part)
+    spin = 0.5_wp*part(:, 7:9)
+    if (increment%turns) then
+      back = product_of(increment%spin, transpose(increment%rotation))
+      spin = spin + 0.5_wp*spin_columns(stress, back)
+    end if
+    do c = 1, 3
+      change(:, c, c) = part(:, c)
+    end do
+    change(:, 2, 1) = part(:, 4) + spin(:, 3)
+    change(:, 1, 2) = part(:, 4) - spin(:, 3)
+    change(:, 1, 3) = part(:, 5) + spin(:, 2)
+    change(:, 3, 1) = part(:, 5) - spin(:, 2)
+    change(:, 3, 2) = part(:, 6) + spin(:, 1)
+    change(:, 2, 3) = part(:, 6) - spin(:, 1)
+  end subroutine stress_change
+
+  !> Change W s - s W of a stress, W the skew tensor of `turn` times a unit vector, for the three of them.
+  pure function spin_columns(s, turn) result(columns)
+    !> Symmetric tensor.
+    real(wp), intent(in) :: s(3, 3)
+    !> Axial vectors, one a column.
+    real(wp), intent(in) :: turn(3, 3)
+    real(wp) :: columns(6, 3)
+    real(wp) :: unit(6, 3)
+    integer :: i
+
+    unit(:, 1) = [0.0_wp, -2.0_wp*s(2, 3), 2.0_wp*s(2, 3), -s(1, 3), s(1, 2), s(2, 2) - s(3, 3)]
+    unit(:, 2) = [2.0_wp*s(1, 3), 0.0_wp, -2.0_wp*s(1, 3), s(2, 3), s(3, 3) - s(1, 1), -s(1, 2)]
+    unit(:, 3) = [-2.0_wp*s(1, 2), 2.0_wp*s(1, 2), 0.0_wp, s(1, 1) - s(2, 2), -s(2, 3), s(1, 3)]
+    do i = 1, 3
+      columns(:, i) = unit(:, 1)*turn(1, i) + unit(:, 2)*turn(2, i) + unit(:, 3)*turn(3, i)
+    end do
+  end function spin_columns
+end module qsmpm_jaumann_solid

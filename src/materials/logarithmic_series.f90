@@ -1,0 +1,28 @@
+!> What the plane and the solid form of the logarithmic law share: the limits of b, and artanh(x)/x.
+!>
+!> With x = (b_a - b_b)/(b_a + b_b) of two principal values artanh(x) is the difference of their
+!> logarithmic strains, and g = artanh(x)/x the ratio of the shear stiffness to the shear modulus.
+module qsmpm_logarithmic_series
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: artanh_terms
+
+  !> Principal values of b within which a step is believed; beyond it is cut.
+  real(wp), parameter, public :: smallest_b = 1.0e-30_wp, largest_b = 1.0e30_wp
+  !> x^2 up to which g is summed: the terms of `artanh_terms` leave out 1e-16.
+  real(wp), parameter, public :: series_limit = 0.0036_wp
+
+contains
+
+  !> (g - 1)/y = 1/3 + y/5 + y^2/7 + ..., y = x^2 up to `series_limit`.
+  pure real(wp) function artanh_terms(y)
+    !> x^2.
+    real(wp), intent(in) :: y
+
+    ! In pairs, which do not wait for each other.
+    artanh_terms = (1.0_wp/3.0_wp + 0.2_wp*y) + y*y*((1.0_wp/7.0_wp + (1.0_wp/9.0_wp)*y) &
+      + y*y*(1.0_wp/11.0_wp + (1.0_wp/13.0_wp)*y))
+  end function artanh_terms
+end module qsmpm_logarithmic_series

@@ -1,0 +1,74 @@
+!> Tensors of plane strain and axisymmetry as mean, half difference, shear and 33 of the components:
+!> (a_11 + a_22)/2, (a_11 - a_22)/2, a_12, a_33.
+!>
+!> A turn by an angle multiplies half difference and shear by the rotation by twice the angle, so that principal
+!> directions are needed as cosine and sine of twice their angle only.
+module qsmpm_plane_frame
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: from_principal, frame_map, plane_piola
+
+contains
+
+  !> Mean, half difference, shear and 33 of a tensor with given principal values.
+  pure function from_principal(value, c, s) result(tensor)
+    !> Principal values: the two of the plane, 33.
+    real(wp), intent(in) :: value(3)
+    !> Cosine of twice the angle of the first direction.
+    real(wp), intent(in) :: c
+    !> Its sine.
+    real(wp), intent(in) :: s
+    real(wp) :: tensor(4)
+    real(wp) :: half
+
+    half = 0.5_wp*(value(1) - value(2))
+    tensor = [0.5_wp*(value(1) + value(2)), half*c, half*s, value(3)]
+  end function from_principal
+
+  !> Linear map of a tensor that is d on the normal components of a principal frame and a factor on the
+  !> shear component.
+  pure function frame_map(d, shear, c, s) result(map)
+    !> Map of the normal components: the two of the plane, 33 (3,3).
+    real(wp), intent(in) :: d(3, 3)
+    !> Factor of the shear component.
+    real(wp), intent(in) :: shear
+    !> Cosine of twice the angle of the first direction.
+    real(wp), intent(in) :: c
+    !> Its sine.
+    real(wp), intent(in) :: s
+    real(wp) :: map(4, 4)
+    real(wp) :: difference
+
+    difference = 0.5_wp*(d(1, 1) - d(1, 2) - d(2, 1) + d(2, 2))
+    map(1, 1) = 0.5_wp*(d(1, 1) + d(1, 2) + d(2, 1) + d(2, 2))
+    map(1, 2:3) = 0.5_wp*(d(1, 1) - d(1, 2) + d(2, 1) - d(2, 2))*[c, s]
+    map(2:3, 1) = 0.5_wp*(d(1, 1) + d(1, 2) - d(2, 1) - d(2, 2))*[c, s]
+    map(2, 2) = c*c*difference + s*s*shear
+    map(2, 3) = c*s*(difference - shear)
+    map(3, 2) = map(2, 3)
+    map(3, 3) = s*s*difference + c*c*shear
+    map(1, 4) = 0.5_wp*(d(1, 3) + d(2, 3))
+    map(2:3, 4) = 0.5_wp*(d(1, 3) - d(2, 3))*[c, s]
+    map(4, 1) = d(3, 1) + d(3, 2)
+    map(4, 2:3) = (d(3, 1) - d(3, 2))*[c, s]
+    map(4, 4) = d(3, 3)
+  end function frame_map
+
+  !> Q = det(F) sigma F^-T.
+  pure subroutine plane_piola(stress, f, piola)
+    !> Cauchy stress in stress order (4).
+    real(wp), intent(in) :: stress(4)
+    !> Incremental deformation gradient, packed (5).
+    real(wp), intent(in) :: f(5)
+    !> Q, packed (5).
+    real(wp), intent(out) :: piola(5)
+
+    piola(1) = (stress(1)*f(4) - stress(4)*f(3))*f(5)
+    piola(2) = (stress(4)*f(4) - stress(2)*f(3))*f(5)
+    piola(3) = (stress(4)*f(1) - stress(1)*f(2))*f(5)
+    piola(4) = (stress(2)*f(1) - stress(4)*f(2))*f(5)
+    piola(5) = stress(3)*(f(1)*f(4) - f(2)*f(3))
+  end subroutine plane_piola
+end module qsmpm_plane_frame

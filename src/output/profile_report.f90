@@ -1,0 +1,149 @@
+!> The profile of a run in words and as a file: the line of shares that closes the log, the table that
+!> `--profile` shows, and `profile.json` for programs.
+!>
+!> Shares are of the processor's time, or of the wall clock's when several threads work: threads that
+!> wait are busy on some systems and would be charged to parts that run alone.
+module qsmpm_profile_report
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_number_text, only: integer_text, real_text
+  use qsmpm_posix, only: peak_memory
+  use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_stopwatch, only: part_count, part_names
+  implicit none
+  private
+
+  public :: shares_line, profile_table, profile_json
+
+  character(len=1), parameter :: newline = new_line('a')
+  !> Parts below this share are not worth a word in the log.
+  real(wp), parameter :: least_share = 0.005_wp
+
+contains
+
+  !> `time: evaluation 41 %, ...`: the parts by size.
+  function shares_line(profile, threads) result(line)
+    !> The profile.
+    type(run_profile_type), intent(in) :: profile
+    !> Threads of the run.
+    integer, intent(in) :: threads
+    character(len=:), allocatable :: line
+    real(wp) :: share(part_count)
+    character(len=:), allocatable :: between
+    integer :: i, part
+
+    share = shares(profile, threads)
+    line = 'time:'
+    between = ' '
+    do i = 1, part_count
+      part = maxloc(share, dim=1)
+      if (share(part) < least_share) exit
+      line = line//between//trim(part_names(part))//' '//integer_text(nint(100.0_wp*share(part)))//' %'
+      between = ', '
+      share(part) = -1.0_wp
+    end do
+    line = line//'; '//fixed(sum(profile%watch%cpu), 2)//' s of processor, '// &
+      fixed(real(peak_memory(), wp)/1048576.0_wp, 1)//' MiB at the most'
+  end function shares_line
+
+  !> Share of each part, 0 when no time was taken.
+  pure function shares(profile, threads) result(share)
+    !> The profile.
+    type(run_profile_type), intent(in) :: profile
+    !> Threads of the run.
+    integer, intent(in) :: threads
+    real(wp) :: share(part_count)
+
+    share = profile%watch%cpu
+    if (threads > 1) share = profile%watch%wall
+    share = share/max(sum(share), tiny(1.0_wp))
+  end function shares
+
+  !> A line a part: processor's and wall clock's seconds, calls, share.
+  function profile_table(profile, threads) result(text)
+    !> The profile.
+    type(run_profile_type), intent(in) :: profile
+    !> Threads of the run.
+    integer, intent(in) :: threads
+    character(len=:), allocatable :: text
+    real(wp) :: share(part_count)
+    character(len=80) :: line
+    integer :: part
+
+    share = shares(profile, threads)
+    write (line, '(a14,2x,3a12,a10)') 'part          ', 'CPU s', 'wall s', 'calls', 'share %'
+    text = trim(line)
+    do part = 1, part_count
+      write (line, '(a14,2x,2f12.3,i12,f10.1)') part_names(part), profile%watch%cpu(part), profile%watch%wall(part), &
+        profile%watch%calls(part), 100.0_wp*share(part)
+      text = text//newline//trim(line)
+    end do
+    text = text//newline//integer_text(profile%steps)//' steps, '// &
+      integer_text(profile%iterations)//' iterations, '// &
+      integer_text(profile%evaluations)//' evaluations, '// &
+      integer_text(profile%factorisations)//' factorisations'
+  end function profile_table
+
+  !> Everything, as a JSON object.
+  function profile_json(profile, threads) result(text)
+    !> The profile.
+    type(run_profile_type), intent(in) :: profile
+    !> Threads of the run.
+    integer, intent(in) :: threads
+    character(len=:), allocatable :: text
+    integer :: part
+
+    text = '{'//newline//'  "threads": '//integer_text(threads)//','//newline// &
+      '  "cpu_seconds": '//real_text(sum(profile%watch%cpu))//','//newline// &
+      '  "wall_seconds": '//real_text(sum(profile%watch%wall))//','//newline// &
+      '  "peak_memory_bytes": '//integer_text(peak_memory())//','//newline
+    if (allocated(profile%solver)) text = text//'  "solver": "'//profile%solver//'",'//newline
+    text = text//count_lines(profile)//'  "parts": {'
+    do part = 1, part_count
+      text = text//newline//'    "'//trim(part_names(part))//'": {"cpu_seconds": '// &
+        real_text(profile%watch%cpu(part))//', "wall_seconds": '//real_text(profile%watch%wall(part))// &
+        ', "calls": '//integer_text(profile%watch%calls(part))//'}'
+      if (part < part_count) text = text//','
+    end do
+    text = text//newline//'  }'//newline//'}'//newline
+  end function profile_json
+
+  !> The counts, a line each.
+  pure function count_lines(profile) result(text)
+    !> The profile.
+    type(run_profile_type), intent(in) :: profile
+    character(len=:), allocatable :: text
+
+    text = count_line('steps', profile%steps)//count_line('iterations', profile%iterations)// &
+      count_line('evaluations', profile%evaluations)//count_line('stress_updates', profile%stress_updates)// &
+      count_line('point_iterations', profile%point_iterations)// &
+      count_line('factorisations', profile%factorisations)//count_line('points', profile%points)// &
+      count_line('active_cells', profile%active_cells)//count_line('equations', profile%equations)// &
+      count_line('bandwidth', profile%bandwidth)//count_line('matrix_entries', profile%matrix_entries)// &
+      count_line('factor_entries', profile%factor_entries)// &
+      '  "factor_operations": '//real_text(profile%factor_operations)//','//newline
+  end function count_lines
+
+  !> `  "name": number,`
+  pure function count_line(name, number) result(line)
+    !> Name of the count.
+    character(len=*), intent(in) :: name
+    !> The count.
+    integer(long), intent(in) :: number
+    character(len=:), allocatable :: line
+
+    line = '  "'//name//'": '//integer_text(number)//','//newline
+  end function count_line
+
+  !> A number with a fixed count of decimals.
+  pure function fixed(value, decimals) result(text)
+    !> The number.
+    real(wp), intent(in) :: value
+    !> Decimals.
+    integer, intent(in) :: decimals
+    character(len=:), allocatable :: text
+    character(len=24) :: buffer
+
+    write (buffer, '(f24.'//integer_text(decimals)//')') value
+    text = trim(adjustl(buffer))
+  end function fixed
+end module qsmpm_profile_report

@@ -1,0 +1,292 @@
+!> The scene as the user wrote it, beside the smaller model that is run: what results are written of.
+!>
+!> A reduced model and its scene meet only here. The scene has a mesh, material points and progress of
+!> its own, which are made from those of the model by the way back that the reductions left
+!> (`qsmpm_reduction`, `qsmpm_images`); writers of results are handed the scene in place of the model.
+module qsmpm_whole_scene
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_reduction, only: expansion_type, history_of_scene, reduction_name
+  use qsmpm_images, only: image_list_type, make_images, fold_place, window_of_scene
+  use qsmpm_grid, only: grid_type, make_grid, whole_window, pieces_of
+  use qsmpm_grid_window, only: window_type, operator(==), renumber
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  use qsmpm_points, only: allocate_points
+  use qsmpm_fault_list, only: fault_list_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
+  use qsmpm_model_space, only: make_space
+  use qsmpm_model_window, only: fit_window
+  use qsmpm_observer, only: step_record_type
+  use qsmpm_equation_count, only: count_equations
+  use qsmpm_number_text, only: integer_text
+  implicit none
+  private
+
+  public :: whole_scene_type, begin_whole, follow_step, show_state, whole_record, savings_text, is_reduced
+
+  !> The scene beside its model.
+  type :: whole_scene_type
+    type(expansion_type) :: expansion
+    !> The scene with what pictures show of it.
+    type(model_type) :: model
+    !> Node of the model that each node of the scene moves with, and the signs of its motion.
+    integer, allocatable :: node(:)
+    real(wp), allocatable :: sign(:, :)
+    !> Part of the model's grid that the mesh of the scene answers to, and its nodes as they are built
+    !> (dimension of the model, nodes).
+    type(window_type) :: window
+    real(wp), allocatable :: start(:, :)
+  end type whole_scene_type
+
+contains
+
+  !> Whether the model is smaller than the scene.
+  pure logical function is_reduced(whole)
+    !> The scene.
+    type(whole_scene_type), intent(in) :: whole
+
+    is_reduced = .false.
+    if (allocated(whole%expansion%steps)) is_reduced = size(whole%expansion%steps) > 0
+  end function is_reduced
+
+  !> Mesh the scene and put its points beside those of the model.
+  subroutine begin_whole(whole, scene, expansion, model, error)
+    !> The scene.
+    type(whole_scene_type), intent(out) :: whole
+    !> The scene as the deck says it, and the way back to it.
+    type(analysis_type), intent(in) :: scene
+    type(expansion_type), intent(in) :: expansion
+    !> The model as it was built.
+    type(model_type), intent(in) :: model
+    !> Set when the mesh or the sets of the scene are not good.
+    type(error_type), allocatable, intent(out) :: error
+    type(fault_list_type) :: faults
+
+    whole%expansion = expansion
+    if (.not. is_reduced(whole)) return
+    whole%model%analysis = scene
+    whole%model%analysis%materials = model%analysis%materials
+    whole%model%notes = ''
+    whole%model%state%window = window_of_scene(expansion, model%state%window)
+    call make_mesh(whole%model, faults)
+    if (faults%count == 0) call make_sets(whole%model, faults)
+    if (faults%count == 0) call make_space(whole%model, faults)
+    if (faults%count > 0) then
+      call fail(error, error_deck, faults%text)
+      return
+    end if
+    whole%model%state%coordinates = whole%model%mesh%coordinates
+    call match_nodes(whole, model)
+    call follow_step(whole, model)
+    call show_state(whole, model)
+  end subroutine begin_whole
+
+  !> Find the node of the model for every node of the scene.
+  subroutine match_nodes(whole, model)
+    !> The scene.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    type(point_bins_type) :: bins
+    type(mesh_type) :: built
+    real(wp) :: place(3)
+    integer :: i
+
+    call make_grid(grid_of(model%analysis), built, model%state%window)
+    whole%window = model%state%window
+    whole%start = built%coordinates
+    if (allocated(whole%node)) deallocate (whole%node, whole%sign)
+    associate (mesh => whole%model%mesh)
+      allocate (whole%node(mesh%node_count), whole%sign(3, mesh%node_count))
+      call make_bins(whole%start, bins)
+      do i = 1, mesh%node_count
+        place = 0.0_wp
+        place(:mesh%dimension) = mesh%coordinates(:, i)
+        call fold_place(whole%expansion, place, whole%sign(:, i))
+        whole%node(i) = nearest_in_bins(bins, whole%start, place(:model%mesh%dimension))
+      end do
+    end associate
+  end subroutine match_nodes
+
+  !> Where the scene stands; work is that of the whole scene.
+  pure subroutine follow_step(whole, model)
+    !> The scene.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    real(wp) :: factor
+
+    factor = product(whole%expansion%steps%factor)
+    whole%model%state%progress = model%state%progress
+    whole%model%state%progress%external_work = factor*model%state%progress%external_work
+    whole%model%state%progress%internal_work = factor*model%state%progress%internal_work
+  end subroutine follow_step
+
+  !> The record of a step with the histories of the scene.
+  pure subroutine whole_record(whole, record, changed)
+    !> The scene.
+    type(whole_scene_type), intent(in) :: whole
+    !> How the step went in the model.
+    type(step_record_type), intent(in) :: record
+    !> The same with the histories of the scene.
+    type(step_record_type), intent(out) :: changed
+    real(wp) :: factor
+    integer :: i, s
+
+    changed = record
+    if (.not. allocated(record%histories)) return
+    do i = 1, size(record%histories)
+      factor = 1.0_wp
+      do s = 1, size(whole%expansion%steps)
+        factor = factor*whole%expansion%steps(s)%history_factor(i)
+      end do
+      changed%histories(i) = whole%model%analysis%histories(i)%scale*history_of_scene(whole%expansion, i, 0.0_wp) &
+        + factor*record%histories(i)
+    end do
+  end subroutine whole_record
+
+  !> Points, nodes and loads of the scene as the model stands.
+  subroutine show_state(whole, model)
+    !> The scene.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    type(image_list_type) :: images
+    type(grid_type) :: grid
+    integer :: i, d, n, components
+
+    if (.not. whole%window == model%state%window) then
+      call fit_window(whole%model, window_of_scene(whole%expansion, model%state%window))
+      call match_nodes(whole, model)
+    end if
+    call make_images(whole%expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), &
+      model%mesh%dimension, images)
+    grid = grid_of(whole%model%analysis)
+    d = whole%model%mesh%dimension
+    components = merge(4, 6, d == 2)
+    associate (points => whole%model%state%points)
+      if (points%count /= images%count) call allocate_points(points, d, images%count, components, 0)
+      points%position = images%position(:d, :)
+      points%initial_position = images%initial_position(:d, :)
+      points%stress = images%stress(:components, :)
+      points%volume = images%volume
+      points%initial_volume = images%initial_volume
+      points%weight = images%weight
+      points%plastic = images%plastic
+      points%material = images%material
+      points%body = images%body
+      do i = 1, images%count
+        points%cell(i) = renumber(whole_window(grid), whole%model%state%window, pieces_of(grid), images%cell(i))
+      end do
+    end associate
+    n = model%mesh%dimension
+    do i = 1, size(whole%node)
+      associate (place => whole%model%state%coordinates(:, i), own => whole%node(i))
+        place = whole%model%mesh%coordinates(:, i)
+        place(:n) = place(:n) + whole%sign(:n, i)*(model%state%coordinates(:, own) - whole%start(:, own))
+      end associate
+    end do
+    call show_loads(whole, model, images)
+  end subroutine show_state
+
+  !> Gravity of the scene, and its points that stand for a piece of a loaded surface. A surface has up to
+  !> four images, one for each pair of signs along x and z.
+  subroutine show_loads(whole, model, images)
+    !> The scene.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Points of the scene.
+    type(image_list_type), intent(in) :: images
+    integer, allocatable :: first(:), next(:)
+    integer :: i, k, n, s, surfaces, image, turn
+    real(wp) :: sign(3)
+
+    whole%model%loading%gravity_start = model%loading%gravity_start
+    whole%model%loading%gravity_final = model%loading%gravity_final
+    if (.not. allocated(model%loading%traction_final)) return
+    surfaces = size(model%loading%traction_final, 2)
+    if (allocated(whole%model%loading%traction_start)) deallocate (whole%model%loading%traction_start, &
+      whole%model%loading%traction_final)
+    allocate (whole%model%loading%traction_start(3, 4*surfaces), whole%model%loading%traction_final(3, 4*surfaces))
+    do turn = 0, 3
+      sign = [merge(-1.0_wp, 1.0_wp, mod(turn, 2) == 1), 1.0_wp, merge(-1.0_wp, 1.0_wp, turn > 1)]
+      do s = 1, surfaces
+        whole%model%loading%traction_start(:, turn*surfaces + s) = sign*model%loading%traction_start(:, s)
+        whole%model%loading%traction_final(:, turn*surfaces + s) = sign*model%loading%traction_final(:, s)
+      end do
+    end do
+    call chain_images(images, model%state%points%count, first, next, n, model%carrying_point)
+    if (allocated(whole%model%carrying_point)) deallocate (whole%model%carrying_point, &
+      whole%model%carrying_surface, whole%model%carrying_area)
+    allocate (whole%model%carrying_point(n), whole%model%carrying_surface(n), whole%model%carrying_area(n))
+    k = 0
+    do i = 1, size(model%carrying_point)
+      image = first(model%carrying_point(i))
+      do while (image > 0)
+        k = k + 1
+        turn = merge(1, 0, images%sign(1, image) < 0.0_wp) + merge(2, 0, images%sign(3, image) < 0.0_wp)
+        whole%model%carrying_point(k) = image
+        whole%model%carrying_surface(k) = turn*surfaces + model%carrying_surface(i)
+        whole%model%carrying_area(k) = model%carrying_area(i)*images%volume(image) &
+          /model%state%points%volume(model%carrying_point(i))
+        image = next(image)
+      end do
+    end do
+  end subroutine show_loads
+
+  !> The images of each point of the model as chains, and how many the carrying points have together.
+  pure subroutine chain_images(images, points, first, next, total, carrying)
+    !> Points of the scene.
+    type(image_list_type), intent(in) :: images
+    !> Number of points of the model.
+    integer, intent(in) :: points
+    !> First image of each point, and the one behind each image; 0 at the end.
+    integer, allocatable, intent(out) :: first(:), next(:)
+    !> Images of all carrying points.
+    integer, intent(out) :: total
+    !> Points that stand for a piece of surface.
+    integer, intent(in) :: carrying(:)
+    integer :: k, i, counts(points)
+
+    allocate (first(points), next(images%count), source=0)
+    counts = 0
+    do k = images%count, 1, -1
+      next(k) = first(images%origin(k))
+      first(images%origin(k)) = k
+      counts(images%origin(k)) = counts(images%origin(k)) + 1
+    end do
+    total = 0
+    do i = 1, size(carrying)
+      total = total + counts(carrying(i))
+    end do
+  end subroutine chain_images
+
+  !> What the reductions save, as lines for the log.
+  subroutine savings_text(whole, model, text)
+    !> The scene.
+    type(whole_scene_type), intent(inout) :: whole
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> One reduction a line, then the totals.
+    character(len=:), allocatable, intent(out) :: text
+    type(model_type) :: counted
+    integer :: before, after, s
+
+    text = ''
+    counted = model
+    call count_equations(counted, after)
+    call count_equations(whole%model, before)
+    do s = 1, size(whole%expansion%steps)
+      associate (step => whole%expansion%steps(s))
+        text = text//'reduced to '//reduction_name(step%kind, step%axis)//new_line('a')
+      end associate
+    end do
+    text = text//'equations '//integer_text(after)//' for '//integer_text(before)//', material points '// &
+      integer_text(model%state%points%count)//' for '//integer_text(whole%model%state%points%count)// &
+      ' of the scene; symmetric answers only; restart.h5 holds the reduced model'//new_line('a')
+  end subroutine savings_text
+end module qsmpm_whole_scene

@@ -1,0 +1,204 @@
+!> A plane scene of level layers between rollers, under loads that do not depend on x, as a single
+!> column of cells.
+!>
+!> Proof: `qsmpm_uniform_axis` along x, and rectangles that are not shifted: then the columns of the
+!> grid are all alike and each carries its own width of the load. Triangles lean to one side, so their
+!> columns are not alike at the ends and the scene is left as it is.
+module qsmpm_column
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, set_type, fixity_type, three_dimensional, select_plane, &
+    quantity_displacement, quantity_position, quantity_reaction
+  use qsmpm_analysis_lists, only: append
+  use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction
+  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
+    scene_tolerance
+  use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_uniform_axis, only: prove_uniform
+  implicit none
+  private
+
+  public :: prove_column, make_column
+
+  !> Names of the sets of the two sides; no deck can write them without quotes.
+  character(len=*), parameter :: side_names(2) = ['=first side', '=last side ']
+
+contains
+
+  !> Prove that a scene is a row of equal columns.
+  pure subroutine prove_column(analysis, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Why not; unallocated when proved.
+    character(len=:), allocatable, intent(out) :: reason
+
+    if (analysis%model == three_dimensional) then
+      call refuse(reason, 'the scene depends on z')
+      return
+    end if
+    call prove_uniform(analysis, 1, reason)
+    if (allocated(reason)) return
+    if (size(analysis%mesh%axes(1)%lines) <= 2) then
+      call refuse(reason, 'the grid is one cell wide already')
+    else if (index(analysis%mesh%element, 'QUAD') /= 1) then
+      call refuse(reason, 'the triangles of *GRID'//place_text(analysis%mesh%where)// &
+        ' make columns that are not alike (QUAD4 and QUAD8 do)')
+    else if (analysis%mesh%perturbation > 0.0_wp) then
+      call refuse(reason, 'the nodes of *GRID'//place_text(analysis%mesh%where)//' are shifted')
+    else
+      call prove_histories(analysis, reason)
+    end if
+  end subroutine prove_column
+
+  !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
+  pure subroutine prove_histories(analysis, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    type(members_type) :: members
+    integer :: i, s
+    logical :: whole
+
+    call find_members(analysis, members)
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i), lines => analysis%mesh%axes(1)%lines)
+        if (history%quantity == quantity_reaction) then
+          s = set_number(analysis, history%set)
+          whole = covers_axis(members, s, 1)
+          if (.not. whole .and. (history%component /= 1 .or. side_of(members, s) == 0)) call refuse(reason, &
+            "*HISTORY '"//history%name//"'"//place_text(history%where)//" reads a reaction of '"//history%set// &
+            "', which depends on x")
+        else if (history%at(1) < lines(1) - scene_tolerance(analysis) .or. &
+          history%at(1) > lines(size(lines)) + scene_tolerance(analysis)) then
+          call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)//' is outside the grid')
+        end if
+      end associate
+    end do
+  end subroutine prove_histories
+
+  !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
+  pure integer function side_of(members, set) result(side)
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> Number of the set.
+    integer, intent(in) :: set
+
+    side = 0
+    associate (holds => members%axis(1)%holds(:, set))
+      if (count(holds) /= 1) return
+      if (holds(1)) side = 1
+      if (holds(size(holds))) side = 2
+    end associate
+  end function side_of
+
+  !> One column of a scene of equal columns, and the way back.
+  pure subroutine make_column(analysis, step)
+    !> The scene, proved to be a row of equal columns; the column.
+    type(analysis_type), intent(inout) :: analysis
+    !> The way back.
+    type(reduction_type), intent(out) :: step
+    type(members_type) :: members
+
+    call begin_reduction(analysis, reduce_column, 1, step)
+    call find_members(analysis, members)
+    associate (lines => analysis%mesh%axes(1)%lines)
+      step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
+    end associate
+    call column_histories(analysis, members, step)
+    call hold_sides(analysis, members)
+    call move_sides(analysis, members)
+    call drop_unused_sets(analysis)
+    call keep_used_surfaces(analysis)
+    analysis%mesh%axes(1)%lines = analysis%mesh%axes(1)%lines(:2)
+  end subroutine make_column
+
+  !> Histories of the column: nothing moves along x.
+  pure subroutine column_histories(analysis, members, step)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> Gets the way back.
+    type(reduction_type), intent(inout) :: step
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i))
+        select case (history%quantity)
+        case (quantity_displacement)
+          if (history%component == 1) step%history_factor(i) = 0.0_wp
+        case (quantity_position)
+          if (history%component == 1) step%history_factor(i) = 0.0_wp
+          if (history%component == 1) step%history_offset(i) = history%at(1)
+        case (quantity_reaction)
+          if (covers_axis(members, set_number(analysis, history%set), 1)) &
+            step%history_factor(i) = merge(0.0_wp, step%factor, history%component == 1)
+        end select
+        if (history%quantity /= quantity_reaction) history%at(1) = in_first(analysis%mesh%axes(1)%lines, history%at(1))
+      end associate
+    end do
+  end subroutine column_histories
+
+  !> The place in the first cell that is like a place in any cell.
+  pure real(wp) function in_first(lines, x)
+    !> Lines along x.
+    real(wp), intent(in) :: lines(:)
+    !> The place.
+    real(wp), intent(in) :: x
+    integer :: i
+
+    i = max(1, min(size(lines) - 1, count(lines <= x)))
+    in_first = lines(1) + (lines(2) - lines(1))*(x - lines(i))/(lines(i + 1) - lines(i))
+    in_first = max(lines(1), min(lines(2), in_first))
+  end function in_first
+
+  !> Fixities of sets that depend on x go, both sides are held in every phase. What is freed of a side
+  !> has been proved to be held again.
+  pure subroutine hold_sides(analysis, members)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    type(fixity_type), allocatable :: kept(:)
+    type(fixity_type) :: roller
+    type(set_type) :: side
+    integer :: p, i, k
+
+    do k = 1, 2
+      side%name = trim(side_names(k))
+      side%selection = select_plane
+      side%axis = 1
+      side%box(1, 1) = analysis%mesh%axes(1)%lines(k)
+      call append(analysis%node_sets, side)
+    end do
+    roller%fixed = [.true., .false., .false.]
+    do p = 1, size(analysis%phases)
+      allocate (kept(0))
+      do i = 1, size(analysis%phases(p)%fixities)
+        if (covers_axis(members, set_number(analysis, analysis%phases(p)%fixities(i)%set), 1)) &
+          call append(kept, analysis%phases(p)%fixities(i))
+      end do
+      do k = 1, 2
+        roller%set = trim(side_names(k))
+        call append(kept, roller)
+      end do
+      call move_alloc(kept, analysis%phases(p)%fixities)
+    end do
+  end subroutine hold_sides
+
+  !> Sets on a side that a history reads go with the side.
+  pure subroutine move_sides(analysis, members)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    integer :: s
+
+    do s = 1, size(members%axis(1)%holds, 2)
+      if (side_of(members, s) == 0) cycle
+      associate (set => analysis%node_sets(s), x => analysis%mesh%axes(1)%lines(side_of(members, s)))
+        set%box(1, :) = x
+      end associate
+    end do
+  end subroutine move_sides
+end module qsmpm_column

@@ -1,0 +1,171 @@
+!> Surfaces that carry loads or supports in a scene: whether they depend on an axis, and which of
+!> them are used at all.
+module qsmpm_loaded_surfaces
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, surface_type, select_box, select_segment, select_outline, &
+    body_polygon, carrier_points
+  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_set_members, only: scene_tolerance
+  implicit none
+  private
+
+  public :: surface_is_used, keep_used_surfaces, surface_number, prove_loads_uniform, is_flat_across
+
+contains
+
+  !> Number of a named surface, 0 when there is none.
+  pure integer function surface_number(analysis, name)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Its name.
+    character(len=*), intent(in) :: name
+    integer :: s
+
+    surface_number = 0
+    do s = 1, size(analysis%surfaces)
+      if (analysis%surfaces(s)%name == name) surface_number = s
+    end do
+  end function surface_number
+
+  !> Whether a phase loads or supports a surface.
+  pure logical function surface_is_used(analysis, name) result(used)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Name of the surface.
+    character(len=*), intent(in) :: name
+    integer :: p, i
+
+    used = .false.
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%tractions)
+        used = used .or. analysis%phases(p)%tractions(i)%surface == name
+      end do
+      do i = 1, size(analysis%phases(p)%supports)
+        used = used .or. analysis%phases(p)%supports(i)%surface == name
+      end do
+    end do
+  end function surface_is_used
+
+  !> Leave out the surfaces no phase uses.
+  pure subroutine keep_used_surfaces(analysis)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    type(surface_type), allocatable :: kept(:)
+    integer :: s, n
+
+    allocate (kept(size(analysis%surfaces)))
+    n = 0
+    do s = 1, size(kept)
+      if (.not. surface_is_used(analysis, analysis%surfaces(s)%name)) cycle
+      n = n + 1
+      kept(n) = analysis%surfaces(s)
+    end do
+    deallocate (analysis%surfaces)
+    allocate (analysis%surfaces(n))
+    do s = 1, n
+      analysis%surfaces(s) = kept(s)
+    end do
+  end subroutine keep_used_surfaces
+
+  !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
+  !> along it.
+  pure subroutine prove_loads_uniform(analysis, axis, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Why not; unallocated when proved.
+    character(len=:), allocatable, intent(inout) :: reason
+    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        if (phase%gravity%given .and. abs(phase%gravity%vector(axis)) > 0.0_wp) call refuse(reason, &
+          "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' has a part along '//letters(axis))
+        do i = 1, size(phase%tractions)
+          associate (traction => phase%tractions(i))
+            if (.not. traction%follows .and. abs(traction%vector(axis)) > 0.0_wp) call refuse(reason, &
+              "*TRACTION on '"//traction%surface//"'"//place_text(traction%where)//' has a part along '// &
+              letters(axis))
+            if (traction%carrier == carrier_points) call refuse(reason, "*TRACTION on '"// &
+              traction%surface//"'"//place_text(traction%where)//' is carried by the outermost points')
+            call prove_surface(analysis, traction%surface, axis, reason)
+          end associate
+        end do
+        do i = 1, size(phase%supports)
+          call prove_surface(analysis, phase%supports(i)%surface, axis, reason)
+        end do
+      end associate
+    end do
+  end subroutine prove_loads_uniform
+
+  !> Prove that a surface goes through the whole grid along an axis and has no face across it.
+  pure subroutine prove_surface(analysis, name, axis, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Name of the surface.
+    character(len=*), intent(in) :: name
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
+    real(wp) :: first, last, tolerance
+    logical :: whole
+
+    tolerance = scene_tolerance(analysis)
+    associate (surface => analysis%surfaces(surface_number(analysis, name)), lines => analysis%mesh%axes(axis)%lines)
+      first = lines(1) + tolerance
+      last = lines(size(lines)) - tolerance
+      select case (surface%selection)
+      case (select_box)
+        whole = surface%box(axis, 1) <= first .and. surface%box(axis, 2) >= last &
+          .and. is_flat_across(surface, axis, tolerance)
+      case (select_outline)
+        if (surface%boxed) then
+          whole = surface%box(axis, 1) <= first .and. surface%box(axis, 2) >= last &
+            .and. is_flat_across(surface, axis, tolerance)
+        else
+          whole = axis == 3 .and. is_prism(analysis, surface)
+        end if
+      case (select_segment)
+        whole = axis == 1 .and. size(surface%segments, 2) == 1
+        if (whole) whole = abs(surface%segments(2, 1) - surface%segments(4, 1)) <= tolerance .and. &
+          minval(surface%segments([1, 3], 1)) <= first .and. maxval(surface%segments([1, 3], 1)) >= last
+      case default
+        whole = .false.
+      end select
+      if (.not. whole) call refuse(reason, "*SURFACE '"//name//"'"//place_text(surface%where)// &
+        ' depends on '//letters(axis)//' or has faces across it')
+    end associate
+  end subroutine prove_surface
+
+  !> Whether the box of a surface is flat along another axis: then no face across the given one is in
+  !> it. Along x only a box that is flat along y counts: a scene that does not depend on x has no others.
+  pure logical function is_flat_across(surface, axis, tolerance) result(flat)
+    !> The surface.
+    type(surface_type), intent(in) :: surface
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Length that is none.
+    real(wp), intent(in) :: tolerance
+
+    flat = surface%box(2, 2) - surface%box(2, 1) <= tolerance
+    if (axis == 3) flat = flat .or. surface%box(1, 2) - surface%box(1, 1) <= tolerance
+  end function is_flat_across
+
+  !> Whether the body of an outline is a polygon: the prism over it has walls only.
+  pure logical function is_prism(analysis, surface) result(yes)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> The surface.
+    type(surface_type), intent(in) :: surface
+    integer :: b
+
+    yes = .false.
+    do b = 1, size(analysis%bodies)
+      if (analysis%bodies(b)%name == surface%body) yes = analysis%bodies(b)%kind == body_polygon
+    end do
+  end function is_prism
+end module qsmpm_loaded_surfaces

@@ -1,0 +1,252 @@
+!> Half of a scene that is its own mirror image: the half below the plane, which is held along its
+!> normal. Bodies and surfaces that cross the plane stay whole: the grid ends there, and what lies
+!> beyond has no cell.
+module qsmpm_mirror_half
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, set_type, fixity_type, prescription_type, traction_type, support_type, &
+    body_type, select_plane, select_box, select_segment, select_outline, body_box, body_polygon, &
+    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+  use qsmpm_analysis_lists, only: append
+  use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
+  use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
+  use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
+  use qsmpm_mirror, only: set_side, side_both, side_other
+  use qsmpm_mirror_images, only: mirror_plane, body_partner, mirrored_box
+  implicit none
+  private
+
+  public :: make_half
+
+  character(len=*), parameter :: plane_names(3) = ['=mirror x', '=mirror y', '=mirror z']
+
+contains
+
+  !> The half, and the way back.
+  pure subroutine make_half(analysis, axis, step)
+    !> The scene, proved to be symmetric; its half.
+    type(analysis_type), intent(inout) :: analysis
+    !> 1 or 3.
+    integer, intent(in) :: axis
+    !> The way back.
+    type(reduction_type), intent(out) :: step
+    type(members_type) :: members
+    integer :: n
+
+    call begin_reduction(analysis, reduce_mirror, axis, step)
+    call find_members(analysis, members)
+    step%factor = 2.0_wp
+    step%plane = mirror_plane(analysis, axis)
+    call half_histories(analysis, members, axis, step)
+    call half_supports(analysis, members, axis)
+    call half_surfaces(analysis, axis, step%plane)
+    call half_bodies(analysis, axis, step)
+    call half_sets(analysis, members, axis, step%plane)
+    call drop_unused_sets(analysis)
+    call keep_used_surfaces(analysis)
+    n = size(analysis%mesh%axes(axis)%lines)/2 + 1
+    analysis%mesh%axes(axis)%lines = analysis%mesh%axes(axis)%lines(:n)
+  end subroutine make_half
+
+  !> Histories beyond the plane are read from the mirror image.
+  pure subroutine half_histories(analysis, members, axis, step)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Gets the way back.
+    type(reduction_type), intent(inout) :: step
+    logical :: beyond
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i))
+        if (history%quantity == quantity_reaction) then
+          select case (set_side(members, set_number(analysis, history%set), axis))
+          case (side_both)
+            step%history_factor(i) = merge(0.0_wp, 2.0_wp, history%component == axis)
+          case (side_other)
+            step%history_factor(i) = merge(-1.0_wp, 1.0_wp, history%component == axis)
+          end select
+          cycle
+        end if
+        beyond = history%at(axis) > step%plane
+        if (.not. beyond) cycle
+        history%at(axis) = 2.0_wp*step%plane - history%at(axis)
+        select case (history%quantity)
+        case (quantity_displacement, quantity_position)
+          if (history%component == axis) step%history_factor(i) = -1.0_wp
+          if (history%component == axis .and. history%quantity == quantity_position) &
+            step%history_offset(i) = 2.0_wp*step%plane
+        case (quantity_stress)
+          if (is_odd(history%component, axis)) step%history_factor(i) = -1.0_wp
+        end select
+      end associate
+    end do
+  end subroutine half_histories
+
+  !> Whether a stress component changes its sign in a mirror: a shear with the normal.
+  pure logical function is_odd(component, axis)
+    !> 1 to 6: 11, 22, 33, 12, 13, 23; and the axis.
+    integer, intent(in) :: component, axis
+
+    is_odd = component == 5 .or. (component == 4 .and. axis == 1) .or. (component == 6 .and. axis == 3)
+  end function is_odd
+
+  !> What holds or moves nothing in the half is left out; the plane is held in every phase.
+  pure subroutine half_supports(analysis, members, axis)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> The axis.
+    integer, intent(in) :: axis
+    type(fixity_type), allocatable :: fixities(:)
+    type(prescription_type), allocatable :: prescriptions(:)
+    type(fixity_type) :: roller
+    integer :: p, i
+
+    roller%set = plane_names(axis)
+    roller%fixed(axis) = .true.
+    do p = 1, size(analysis%phases)
+      allocate (fixities(0), prescriptions(0))
+      associate (phase => analysis%phases(p))
+        do i = 1, size(phase%fixities)
+          if (set_side(members, set_number(analysis, phase%fixities(i)%set), axis) /= side_other) &
+            call append(fixities, phase%fixities(i))
+        end do
+        call append(fixities, roller)
+        do i = 1, size(phase%prescriptions)
+          if (set_side(members, set_number(analysis, phase%prescriptions(i)%set), axis) /= side_other) &
+            call append(prescriptions, phase%prescriptions(i))
+        end do
+        call move_alloc(fixities, phase%fixities)
+        call move_alloc(prescriptions, phase%prescriptions)
+      end associate
+    end do
+  end subroutine half_supports
+
+  !> Loads and supports of surfaces that lie beyond the plane are left out.
+  pure subroutine half_surfaces(analysis, axis, plane)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Coordinate of the plane.
+    real(wp), intent(in) :: plane
+    type(traction_type), allocatable :: tractions(:)
+    type(support_type), allocatable :: supports(:)
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      allocate (tractions(0), supports(0))
+      associate (phase => analysis%phases(p))
+        do i = 1, size(phase%tractions)
+          if (.not. surface_beyond(analysis, phase%tractions(i)%surface, axis, plane)) &
+            call append(tractions, phase%tractions(i))
+        end do
+        do i = 1, size(phase%supports)
+          if (.not. surface_beyond(analysis, phase%supports(i)%surface, axis, plane)) &
+            call append(supports, phase%supports(i))
+        end do
+        call move_alloc(tractions, phase%tractions)
+        call move_alloc(supports, phase%supports)
+      end associate
+    end do
+  end subroutine half_surfaces
+
+  !> Whether a surface lies beyond the plane.
+  pure logical function surface_beyond(analysis, name, axis, plane) result(beyond)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Name of the surface.
+    character(len=*), intent(in) :: name
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Coordinate of the plane.
+    real(wp), intent(in) :: plane
+    integer :: b
+
+    associate (surface => analysis%surfaces(surface_number(analysis, name)), nothing => scene_tolerance(analysis))
+      beyond = .false.
+      select case (surface%selection)
+      case (select_box)
+        beyond = surface%box(axis, 1) >= plane - nothing
+      case (select_segment)
+        beyond = minval(surface%segments([1, 3], :)) >= plane - nothing
+      case (select_outline)
+        if (surface%boxed) beyond = surface%box(axis, 1) >= plane - nothing
+        do b = 1, size(analysis%bodies)
+          if (analysis%bodies(b)%name == surface%body) beyond = beyond .or. &
+            body_beyond(analysis%bodies(b), axis, plane - nothing)
+        end do
+      end select
+    end associate
+  end function surface_beyond
+
+  !> Whether a body lies beyond the plane.
+  pure logical function body_beyond(body, axis, plane) result(beyond)
+    !> The body.
+    type(body_type), intent(in) :: body
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Coordinate of the plane.
+    real(wp), intent(in) :: plane
+
+    beyond = .false.
+    if (body%kind == body_box) beyond = body%box(axis, 1) >= plane
+    if (body%kind == body_polygon .and. axis == 1) beyond = minval(body%polygon(1, :)) >= plane
+  end function body_beyond
+
+  !> Bodies beyond the plane are left out; the others know their images.
+  pure subroutine half_bodies(analysis, axis, step)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Gets the bodies of the half and their images.
+    type(reduction_type), intent(inout) :: step
+    type(body_type), allocatable :: kept(:)
+    integer, allocatable :: own(:), image(:)
+    integer :: b
+
+    allocate (kept(0), own(0), image(0))
+    do b = 1, size(analysis%bodies)
+      if (body_beyond(analysis%bodies(b), axis, step%plane - scene_tolerance(analysis))) cycle
+      call append(kept, analysis%bodies(b))
+      own = [own, b]
+      image = [image, body_partner(analysis, b, axis)]
+    end do
+    call move_alloc(kept, analysis%bodies)
+    call move_alloc(own, step%body)
+    call move_alloc(image, step%image_body)
+  end subroutine half_bodies
+
+  !> Sets that a reaction is read of beyond the plane go to the other side; the plane is a set.
+  pure subroutine half_sets(analysis, members, axis, plane)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Coordinate of the plane.
+    real(wp), intent(in) :: plane
+    type(set_type) :: middle
+    integer :: s
+
+    do s = 1, size(analysis%node_sets)
+      associate (set => analysis%node_sets(s))
+        if (set_side(members, s, axis) /= side_other) cycle
+        if (set%selection == select_plane) set%box(axis, 1) = 2.0_wp*plane - set%box(axis, 1)
+        if (set%selection == select_box) set%box = mirrored_box(set%box, axis, plane)
+      end associate
+    end do
+    middle%name = plane_names(axis)
+    middle%selection = select_plane
+    middle%axis = axis
+    middle%box(axis, 1) = plane
+    call append(analysis%node_sets, middle)
+  end subroutine half_sets
+end module qsmpm_mirror_half

@@ -1,0 +1,164 @@
+!> What a scene is reduced by, as plain data: one `reduction_type` for each step from the scene as
+!> written to the model that is run, with all that is needed to go back from the results of the model
+!> to those of the scene. How the proofs are made is left to the modules of the single reductions, how
+!> the results are expanded to `qsmpm_images`.
+module qsmpm_reduction
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, source_line_type, axis_type
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: reduction_type, expansion_type, layers_type, verdict_type
+  public :: refuse, place_text, reduction_name, begin_reduction, history_of_scene, append_step
+
+  !> Kinds of reduction, in the order they are tried.
+  integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
+  !> Lengths closer than this share of the size of the grid are the same, as for the sets of the mesh.
+  real(wp), parameter, public :: closeness = 1.0e-8_wp
+
+  !> Layers of the points of a body between two grid lines.
+  type :: layers_type
+    !> Place between the lines, 0 to 1, and share of the volume (layers).
+    real(wp), allocatable :: place(:), share(:)
+  end type layers_type
+
+  !> One step from a scene to a smaller one.
+  type :: reduction_type
+    integer :: kind = 0
+    !> Axis that is left out, halved or cut to one cell; of a revolved scene 0.
+    integer :: axis = 0
+    !> Forces and work of the scene over those of the model.
+    real(wp) :: factor = 1.0_wp
+    !> Grid lines of the scene before this step; those along z only in 3D.
+    type(axis_type) :: lines(3)
+    !> Elements a quadrilateral or brick of the grid is cut into.
+    integer :: pieces = 1
+    !> Coordinate of a mirror plane; axis of a revolved scene: x and z, and its sector in radians.
+    real(wp) :: plane = 0.0_wp, centre(2) = 0.0_wp, sector(2) = 0.0_wp
+    !> Layers through the thickness of the points of each body of the smaller scene (bodies).
+    type(layers_type), allocatable :: layers(:)
+    !> Body of the scene that each body of the smaller scene is, and the one its mirror image is (bodies).
+    integer, allocatable :: body(:), image_body(:)
+    !> Histories: value of the scene = offset + factor * value of the smaller scene, without SCALE.
+    real(wp), allocatable :: history_factor(:), history_offset(:)
+  end type reduction_type
+
+  !> All steps, from the scene to the model.
+  type :: expansion_type
+    type(reduction_type), allocatable :: steps(:)
+  end type expansion_type
+
+  !> What was found about one reduction.
+  type :: verdict_type
+    integer :: kind = 0
+    integer :: axis = 0
+    !> Proved; and used in the model that is run.
+    logical :: possible = .false.
+    logical :: used = .false.
+    !> Why not possible, why possible but not used, or what is done.
+    character(len=:), allocatable :: reason
+  end type verdict_type
+
+contains
+
+  !> Note why a reduction is not possible; the first reason stays.
+  pure subroutine refuse(reason, text)
+    !> Empty so far, or unallocated.
+    character(len=:), allocatable, intent(inout) :: reason
+    !> Why not.
+    character(len=*), intent(in) :: text
+
+    if (.not. allocated(reason)) reason = text
+  end subroutine refuse
+
+  !> The place of a card in the deck in brackets, empty when it is not known.
+  pure function place_text(where) result(text)
+    !> Where it was written.
+    type(source_line_type), intent(in) :: where
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (allocated(where%file) .and. where%line > 0) text = ' ('//where%file//':'//integer_text(where%line)//')'
+  end function place_text
+
+  !> Name of a reduction as in plan and log.
+  pure function reduction_name(kind, axis) result(name)
+    !> One of the reduce_* values.
+    integer, intent(in) :: kind
+    !> Its axis.
+    integer, intent(in) :: axis
+    character(len=:), allocatable :: name
+    character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
+
+    select case (kind)
+    case (reduce_prismatic)
+      name = 'plane strain'
+    case (reduce_revolved)
+      name = 'axisymmetry'
+    case (reduce_column)
+      name = 'single column'
+    case default
+      name = 'mirror in '//letters(max(1, axis))
+    end select
+  end function reduction_name
+
+  !> A step that changes nothing yet.
+  pure subroutine begin_reduction(analysis, kind, axis, step)
+    !> The scene before the step.
+    type(analysis_type), intent(in) :: analysis
+    !> One of the reduce_* values, and its axis.
+    integer, intent(in) :: kind, axis
+    !> The step.
+    type(reduction_type), intent(out) :: step
+    integer :: i
+
+    step%kind = kind
+    step%axis = axis
+    do i = 1, 3
+      if (allocated(analysis%mesh%axes(i)%lines)) step%lines(i)%lines = analysis%mesh%axes(i)%lines
+    end do
+    step%pieces = 1
+    if (index(analysis%mesh%element, 'TRI') == 1 .or. index(analysis%mesh%element, 'WEDGE') == 1) step%pieces = 2
+    step%body = [(i, i=1, size(analysis%bodies))]
+    step%image_body = step%body
+    allocate (step%history_factor(size(analysis%histories)), source=1.0_wp)
+    allocate (step%history_offset(size(analysis%histories)), source=0.0_wp)
+  end subroutine begin_reduction
+
+  !> Value of a history of the scene by that of the model, both before SCALE.
+  pure real(wp) function history_of_scene(expansion, number, value)
+    !> All steps.
+    type(expansion_type), intent(in) :: expansion
+    !> Number of the history.
+    integer, intent(in) :: number
+    !> Value in the model.
+    real(wp), intent(in) :: value
+    integer :: s
+
+    history_of_scene = value
+    do s = size(expansion%steps), 1, -1
+      history_of_scene = expansion%steps(s)%history_offset(number) &
+        + expansion%steps(s)%history_factor(number)*history_of_scene
+    end do
+  end function history_of_scene
+
+  !> Put a step behind those there are.
+  pure subroutine append_step(expansion, step)
+    !> All steps; unallocated for none.
+    type(expansion_type), intent(inout) :: expansion
+    !> The next one.
+    type(reduction_type), intent(in) :: step
+    type(reduction_type), allocatable :: longer(:)
+    integer :: i, n
+
+    n = 0
+    if (allocated(expansion%steps)) n = size(expansion%steps)
+    allocate (longer(n + 1))
+    do i = 1, n
+      longer(i) = expansion%steps(i)
+    end do
+    longer(n + 1) = step
+    call move_alloc(longer, expansion%steps)
+  end subroutine append_step
+end module qsmpm_reduction

@@ -1,0 +1,368 @@
+!> A 3D scene of polyhedra turned about a vertical axis as an axisymmetric model.
+!>
+!> What is proved: every body is a figure of revolution about one axis on lines of the grid
+!> (`qsmpm_revolved_profile`); a side of the grid through the axis is held along its normal in every
+!> phase, so that the grid holds a whole, half or quarter of the figure; everything else that is held,
+!> moved or loaded depends on height only and is alike along x and z; the other sides are out of
+!> reach: the plane grid ends at the nearest of them, and a point that gets there ends the run. The
+!> equations are not those of the bricks, only what they approximate is the same.
+module qsmpm_revolved
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_analysis, only: analysis_type, body_type, fixity_type, three_dimensional, basis_fem, body_polyhedron, &
+    body_polygon, select_outline, select_plane, select_list, quantity_stress, quantity_reaction, mesh_grid, &
+    carrier_points
+  use qsmpm_error, only: error_type
+  use qsmpm_stl_reader, only: read_stl
+  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
+    scene_tolerance
+  use qsmpm_loaded_surfaces, only: surface_number
+  use qsmpm_revolved_profile, only: find_axis, find_profile
+  implicit none
+  private
+
+  public :: figure_type, prove_revolved, is_level
+
+  !> Coordinates of an STL file are rounded to this share of their size.
+  real(wp), parameter :: single_share = 1.0e-5_wp
+
+  !> What a proof has found.
+  type :: figure_type
+    !> x and z of the axis, largest radius of the grid, and the first and last angle of the sector.
+    real(wp) :: centre(2) = 0.0_wp
+    real(wp) :: radius = 0.0_wp
+    !> Largest radius of each body's corners (bodies).
+    real(wp), allocatable :: widest(:)
+    real(wp) :: sector(2) = 0.0_wp
+    !> The grid begins at the axis along x, and along z.
+    logical :: cut(2) = .false.
+    !> Half section of each body as a polygon.
+    type(body_type), allocatable :: bodies(:)
+  end type figure_type
+
+contains
+
+  !> Prove that a scene is a figure of revolution.
+  subroutine prove_revolved(analysis, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> What was found.
+    type(figure_type), intent(out) :: figure
+    !> Why not; unallocated when proved.
+    character(len=:), allocatable, intent(out) :: reason
+    type(members_type) :: members
+
+    if (analysis%model /= three_dimensional) then
+      call refuse(reason, 'the scene is plane')
+    else if (analysis%mesh%kind /= mesh_grid) then
+      call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
+    else if (any(analysis%bodies%kind /= body_polyhedron)) then
+      call refuse(reason, 'not all bodies are polyhedra')
+    else if (index(analysis%mesh%element, 'HEX') /= 1 .or. analysis%mesh%perturbation > 0.0_wp) then
+      call refuse(reason, '*GRID'//place_text(analysis%mesh%where)//' is not of regular bricks')
+    else if (analysis%method%basis == basis_fem) then
+      call refuse(reason, 'a carried mesh must follow the bricks')
+    end if
+    if (allocated(reason)) return
+    call read_sections(analysis, figure, reason)
+    if (allocated(reason)) return
+    call find_members(analysis, members)
+    call prove_axis(analysis, members, figure, reason)
+    call prove_sets(analysis, members, figure, reason)
+    call prove_loads(analysis, figure, reason)
+    call prove_histories(analysis, members, figure, reason)
+  end subroutine prove_revolved
+
+  !> Half sections of all bodies about one axis.
+  subroutine read_sections(analysis, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Gets the axis and the bodies.
+    type(figure_type), intent(inout) :: figure
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: facets(:, :, :), profile(:, :)
+    character(len=:), allocatable :: problem
+    integer :: b
+
+    figure%bodies = analysis%bodies
+    allocate (figure%widest(size(analysis%bodies)))
+    do b = 1, size(analysis%bodies)
+      associate (body => figure%bodies(b))
+        call read_stl(body%file, facets, error)
+        if (allocated(error)) then
+          call refuse(reason, error%message)
+          return
+        end if
+        if (b == 1) figure%centre = on_lines(analysis, find_axis(facets), maxval(abs(facets)))
+        figure%widest(b) = sqrt(maxval((facets(1, :, :) - figure%centre(1))**2 &
+          + (facets(3, :, :) - figure%centre(2))**2))
+        call find_profile(facets, figure%centre, profile, problem)
+        if (len(problem) > 0) then
+          call refuse(reason, "*BODY '"//body%name//"'"//place_text(body%where)//&
+            ' is no figure of revolution: '//problem)
+          return
+        end if
+        body%kind = body_polygon
+        call move_alloc(profile, body%polygon)
+        deallocate (body%file)
+      end associate
+    end do
+  end subroutine read_sections
+
+  !> The grid lines nearest to an axis, if they are as near as the file can tell.
+  pure function on_lines(analysis, centre, size_of_file) result(place)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> x and z of the axis, and the largest coordinate of its file.
+    real(wp), intent(in) :: centre(2), size_of_file
+    real(wp) :: place(2)
+    integer :: i, k
+
+    place = centre
+    do i = 1, 2
+      associate (lines => analysis%mesh%axes(2*i - 1)%lines)
+        k = minloc(abs(lines - centre(i)), dim=1)
+        if (abs(lines(k) - centre(i)) <= single_share*size_of_file) place(i) = lines(k)
+      end associate
+    end do
+  end function on_lines
+
+  !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
+  pure subroutine prove_axis(analysis, members, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> Gets the sector and the radius of the grid.
+    type(figure_type), intent(inout) :: figure
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    real(wp) :: tolerance
+    integer :: i, b
+
+    tolerance = scene_tolerance(analysis)
+    figure%radius = huge(1.0_wp)
+    do i = 1, 2
+      associate (lines => analysis%mesh%axes(2*i - 1)%lines, c => figure%centre(i))
+        if (minval(abs(lines - c)) > tolerance) call refuse(reason, 'the axis lies on no line of *GRID'// &
+          place_text(analysis%mesh%where))
+        figure%cut(i) = abs(lines(1) - c) <= tolerance
+        if (abs(lines(size(lines)) - c) <= tolerance) call refuse(reason, &
+          'the axis lies on the far side of *GRID'//place_text(analysis%mesh%where))
+        figure%radius = min(figure%radius, lines(size(lines)) - c)
+        if (.not. figure%cut(i)) figure%radius = min(figure%radius, c - lines(1))
+        if (figure%cut(i)) call prove_cut(analysis, members, 2*i - 1, reason)
+      end associate
+    end do
+    do b = 1, size(figure%bodies)
+      if (figure%widest(b) >= (1.0_wp - single_share)*figure%radius) call refuse(reason, "*BODY '"// &
+        figure%bodies(b)%name//"'"//place_text(figure%bodies(b)%where)//' reaches the sides of the grid')
+    end do
+    figure%sector = [-pi, pi]
+    if (figure%cut(1)) figure%sector = [-0.5_wp*pi, 0.5_wp*pi]
+    if (figure%cut(2)) figure%sector(1) = 0.0_wp
+  end subroutine prove_axis
+
+  !> The side of the grid through the axis is held along its normal in every phase.
+  pure subroutine prove_cut(analysis, members, axis, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> 1 or 3.
+    integer, intent(in) :: axis
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer, allocatable :: across(:), up(:)
+    integer :: node(3), p, i, k
+    logical :: fixed(3)
+    real(wp) :: value(3)
+
+    call representatives(members, 4 - axis, .false., across)
+    call representatives(members, 2, .false., up)
+    node(axis) = 1
+    do p = 1, size(analysis%phases)
+      do i = 1, size(across)
+        do k = 1, size(up)
+          node(4 - axis) = across(i)
+          node(2) = up(k)
+          call node_state(analysis, members, node, p, fixed, value)
+          if (.not. fixed(axis)) call refuse(reason, "a side through the axis is not held in phase '"// &
+            analysis%phases(p)%name//"'"//place_text(analysis%phases(p)%where))
+        end do
+      end do
+    end do
+  end subroutine prove_cut
+
+  !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
+  pure subroutine prove_sets(analysis, members, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%fixities)
+        associate (fixity => analysis%phases(p)%fixities(i))
+          if (.not. fixity_is_round(analysis, members, figure, fixity)) call refuse(reason, &
+            "*FIX of '"//fixity%set//"'"//place_text(fixity%where)//' is not the same all around the axis')
+        end associate
+      end do
+      do i = 1, size(analysis%phases(p)%prescriptions)
+        associate (prescription => analysis%phases(p)%prescriptions(i))
+          if (prescription%component /= 2 .or. .not. is_level(members, set_number(analysis, prescription%set))) &
+            call refuse(reason, "*PRESCRIBE of '"//prescription%set//"'"//place_text(prescription%where)// &
+            ' is not the same all around the axis')
+        end associate
+      end do
+    end do
+    if (.not. analysis%moving_mesh%active) return
+    if (analysis%moving_mesh%axis /= 2 .or. .not. is_level(members, set_number(analysis, analysis%moving_mesh%set))) &
+      call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)//' does not go along the axis')
+  end subroutine prove_sets
+
+  !> Whether a set depends on height only.
+  pure logical function is_level(members, set)
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> Number of the set.
+    integer, intent(in) :: set
+
+    is_level = covers_axis(members, set, 1) .and. covers_axis(members, set, 3)
+  end function is_level
+
+  !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
+  !> normal, or of a side out of reach.
+  pure logical function fixity_is_round(analysis, members, figure, fixity) result(round)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> The fixity.
+    type(fixity_type), intent(in) :: fixity
+    integer :: s, i
+
+    s = set_number(analysis, fixity%set)
+    associate (set => analysis%node_sets(s))
+      round = set%selection /= select_list .and. is_level(members, s) .and. (fixity%fixed(1) .eqv. fixity%fixed(3))
+      if (round .or. set%selection /= select_plane .or. set%axis == 2) return
+      i = (set%axis + 1)/2
+      if (abs(set%box(set%axis, 1) - figure%centre(i)) <= scene_tolerance(analysis)) then
+        round = figure%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
+      else
+        round = is_outer_side(members, s, set%axis)
+      end if
+    end associate
+  end function fixity_is_round
+
+  !> Whether a set is a side of the grid.
+  pure logical function is_outer_side(members, set, axis) result(yes)
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> Number of the set, and the axis it lies across.
+    integer, intent(in) :: set, axis
+
+    associate (holds => members%axis(axis)%holds(:, set))
+      yes = count(holds) == 1 .and. (holds(1) .or. holds(size(holds)))
+    end associate
+  end function is_outer_side
+
+  !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
+  pure subroutine prove_loads(analysis, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        if (phase%gravity%given .and. any(abs(phase%gravity%vector([1, 3])) > 0.0_wp)) call refuse(reason, &
+          "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' does not go along the axis')
+        do i = 1, size(phase%tractions)
+          associate (load => phase%tractions(i))
+            if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
+              .not. surface_is_round(analysis, figure, load%surface, .false.)) call refuse(reason, &
+              "the load on '"//load%surface//"'"//place_text(load%where)//' is not the same all around the axis')
+          end associate
+        end do
+        do i = 1, size(phase%supports)
+          if (.not. surface_is_round(analysis, figure, phase%supports(i)%surface, .true.)) call refuse(reason, &
+            "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)// &
+            ' is not the same all around the axis')
+        end do
+      end associate
+    end do
+  end subroutine prove_loads
+
+  !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
+  !> it is wanted.
+  pure logical function surface_is_round(analysis, figure, name, level) result(round)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> Name of the surface.
+    character(len=*), intent(in) :: name
+    !> The box must be flat along the axis.
+    logical, intent(in) :: level
+    real(wp) :: widest
+    integer :: i
+
+    associate (surface => analysis%surfaces(surface_number(analysis, name)))
+      round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
+      if (.not. round .or. .not. surface%boxed) return
+      widest = maxval(figure%widest)
+      do i = 1, 2
+        round = round .and. surface%box(2*i - 1, 2) >= figure%centre(i) + widest .and. &
+          surface%box(2*i - 1, 1) <= figure%centre(i) - merge(0.0_wp, widest, figure%cut(i))
+      end do
+      if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene_tolerance(analysis)
+    end associate
+  end function surface_is_round
+
+  !> Histories are within reach; stresses are read where the axes are those of radius and ring.
+  pure subroutine prove_histories(analysis, members, figure, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    real(wp) :: from(2)
+    logical :: good
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i))
+        from = history%at([1, 3]) - figure%centre
+        select case (history%quantity)
+        case (quantity_reaction)
+          good = is_level(members, set_number(analysis, history%set)) .and. &
+            (history%component == 2 .or. .not. any(figure%cut))
+        case (quantity_stress)
+          good = history%component == 2 .or. any(abs(from) <= scene_tolerance(analysis))
+        case default
+          good = .true.
+        end select
+        if (history%quantity /= quantity_reaction) good = good .and. norm2(from) <= figure%radius &
+          .and. .not. any(figure%cut .and. from < -scene_tolerance(analysis))
+        if (.not. good) call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)// &
+          ' cannot be told from radius and height')
+      end associate
+    end do
+  end subroutine prove_histories
+end module qsmpm_revolved

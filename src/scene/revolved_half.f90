@@ -1,0 +1,177 @@
+!> The axisymmetric model of a figure of revolution: half sections for bodies, radius and height for x and
+!> y, and the way back.
+module qsmpm_revolved_half
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, fixity_type, set_type, axisymmetric, select_plane, quantity_position, &
+    quantity_stress, quantity_reaction
+  use qsmpm_analysis_lists, only: append
+  use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
+  use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
+  use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_revolved, only: figure_type, is_level
+  implicit none
+  private
+
+  public :: make_revolved
+
+  !> Name of the set of the axis; no deck can write it without quotes.
+  character(len=*), parameter :: axis_name = '=axis'
+
+contains
+
+  !> The axisymmetric model of a figure of revolution, and the way back.
+  pure subroutine make_revolved(analysis, figure, step)
+    !> The scene; the model.
+    type(analysis_type), intent(inout) :: analysis
+    !> What the proof has found.
+    type(figure_type), intent(in) :: figure
+    !> The way back.
+    type(reduction_type), intent(out) :: step
+    type(members_type) :: members
+    integer :: s, b
+
+    call begin_reduction(analysis, reduce_revolved, 0, step)
+    call find_members(analysis, members)
+    step%factor = figure%sector(2) - figure%sector(1)
+    step%centre = figure%centre
+    step%sector = figure%sector
+    call round_histories(analysis, figure, step)
+    call round_supports(analysis, members)
+    do s = 1, size(analysis%node_sets)
+      analysis%node_sets(s)%box(1, :) = [-figure%radius, 2.0_wp*figure%radius]
+      analysis%node_sets(s)%box(3, :) = 0.0_wp
+    end do
+    call hold_axis(analysis)
+    call drop_unused_sets(analysis)
+    call keep_used_surfaces(analysis)
+    do s = 1, size(analysis%surfaces)
+      analysis%surfaces(s)%box(1, :) = [0.0_wp, figure%radius]
+      analysis%surfaces(s)%box(3, :) = 0.0_wp
+    end do
+    analysis%bodies = figure%bodies
+    do b = 1, size(analysis%bodies)
+      associate (n => analysis%bodies(b)%points_per_element)
+        if (n > 0) n = nint(real(n, wp)**(1.0_wp/3.0_wp))**2
+      end associate
+    end do
+    call radial_lines(analysis, figure)
+    analysis%mesh%element = trim(merge('QUAD4', 'QUAD8', analysis%mesh%element == 'HEX8'))
+    analysis%model = axisymmetric
+  end subroutine make_revolved
+
+  !> Lines along the radius: those along x beyond the axis, as far as the nearest side.
+  pure subroutine radial_lines(analysis, figure)
+    !> The scene; its grid in radius and height.
+    type(analysis_type), intent(inout) :: analysis
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    real(wp) :: lines(size(analysis%mesh%axes(1)%lines)), tolerance
+    integer :: i, n
+
+    tolerance = scene_tolerance(analysis)
+    n = 0
+    do i = 1, size(lines)
+      associate (radius => analysis%mesh%axes(1)%lines(i) - figure%centre(1))
+        if (radius < -tolerance .or. radius > figure%radius + tolerance) cycle
+        n = n + 1
+        lines(n) = merge(0.0_wp, radius, n == 1)
+      end associate
+    end do
+    deallocate (analysis%mesh%axes(1)%lines, analysis%mesh%axes(3)%lines)
+    allocate (analysis%mesh%axes(1)%lines(n), source=lines(:n))
+  end subroutine radial_lines
+
+  !> Supports by radius and height: level sets only.
+  pure subroutine round_supports(analysis, members)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> Which lines are in which sets.
+    type(members_type), intent(in) :: members
+    type(fixity_type), allocatable :: kept(:)
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      allocate (kept(0))
+      do i = 1, size(analysis%phases(p)%fixities)
+        if (.not. is_level(members, set_number(analysis, analysis%phases(p)%fixities(i)%set))) cycle
+        call append(kept, analysis%phases(p)%fixities(i))
+        kept(size(kept))%fixed(3) = .false.
+      end do
+      call move_alloc(kept, analysis%phases(p)%fixities)
+    end do
+  end subroutine round_supports
+
+  !> The axis is held along the radius in every phase.
+  pure subroutine hold_axis(analysis)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    type(set_type) :: axis
+    type(fixity_type) :: roller
+    integer :: p
+
+    axis%name = axis_name
+    axis%selection = select_plane
+    axis%axis = 1
+    call append(analysis%node_sets, axis)
+    roller%set = axis_name
+    roller%fixed(1) = .true.
+    do p = 1, size(analysis%phases)
+      call append(analysis%phases(p)%fixities, roller)
+    end do
+  end subroutine hold_axis
+
+  !> Histories by radius and height.
+  pure subroutine round_histories(analysis, figure, step)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    !> What was found.
+    type(figure_type), intent(in) :: figure
+    !> Gets the way back.
+    type(reduction_type), intent(inout) :: step
+    real(wp) :: from(2), along(2), radius
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i))
+        if (history%quantity == quantity_reaction) then
+          step%history_factor(i) = merge(step%factor, 0.0_wp, history%component == 2)
+          if (history%component /= 2) history%component = 1
+          cycle
+        end if
+        from = history%at([1, 3]) - figure%centre
+        radius = norm2(from)
+        along = 0.0_wp
+        if (radius > 0.0_wp) along = from/radius
+        history%at = [radius, history%at(2), 0.0_wp]
+        if (history%quantity == quantity_stress) then
+          call round_stress(history%component, abs(from(2)) <= scene_tolerance(analysis), along, step%history_factor(i))
+        else if (history%component /= 2) then
+          step%history_factor(i) = along((history%component + 1)/2)
+          if (history%quantity == quantity_position) &
+            step%history_offset(i) = figure%centre((history%component + 1)/2)
+          history%component = 1
+        end if
+      end associate
+    end do
+  end subroutine round_histories
+
+  !> A stress component on the x or z axis by those of radius, height and ring.
+  pure subroutine round_stress(component, on_x, along, factor)
+    !> 1 to 6 in, 1 to 4 out.
+    integer, intent(inout) :: component
+    !> The place lies on the x axis, else on the z axis.
+    logical, intent(in) :: on_x
+    !> Direction of the radius: x and z.
+    real(wp), intent(in) :: along(2)
+    !> Sign of the component, 0 for what vanishes.
+    real(wp), intent(out) :: factor
+    integer, parameter :: by_x(6) = [1, 2, 3, 4, 0, 0], by_z(6) = [3, 2, 1, 0, 0, 4]
+    integer :: found
+
+    found = merge(by_x(component), by_z(component), on_x)
+    factor = 1.0_wp
+    if (found == 4) factor = merge(along(1), along(2), on_x)
+    if (found == 0) factor = 0.0_wp
+    component = max(1, found)
+  end subroutine round_stress
+end module qsmpm_revolved_half

@@ -1,0 +1,270 @@
+!> Which lines of the grid belong to which node sets, and what the phases do to a node by that.
+!>
+!> A set chosen by a plane or a box is a product of intervals, so three tables say for every node of
+!> the grid whether it is in the set. Nodes with the same entries are treated alike; representatives
+!> of them are enough to prove something of all nodes. Middle nodes of quadratic elements are lines
+!> half way.
+module qsmpm_set_members
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, set_type, axis_type, select_plane, select_box, &
+    three_dimensional, quantity_reaction
+  use qsmpm_reduction, only: closeness
+  implicit none
+  private
+
+  public :: members_type, find_members, set_number, contains_node, covers_axis, representatives, node_state, &
+    scene_tolerance, set_is_used, drop_unused_sets
+
+  !> Entries along one axis.
+  type :: table_type
+    !> (places along the axis, sets)
+    logical, allocatable :: holds(:, :)
+  end type table_type
+
+  !> Entries of all sets.
+  type :: members_type
+    integer :: dimension = 0
+    !> Places along each axis: lines, and lines half way for quadratic elements; 1 beyond the dimension.
+    type(axis_type) :: places(3)
+    integer :: count(3) = 1
+    type(table_type) :: axis(3)
+  end type members_type
+
+contains
+
+  !> Distance below which places count as the same.
+  pure real(wp) function scene_tolerance(analysis) result(tolerance)
+    !> The scene; its mesh is a grid.
+    type(analysis_type), intent(in) :: analysis
+    integer :: a
+
+    tolerance = 0.0_wp
+    do a = 1, merge(3, 2, analysis%model == three_dimensional)
+      associate (lines => analysis%mesh%axes(a)%lines)
+        tolerance = max(tolerance, closeness*(lines(size(lines)) - lines(1)))
+      end associate
+    end do
+  end function scene_tolerance
+
+  !> Make the tables of a scene.
+  pure subroutine find_members(analysis, members)
+    !> The scene; its mesh is a grid.
+    type(analysis_type), intent(in) :: analysis
+    !> The tables.
+    type(members_type), intent(out) :: members
+    integer :: a, s, n, i
+
+    members%dimension = merge(3, 2, analysis%model == three_dimensional)
+    do a = 1, 3
+      if (a <= members%dimension) then
+        call places_along(analysis%mesh%axes(a)%lines, analysis%mesh%element, members%places(a)%lines)
+        members%count(a) = size(members%places(a)%lines)
+      else
+        members%places(a)%lines = [0.0_wp]
+      end if
+      n = members%count(a)
+      allocate (members%axis(a)%holds(n, size(analysis%node_sets)), source=.true.)
+      if (a > members%dimension) cycle
+      do s = 1, size(analysis%node_sets)
+        do i = 1, n
+          members%axis(a)%holds(i, s) = in_set(analysis%node_sets(s), a, members%places(a)%lines(i), &
+            scene_tolerance(analysis))
+        end do
+      end do
+    end do
+  end subroutine find_members
+
+  !> The lines, and for quadratic elements those half way.
+  pure subroutine places_along(lines, element, places)
+    !> Grid lines.
+    real(wp), intent(in) :: lines(:)
+    !> Element name.
+    character(len=*), intent(in) :: element
+    real(wp), allocatable, intent(out) :: places(:)
+    integer :: i, n
+
+    n = size(lines)
+    select case (element)
+    case ('TRI6', 'QUAD8', 'WEDGE15', 'HEX20', 'TET10')
+      allocate (places(2*n - 1))
+      places(1::2) = lines
+      do i = 1, n - 1
+        places(2*i) = 0.5_wp*(lines(i) + lines(i + 1))
+      end do
+    case default
+      allocate (places(n), source=lines)
+    end select
+  end subroutine places_along
+
+  !> Whether a coordinate is within the limits of a set along an axis. A list of labels has none.
+  pure logical function in_set(set, axis, x, tolerance)
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> The axis.
+    integer, intent(in) :: axis
+    !> The coordinate, and the distance that is none.
+    real(wp), intent(in) :: x, tolerance
+
+    select case (set%selection)
+    case (select_plane)
+      in_set = axis /= set%axis .or. abs(x - set%box(set%axis, 1)) <= tolerance
+    case (select_box)
+      in_set = x >= set%box(axis, 1) - tolerance .and. x <= set%box(axis, 2) + tolerance
+    case default
+      in_set = .false.
+    end select
+  end function in_set
+
+  !> Number of a named set, 0 when there is none.
+  pure integer function set_number(analysis, name)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Its name.
+    character(len=*), intent(in) :: name
+    integer :: s
+
+    set_number = 0
+    do s = 1, size(analysis%node_sets)
+      if (analysis%node_sets(s)%name == name) set_number = s
+    end do
+  end function set_number
+
+  !> Whether a set holds a node.
+  pure logical function contains_node(members, set, node)
+    !> The tables.
+    type(members_type), intent(in) :: members
+    !> Number of the set.
+    integer, intent(in) :: set
+    !> Place of the node along each axis (3).
+    integer, intent(in) :: node(3)
+
+    contains_node = members%axis(1)%holds(node(1), set) .and. members%axis(2)%holds(node(2), set) &
+      .and. members%axis(3)%holds(node(3), set)
+  end function contains_node
+
+  !> Whether a set does not depend on an axis.
+  pure logical function covers_axis(members, set, axis)
+    !> The tables.
+    type(members_type), intent(in) :: members
+    !> Number of the set, and the axis.
+    integer, intent(in) :: set, axis
+
+    covers_axis = all(members%axis(axis)%holds(:, set))
+  end function covers_axis
+
+  !> Places along an axis, one of each kind; the first and the last are kinds of their own. With
+  !> `mirrored` the entries of the place on the other side make the kind too.
+  pure subroutine representatives(members, axis, mirrored, list)
+    !> The tables.
+    type(members_type), intent(in) :: members
+    !> The axis.
+    integer, intent(in) :: axis
+    !> Look at both sides.
+    logical, intent(in) :: mirrored
+    !> Places found.
+    integer, allocatable, intent(out) :: list(:)
+    integer :: i, k, n, found
+    integer :: some(members%count(axis))
+    logical :: known
+
+    n = members%count(axis)
+    found = 0
+    associate (holds => members%axis(axis)%holds)
+      do i = 1, n
+        known = .false.
+        do k = 1, found
+          if (i == 1 .or. i == n) exit
+          known = all(holds(i, :) .eqv. holds(some(k), :)) .and. some(k) > 1
+          if (mirrored) known = known .and. all(holds(n + 1 - i, :) .eqv. holds(n + 1 - some(k), :))
+          if (known) exit
+        end do
+        if (known) cycle
+        found = found + 1
+        some(found) = i
+      end do
+    end associate
+    allocate (list(found), source=some(:found))
+  end subroutine representatives
+
+  !> What holds a node in a phase: components, and the displacement prescribed over the phase.
+  pure subroutine node_state(analysis, members, node, phase, fixed, value)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> The tables.
+    type(members_type), intent(in) :: members
+    !> Place of the node along each axis (3).
+    integer, intent(in) :: node(3)
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    !> Held components (3).
+    logical, intent(out) :: fixed(3)
+    !> Prescribed displacement (3).
+    real(wp), intent(out) :: value(3)
+    integer :: p, i
+
+    fixed = .false.
+    do p = 1, phase
+      value = 0.0_wp
+      associate (now => analysis%phases(p))
+        do i = 1, size(now%fixities)
+          if (.not. contains_node(members, set_number(analysis, now%fixities(i)%set), node)) cycle
+          fixed = now%fixities(i)%fixed .or. (any(now%fixities(i)%fixed) .and. fixed)
+        end do
+        do i = 1, size(now%prescriptions)
+          associate (prescription => now%prescriptions(i))
+            if (.not. contains_node(members, set_number(analysis, prescription%set), node)) cycle
+            fixed(prescription%component) = .true.
+            value(prescription%component) = now%load_factor*prescription%value
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine node_state
+
+  !> Whether anything refers to a node set.
+  pure logical function set_is_used(analysis, name) result(used)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> Name of the set.
+    character(len=*), intent(in) :: name
+    integer :: p, i
+
+    used = .false.
+    if (analysis%moving_mesh%active) used = analysis%moving_mesh%set == name
+    do i = 1, size(analysis%histories)
+      if (analysis%histories(i)%quantity /= quantity_reaction) cycle
+      used = used .or. analysis%histories(i)%set == name
+    end do
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%fixities)
+        used = used .or. analysis%phases(p)%fixities(i)%set == name
+      end do
+      do i = 1, size(analysis%phases(p)%prescriptions)
+        used = used .or. analysis%phases(p)%prescriptions(i)%set == name
+      end do
+    end do
+  end function set_is_used
+
+  !> Leave out the node sets nothing refers to, and all element sets.
+  pure subroutine drop_unused_sets(analysis)
+    !> The scene.
+    type(analysis_type), intent(inout) :: analysis
+    type(set_type), allocatable :: kept(:)
+    integer :: s, n
+
+    allocate (kept(size(analysis%node_sets)))
+    n = 0
+    do s = 1, size(kept)
+      if (.not. set_is_used(analysis, analysis%node_sets(s)%name)) cycle
+      n = n + 1
+      kept(n) = analysis%node_sets(s)
+    end do
+    deallocate (analysis%node_sets)
+    allocate (analysis%node_sets(n))
+    do s = 1, n
+      analysis%node_sets(s) = kept(s)
+    end do
+    deallocate (analysis%element_sets)
+    allocate (analysis%element_sets(0))
+  end subroutine drop_unused_sets
+end module qsmpm_set_members

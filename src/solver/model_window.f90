@@ -1,0 +1,305 @@
+!> The part of the grid that a model looks at follows the material.
+!>
+!> The window is laid anew when something that rides on the mesh comes too near to a side of it that is no
+!> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points and the
+!> reactions are carried over, everything else of the state does not depend on the mesh. The state names its
+!> window: one that is put back or read from a file brings its own.
+module qsmpm_model_window
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: mesh_grid, basis_fem
+  use qsmpm_fault_list, only: fault_list_type
+  use qsmpm_first_window, only: is_windowed, least_margin, usual_margin
+  use qsmpm_grid, only: grid_type, whole_window, pieces_of
+  use qsmpm_grid_labels, only: row_of
+  use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber
+  use qsmpm_mesh_measure, only: find_bounds
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
+  use qsmpm_model_space, only: make_space
+  use qsmpm_phase_start, only: resume_phase
+  use qsmpm_points, only: carried_type
+  use qsmpm_sorting, only: order_columns
+  use qsmpm_space, only: node_label, refresh_space
+  implicit none
+  private
+
+  public :: follow_material, restore, return_to_window, place_mesh, fit_window
+
+contains
+
+  !> Lay the window anew when what rides on the mesh needs it. The positions are new, the cells may be old.
+  subroutine follow_material(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    type(window_type) :: whole, needed, window
+    type(grid_type) :: grid
+    logical :: any_point
+    integer :: a
+
+    if (.not. is_windowed(model%analysis) .or. model%analysis%method%basis == basis_fem) return
+    grid = grid_of(model%analysis)
+    whole = whole_window(grid)
+    if (model%state%window == whole) return
+    any_point = .false.
+    call add_carried(model, grid, model%state%points, needed, any_point)
+    call add_carried(model, grid, model%state%surface, needed, any_point)
+    call add_carried(model, grid, model%state%tracers, needed, any_point)
+    if (.not. any_point) return
+    a = least_margin(model%analysis)
+    if (holds(model%state%window, widen(needed, [a, a, a], whole))) return
+    call add_cells(model, pieces_of(grid), needed)
+    window = widen(needed, usual_margin(model%analysis, needed%last - needed%first + 1), whole)
+    if (model%analysis%moving_mesh%active) window = hull(window, model%state%window)
+    call move_window(model, window, pieces_of(grid))
+  end subroutine follow_material
+
+  !> Add the cells around the places of what rides on the mesh.
+  subroutine add_carried(model, grid, carried, needed, any_point)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The grid.
+    type(grid_type), intent(in) :: grid
+    !> What rides on the mesh.
+    class(carried_type), intent(in) :: carried
+    !> The cells; set when there were none yet.
+    type(window_type), intent(inout) :: needed
+    !> Whether there have been any.
+    logical, intent(inout) :: any_point
+    type(window_type) :: part
+    integer :: a
+
+    if (carried%count == 0) return
+    do a = 1, model%mesh%dimension
+      if (model%analysis%moving_mesh%active .and. a == model%analysis%moving_mesh%axis) then
+        part%last(a) = size(grid%axes(a)%lines) - 1
+      else
+        call cells_over(grid%axes(a)%lines, minval(carried%position(a, :carried%count)), &
+          maxval(carried%position(a, :carried%count)), part%first(a), part%last(a))
+      end if
+    end do
+    if (.not. any_point) needed = part
+    needed = hull(needed, part)
+    any_point = .true.
+  end subroutine add_carried
+
+  !> Add the cells that the material points, surface points and tracers are still booked in.
+  subroutine add_cells(model, pieces, needed)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Mesh cells a brick is cut into.
+    integer, intent(in) :: pieces
+    !> The cells.
+    type(window_type), intent(inout) :: needed
+
+    call add(model%state%points)
+    call add(model%state%surface)
+    call add(model%state%tracers)
+
+  contains
+
+    !> Add the cells of one of them.
+    subroutine add(carried)
+      !> What rides on the mesh.
+      class(carried_type), intent(in) :: carried
+      integer :: p, at(3)
+
+      do p = 1, carried%count
+        at = cell_place(model%state%window, pieces, carried%cell(p))
+        needed%first = min(needed%first, at)
+        needed%last = max(needed%last, at)
+      end do
+    end subroutine add
+  end subroutine add_cells
+
+  !> Go over to another window.
+  subroutine move_window(model, window, pieces)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The new window; it holds all cells that are booked in.
+    type(window_type), intent(in) :: window
+    !> Mesh cells a brick is cut into.
+    integer, intent(in) :: pieces
+    type(window_type) :: old
+    integer, allocatable :: labels(:)
+    real(wp), allocatable :: reactions(:, :), rows(:)
+
+    old = model%state%window
+    call list_labels(model, labels)
+    call move_alloc(model%state%reactions, reactions)
+    if (model%analysis%moving_mesh%active) call rows_of(model, rows)
+    call fit_window(model, window)
+    call carry_cells(model%state%points)
+    call carry_cells(model%state%surface)
+    call carry_cells(model%state%tracers)
+    call carry_nodal(model, labels, reactions)
+    if (.not. model%analysis%moving_mesh%active) return
+    call set_rows(model, rows)
+    model%state%coordinates = model%mesh%coordinates
+    call refresh_space(model%space, model%mesh)
+
+  contains
+
+    !> Numbers of the same cells in the new window.
+    subroutine carry_cells(carried)
+      !> What rides on the mesh.
+      class(carried_type), intent(inout) :: carried
+      integer :: p
+
+      do p = 1, carried%count
+        carried%cell(p) = renumber(old, window, pieces, carried%cell(p))
+      end do
+    end subroutine carry_cells
+  end subroutine move_window
+
+  !> Build mesh, sets, space and constraints for a window, the rows where they were at the start.
+  subroutine fit_window(model, window)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The window.
+    type(window_type), intent(in) :: window
+    type(fault_list_type) :: none
+    real(wp), allocatable :: point_force(:, :)
+
+    ! What was good for one part of the grid is good for another: there are no faults.
+    model%state%window = window
+    model%windows_laid = model%windows_laid + 1
+    call make_mesh(model, none)
+    call make_sets(model, none)
+    call make_space(model, none)
+    if (allocated(model%loading%point_force)) call move_alloc(model%loading%point_force, point_force)
+    call resume_phase(model)
+    if (allocated(point_force)) call move_alloc(point_force, model%loading%point_force)
+    model%state%coordinates = model%mesh%coordinates
+    if (allocated(model%state%reactions)) deallocate (model%state%reactions)
+    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+  end subroutine fit_window
+
+  !> Put a state back, with its window.
+  subroutine restore(state, model)
+    !> The state.
+    type(state_type), intent(in) :: state
+    !> The model.
+    type(model_type), intent(inout) :: model
+
+    call return_to_window(model, state%window)
+    model%state = state
+    call place_mesh(model)
+  end subroutine restore
+
+  !> Lay a window again that was there before, when it is another one.
+  subroutine return_to_window(model, window)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The window.
+    type(window_type), intent(in) :: window
+
+    if (model%analysis%mesh%kind /= mesh_grid) return
+    if (.not. model%state%window == window) call fit_window(model, window)
+  end subroutine return_to_window
+
+  !> Mesh and space where the state says the nodes are.
+  subroutine place_mesh(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+
+    model%mesh%coordinates = model%state%coordinates
+    if (model%analysis%moving_mesh%active) call find_moving_bounds(model)
+    call refresh_space(model%space, model%mesh)
+  end subroutine place_mesh
+
+  !> Ends of a moving mesh along its axis, of which all rows are there.
+  subroutine find_moving_bounds(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    real(wp) :: bounds(model%mesh%dimension, 2)
+
+    bounds = model%mesh%bounds
+    call find_bounds(model%mesh)
+    bounds(model%analysis%moving_mesh%axis, :) = model%mesh%bounds(model%analysis%moving_mesh%axis, :)
+    model%mesh%bounds = bounds
+  end subroutine find_moving_bounds
+
+  !> Labels of the nodes of the space.
+  subroutine list_labels(model, labels)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> (nodes of the space)
+    integer, allocatable, intent(out) :: labels(:)
+    integer :: i
+
+    allocate (labels(model%space%node_count))
+    do i = 1, model%space%node_count
+      labels(i) = node_label(model%space, model%mesh, i)
+    end do
+  end subroutine list_labels
+
+  !> Reactions of the nodes that both windows have.
+  subroutine carry_nodal(model, labels, reactions)
+    !> The model, in its new window.
+    type(model_type), intent(inout) :: model
+    !> Labels of the nodes of the former window, and their reactions (dimension, nodes).
+    integer, intent(in) :: labels(:)
+    real(wp), intent(in) :: reactions(:, :)
+    integer, allocatable :: new_labels(:), old_order(:), new_order(:)
+    integer :: i, j
+
+    call list_labels(model, new_labels)
+    allocate (old_order(size(labels)), new_order(size(new_labels)))
+    call order_columns(reshape(labels, [1, size(labels)]), old_order)
+    call order_columns(reshape(new_labels, [1, size(new_labels)]), new_order)
+    i = 1
+    do j = 1, size(new_labels)
+      do while (i < size(labels) .and. labels(old_order(i)) < new_labels(new_order(j)))
+        i = i + 1
+      end do
+      if (labels(old_order(i)) == new_labels(new_order(j))) &
+        model%state%reactions(:, new_order(j)) = reactions(:, old_order(i))
+    end do
+  end subroutine carry_nodal
+
+  !> Coordinates of the rows along the axis of a moving mesh (`row_of`).
+  subroutine rows_of(model, rows)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Where they are; 0 for rows without nodes.
+    real(wp), allocatable, intent(out) :: rows(:)
+    integer :: lines(3), i
+
+    lines = line_counts(model)
+    associate (axis => model%analysis%moving_mesh%axis)
+      allocate (rows(2*lines(axis) + 1), source=0.0_wp)
+      do i = 1, model%mesh%node_count
+        rows(row_of(model%mesh%node_label(i), lines, axis)) = model%mesh%coordinates(axis, i)
+      end do
+    end associate
+  end subroutine rows_of
+
+  !> Move the rows of a mesh to where they are now.
+  subroutine set_rows(model, rows)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Where they are.
+    real(wp), intent(in) :: rows(:)
+    integer :: lines(3), i
+
+    lines = line_counts(model)
+    associate (axis => model%analysis%moving_mesh%axis)
+      do i = 1, model%mesh%node_count
+        model%mesh%coordinates(axis, i) = rows(row_of(model%mesh%node_label(i), lines, axis))
+      end do
+    end associate
+    call find_moving_bounds(model)
+  end subroutine set_rows
+
+  !> Lines of the whole grid along each axis; 1 along z in the plane.
+  pure function line_counts(model) result(lines)
+    !> The model.
+    type(model_type), intent(in) :: model
+    integer :: lines(3), a
+
+    lines = 1
+    do a = 1, model%mesh%dimension
+      lines(a) = size(model%analysis%mesh%axes(a)%lines)
+    end do
+  end function line_counts
+end module qsmpm_model_window

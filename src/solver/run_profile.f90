@@ -1,0 +1,76 @@
+!> What a run did and how long it took: the stopwatch of its parts, and counts of the work done. It
+!> travels with the scratch of a step and changes no result.
+!>
+!> A part of a step that ends early (a stress that cannot be updated, a singular matrix) has its time
+!> in the part, and what follows in the next turn; the counts are of work begun.
+module qsmpm_run_profile
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_stopwatch, only: stopwatch_type
+  use qsmpm_linear_solver, only: linear_solver_type
+  implicit none
+  private
+
+  public :: run_profile_type, count_evaluation, count_iteration, count_factorisation
+
+  !> Time and work of a run, of all steps tried: accepted, rejected, holds and sub-steps.
+  type :: run_profile_type
+    type(stopwatch_type) :: watch
+    !> Steps accepted.
+    integer(long) :: steps = 0
+    !> Newton iterations, that is corrections solved for.
+    integer(long) :: iterations = 0
+    !> Evaluations of the internal force, and stresses updated in them.
+    integer(long) :: evaluations = 0, stress_updates = 0
+    !> Material points times iterations.
+    integer(long) :: point_iterations = 0
+    integer(long) :: factorisations = 0
+    !> The largest system: equations, half bandwidth of the given order, entries of the matrix and of its factors.
+    integer(long) :: equations = 0, bandwidth = 0, matrix_entries = 0, factor_entries = 0
+    !> Material points and cells in use, at the most.
+    integer(long) :: points = 0, active_cells = 0
+    !> Floating-point operations of all factorisations, 0 when the solver does not tell.
+    real(wp) :: factor_operations = 0.0_wp
+    !> Name of the last linear solver, unallocated before the first.
+    character(len=:), allocatable :: solver
+  end type run_profile_type
+
+contains
+
+  !> An evaluation of the internal force begins.
+  pure subroutine count_evaluation(profile, stress_points)
+    !> Time and work so far.
+    type(run_profile_type), intent(inout) :: profile
+    !> Points whose stress is updated.
+    integer, intent(in) :: stress_points
+
+    profile%evaluations = profile%evaluations + 1
+    profile%stress_updates = profile%stress_updates + stress_points
+  end subroutine count_evaluation
+
+  !> A correction was solved for.
+  pure subroutine count_iteration(profile, points)
+    !> Time and work so far.
+    type(run_profile_type), intent(inout) :: profile
+    !> Material points of the model.
+    integer, intent(in) :: points
+
+    profile%iterations = profile%iterations + 1
+    profile%point_iterations = profile%point_iterations + points
+  end subroutine count_iteration
+
+  !> A matrix was factorised, or the attempt failed.
+  pure subroutine count_factorisation(profile, solver, matrix_entries)
+    !> Time and work so far.
+    type(run_profile_type), intent(inout) :: profile
+    !> The solver that did it.
+    class(linear_solver_type), intent(in) :: solver
+    !> Numbers stored in the matrix.
+    integer, intent(in) :: matrix_entries
+
+    profile%factorisations = profile%factorisations + 1
+    profile%matrix_entries = max(profile%matrix_entries, int(matrix_entries, long))
+    profile%factor_entries = max(profile%factor_entries, solver%factor_nonzeros)
+    profile%factor_operations = profile%factor_operations + solver%factor_operations
+    profile%solver = solver%name
+  end subroutine count_factorisation
+end module qsmpm_run_profile

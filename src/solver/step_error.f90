@@ -1,0 +1,157 @@
+!> What the length of a step costs: the difference between the step as taken and its deformation walked
+!> in two halves (qsmpm_halved_law), in stress and in position.
+!>
+!>   path       e_s = 2 |sigma_2 - sigma_1| / |sigma_1|, norms over the volume
+!>   position   e_u = 2 max |K^-1 (f_1 - f_2)| / max |u|, u the displacement of the step
+!> f_2 are the internal forces of the halved walk, K the matrix the step was last factorised with: what the
+!> stresses of a longer path would move the nodes by. The laws are of first order at least, so two halves
+!> leave half of the error of one step and their difference is the other half: hence the factor 2.
+!> Hyperelastic steps have none, however long: the stress does not know the path.
+module qsmpm_step_error
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
+  use qsmpm_halved_law, only: halved_law_type, make_halved_law
+  use qsmpm_model, only: model_type
+  use qsmpm_integration, only: integration_type
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_linear_system, only: solve_system
+  use qsmpm_system_matrix, only: complete_matrix, gather
+  implicit none
+  private
+
+  public :: step_error_type, measure_step_error
+
+  !> Residual of the move where it is iterated: an estimate needs no more.
+  real(wp), parameter :: digits_of_move = 1.0e-4_wp
+
+  !> Errors of a step as shares.
+  type :: step_error_type
+    !> Of the stresses.
+    real(wp) :: path = 0.0_wp
+    !> Of the displacements of the step.
+    real(wp) :: position = 0.0_wp
+  end type step_error_type
+
+contains
+
+  !> Errors of a step in equilibrium that has not been taken yet.
+  subroutine measure_step_error(model, step, displacement, errors, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step, evaluated and factorised.
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> The errors; huge where the halved walk could not be made.
+    type(step_error_type), intent(out) :: errors
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+    type(law_slot_type) :: halved(size(model%laws))
+    type(evaluation_type) :: whole, walk
+    real(wp) :: residual(step%equations%count), move(step%equations%count)
+
+    call halve(model%laws, halved)
+    if (step%separate) then
+      call walk_along(step%integration, model, model%laws, displacement, whole)
+      call walk_along(step%integration, model, halved, displacement, walk)
+    else
+      call walk_along(step%at_points, model, model%laws, displacement, whole)
+      call walk_along(step%at_points, model, halved, displacement, walk)
+    end if
+    if (.not. (whole%ok .and. walk%ok)) then
+      errors = step_error_type(huge(1.0_wp), huge(1.0_wp))
+      return
+    end if
+    if (step%separate) then
+      errors%path = 2.0_wp*stress_distance(step%integration%weight, whole%results%stress, walk%results%stress)
+    else
+      errors%path = 2.0_wp*stress_distance(step%at_points%weight, whole%results%stress, walk%results%stress)
+    end if
+    if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
+    call gather(step%equations, whole%force - walk%force, residual)
+    if (.not. any(abs(residual) > 0.0_wp)) return
+    call respond_to(model, step, displacement, residual, move, error)
+    if (allocated(error)) return
+    errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
+  end subroutine measure_step_error
+
+  !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
+  !> preconditioner, by the present matrix.
+  subroutine respond_to(model, step, displacement, residual, move, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Residual (equations).
+    real(wp), intent(in) :: residual(:)
+    !> The answer (equations).
+    real(wp), intent(out) :: move(:)
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (step%system%solver%approximate) then
+      call evaluate_step(model, step, displacement, tangent_consistent)
+      call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+      call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
+    else
+      call step%system%solver%solve(residual, move, error)
+    end if
+  end subroutine respond_to
+
+  !> The laws, each in two halves a step.
+  subroutine halve(laws, halved)
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> The same in halves.
+    type(law_slot_type), intent(out) :: halved(:)
+    type(halved_law_type) :: law
+    integer :: m
+
+    do m = 1, size(laws)
+      call make_halved_law(laws(m)%law, law)
+      allocate (halved(m)%law, source=law)
+      halved(m)%pressure_factor = laws(m)%pressure_factor
+    end do
+  end subroutine halve
+
+  !> Stresses and forces at the end of the step by some laws.
+  subroutine walk_along(integration, model, laws, displacement, evaluation)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The laws.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> The results.
+    type(evaluation_type), intent(inout) :: evaluation
+
+    call prepare_evaluation(integration, size(displacement, 1), size(displacement, 2), .true., .false., evaluation)
+    call evaluate(integration, model%state%points, laws, displacement, tangent_none, evaluation)
+  end subroutine walk_along
+
+  !> |sigma_2 - sigma_1| / |sigma_1|, root mean squares over the volume.
+  pure real(wp) function stress_distance(weight, whole, walk)
+    !> Volumes of the points (n).
+    real(wp), intent(in) :: weight(:)
+    !> Stresses of the whole step and of the walk in halves (4 or 6, n).
+    real(wp), intent(in) :: whole(:, :), walk(:, :)
+    real(wp) :: difference, total
+    integer :: q
+
+    difference = 0.0_wp
+    total = 0.0_wp
+    do q = 1, size(weight)
+      difference = difference + weight(q)*sum((walk(:, q) - whole(:, q))**2)
+      total = total + weight(q)*sum(whole(:, q)**2)
+    end do
+    stress_distance = 0.0_wp
+    if (total > 0.0_wp) stress_distance = sqrt(difference/total)
+  end function stress_distance
+end module qsmpm_step_error

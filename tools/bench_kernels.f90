@@ -1,0 +1,100 @@
+!> Time the constitutive laws: nanoseconds of CPU time a point, one thread.
+!>
+!>     cmake --build build --target bench_kernels && build/bench_kernels [points a batch [row]]
+!>
+!> Batches of 36 points unless told otherwise (a cell of 6 by 6 points): points of an elastic material,
+!> points of a Mohr-Coulomb material that stay inside the strength, points that all yield. One row a law
+!> and dimension, one column for stress only, stress with consistent tangent, stress with elastic tangent.
+!> The best of several runs is printed. `row` is the number of the one row to run, for a profile.
+program bench_kernels
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, tangent_none, tangent_consistent, tangent_elastic, status_ok
+  use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, rate_midpoint, rate_paper
+  use qsmpm_material_parameters, only: material_parameters_type
+  use law_trials, only: elastic, strong, make_law, random_batch
+  implicit none
+
+  character(len=*), parameter :: names(3) = [character(len=16) :: 'logarithmic', 'Jaumann midpoint', &
+    'Jaumann paper']
+  integer, parameter :: kinematics(3) = [kinematics_logarithmic, kinematics_jaumann, kinematics_jaumann]
+  integer, parameter :: rates(3) = [rate_midpoint, rate_midpoint, rate_paper]
+  character(len=16) :: word
+  integer :: points, law, dimension, row, only
+
+  points = 36
+  row = 0
+  only = 0
+  if (command_argument_count() > 0) then
+    call get_command_argument(1, word)
+    read (word, *) points
+  end if
+  if (command_argument_count() > 1) then
+    call get_command_argument(2, word)
+    read (word, *) only
+  end if
+  write (*, '(a)') 'law               dim  material        yield [%]      none  consistent   elastic  [ns a point]'
+  do law = 1, size(names)
+    do dimension = 2, 3
+      call bench('elastic', elastic(200.0_wp, 0.33_wp), 0.05_wp, 0.0_wp)
+      call bench('inside', inside(), 0.05_wp, 0.0_wp)
+      call bench('yielding', strong(5.0_wp, -1.0_wp), 0.2_wp, 1.0_wp)
+    end do
+  end do
+
+contains
+
+  !> A strength that nothing reaches.
+  function inside() result(p)
+    type(material_parameters_type) :: p
+
+    p = strong(5.0_wp, -1.0_wp)
+    p%cohesion = 1.0e4_wp
+  end function inside
+
+  !> Time the three tangents of one law, dimension and material.
+  subroutine bench(name, p, spread, stress)
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> Parameters.
+    type(material_parameters_type), intent(in) :: p
+    !> Largest deviation of gradients from the unit tensor, of stresses from nothing.
+    real(wp), intent(in) :: spread, stress
+    class(law_type), allocatable :: subject
+    type(batch_type) :: batch
+    real(wp) :: share
+
+    row = row + 1
+    if (only > 0 .and. row /= only) return
+    call make_law(p, dimension, kinematics(law), rates(law), subject)
+    call random_batch(subject, points, spread, stress, batch)
+    call subject%update(batch, tangent_consistent)
+    if (any(batch%status(:points) /= status_ok)) error stop 'a point could not be updated'
+    share = 100.0_wp*sum(batch%plastic(:points))/points
+    write (*, '(a16, i5, 2x, a12, f12.0, 3f12.1)') names(law), dimension, name, share, &
+      time(subject, batch, tangent_none), time(subject, batch, tangent_consistent), &
+      time(subject, batch, tangent_elastic)
+  end subroutine bench
+
+  !> Nanoseconds a point: the best of 15 runs of some milliseconds.
+  real(wp) function time(subject, batch, tangent)
+    !> The law.
+    class(law_type), intent(in) :: subject
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Which tangent.
+    integer, intent(in) :: tangent
+    real(wp) :: from, to
+    integer :: run, repeat, repeats
+
+    repeats = max(1, 10000/points)
+    time = huge(time)
+    do run = 1, 15
+      call cpu_time(from)
+      do repeat = 1, repeats
+        call subject%update(batch, tangent)
+      end do
+      call cpu_time(to)
+      time = min(time, 1.0e9_wp*(to - from)/(real(repeats, wp)*points))
+    end do
+  end function time
+end program bench_kernels

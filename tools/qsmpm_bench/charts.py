@@ -1,0 +1,69 @@
+"""Charts of the measurements as small SVG files that come out the same for the same figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+from qsmpm_bench.measure import significant  # noqa: E402
+
+plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm", "font.size": 9.0, "axes.grid": True,
+                     "grid.alpha": 0.3})
+
+Line = tuple[str, list[float], list[float], str]
+
+
+def save(figure: plt.Figure, path: Path) -> Path:
+    """Write a chart."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+    return path
+
+
+def log_lines(path: Path, lines: list[Line], x: str, y: str, title: str = "") -> Path:
+    """Lines (label, xs, ys, format) in log-log axes; without a label a line has no entry in the legend."""
+    figure, axes = plt.subplots(figsize=(6.0, 4.0))
+    for label, xs, ys, style in lines:
+        axes.loglog(xs, ys, style, label=label or None, markersize=4.5, linewidth=1.2)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_title(title, fontsize=9)
+    axes.legend(fontsize=8)
+    return save(figure, path)
+
+
+def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str) -> Path:
+    """One horizontal bar a name, cut into parts."""
+    figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5))
+    left = [0.0] * len(names)
+    colours = [*plt.get_cmap("tab10").colors, "black"]
+    for number, (part, values) in enumerate(parts.items()):
+        axes.barh(names, values, left=left, label=part, color=colours[number % len(colours)])
+        left = [start + value for start, value in zip(left, values)]
+    axes.invert_yaxis()
+    axes.set_xlabel(x)
+    axes.grid(axis="y", visible=False)
+    axes.legend(fontsize=7, ncol=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    return save(figure, path)
+
+
+def bars(path: Path, names: list[str], values: list[float], x: str, limit: tuple[float, str] | None = None) -> Path:
+    """One horizontal bar a name with its figure, and the line of a target."""
+    figure, axes = plt.subplots(figsize=(6.4, 0.32 * len(names) + 1.2))
+    drawn: Any = axes.barh(names, values, color="tab:blue")
+    axes.bar_label(drawn, labels=[f" {significant(value)}" for value in values], fontsize=8)
+    if limit is not None:
+        axes.axvline(limit[0], color="tab:red", linewidth=1.0, label=limit[1])
+        axes.legend(fontsize=8)
+    axes.invert_yaxis()
+    axes.margins(x=0.15, y=0.5 / len(names))
+    axes.set_xlabel(x)
+    axes.grid(axis="y", visible=False)
+    return save(figure, path)

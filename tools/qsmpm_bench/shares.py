@@ -1,0 +1,164 @@
+"""Studies on the decks of the tree: where the time goes, threads, the smallest model of a scene, linear solvers."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from qsmpm_bench import charts
+from qsmpm_bench.blocks import factor_rate
+from qsmpm_bench.context import Bench
+from qsmpm_bench.decks import INPUT, NO_HOLD, first_steps, scene
+from qsmpm_bench.machine import blas_of, dgemm_rate
+from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, memory_mib
+from qsmpm_bench.tables import Result, Table
+from qsmpm_verify.results import read_curves
+
+PARTS = ["input", "initialisation", "analysis", "evaluation", "assembly", "factorisation", "solves", "step error",
+         "convection", "output", "control"]
+SLICE = "3D slice, wedge 15"
+
+
+def scenes(bench: Bench) -> list[Deck]:
+    """Decks whose time is cut into parts; the last is the slice in 3D."""
+    if bench.quick:
+        return [scene("oedometer"), first_steps("slope, grid", "slope_grid.inp", 4),
+                first_steps(SLICE, "slope_e200_coarse.inp", 2)]
+    return [scene("cantilever"), scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
+            scene("slope, coarse wedge 15", NO_HOLD, file="slope_e200_coarse.inp"), scene("footing"),
+            first_steps(SLICE, "slope_e200_fine.inp", 20)]
+
+
+def parts(bench: Bench) -> Result:
+    """Share of the CPU seconds a part; in 3D the rate of the factorisation against the machine's matrix product."""
+    decks = scenes(bench)
+    samples = bench.times_against(decks)
+    table = Table("shares", ["scene", "points", "equations", "solver", "iterations", "evaluations", "CPU s",
+                             *[f"{part} %" for part in PARTS]],
+                  title="Share of the CPU seconds a part",
+                  note="Medians. The parts are those of `qsmpm run --profile`: analysis is the numbering of the "
+                       "equations, their order and the symbolic factorisation; step error measures the length of a "
+                       "step where the deck asks for it; control is the rest of a step.")
+    if bench.against:
+        table.columns.append("CPU s of the other / CPU s")
+    bars: dict[str, list[float]] = {part: [] for part in PARTS}
+    for deck in decks:
+        runs = samples[deck.name]
+        figures = runs[0].figures
+        shares = [Spread.of(share(run, part) for run in runs).median for part in PARTS]
+        row = [deck.name, figures["points"], figures["equations"], figures["solver"], figures["iterations"],
+               figures["evaluations"], cpu(runs), *[f"{100 * value:.1f}" for value in shares]]
+        if bench.against:
+            row.append(cpu(samples[f"{deck.name} against"]).median / cpu(runs).median)
+        table.add(*row)
+        for part, value in zip(PARTS, shares):
+            bars[part].append(100 * value)
+    if bench.figures:
+        charts.stacked(bench.figures / "bench_parts.svg", [deck.name for deck in decks], bars, "% of CPU seconds")
+    return Result("parts", [table, factor_table(bench, samples[SLICE])], [solving_remark(samples[SLICE])])
+
+
+def share(run: Sample, part: str) -> float:
+    """Share of a part in the CPU seconds of the run."""
+    return run.figures["parts"][part]["cpu_seconds"] / run.figures["cpu_seconds"]
+
+
+def factor_table(bench: Bench, runs: list[Sample]) -> Table:
+    """Rate of the factorisation of the slice against dgemm, both with one thread, one after the other."""
+    rates = Spread.of(factor_rate(run) for run in runs)
+    product = Spread.of(dgemm_rate(blas_of(bench.program)) for _ in range(3))
+    figures = runs[0].figures
+    if bench.figures:
+        charts.bars(bench.figures / "bench_factor.svg", [f"factorisation, {SLICE}", "dgemm"],
+                    [rates.median, product.median], "GF/s, one thread", (0.5 * product.median, "target: half of dgemm"))
+    table = Table("factor", ["equations", "entries of the factor", "operations of one", "factorisation GF/s",
+                             "dgemm GF/s", "ratio", "target"],
+                  title=f"{SLICE}: rate of the factorisation against the machine's matrix product")
+    table.add(figures["equations"], figures["factor_entries"],
+              figures["factor_operations"] / figures["factorisations"], rates, product,
+              rates.median / product.median, ">= 0.5")
+    return table
+
+
+def solving_remark(runs: list[Sample]) -> str:
+    """The target of the slice."""
+    found = Spread.of(share(run, "factorisation") + share(run, "solves") for run in runs).median
+    return (f"{SLICE}: {100 * found:.0f} % of the CPU seconds in factorisation and solves, target at least 70 %: "
+            f"{'met' if found >= 0.7 else 'missed'}.")
+
+
+def threads(bench: Bench) -> Result:
+    """One and two threads: wall seconds, and the same bytes."""
+    decks = scenes(bench)
+    one, two = bench.times(decks, 1), bench.times(decks, 2)
+    table = Table("threads", ["scene", "wall s, 1 thread", "wall s, 2 threads", "speed-up", "CPU s, 2 threads",
+                              "same bytes"],
+                  title="One and two threads",
+                  note="Bytes: curves.csv without its last column (CPU seconds) and all results files.")
+    for deck in decks:
+        first, second = (Spread.of(run.wall for run in runs[deck.name]) for runs in (one, two))
+        table.add(deck.name, first, second, first.median / second.median, cpu(two[deck.name]),
+                  same_bytes(folder_of(one[deck.name]), folder_of(two[deck.name])))
+    return Result("threads", [table])
+
+
+def folder_of(runs: list[Sample]) -> Path:
+    """Results of the last run."""
+    directory = runs[-1].directory
+    if directory is None:
+        raise BenchError("a run has left no results")
+    return directory
+
+
+def same_bytes(one: Path, other: Path) -> bool:
+    """Whether two runs wrote the same results."""
+    def contents(folder: Path) -> dict[str, bytes]:
+        found = {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*"))
+                 if path.suffix in (".vtu", ".h5", ".pvd") and path.name != "restart.h5"}
+        rows = (folder / "curves.csv").read_bytes().splitlines()
+        found["curves.csv"] = b"\n".join(row.rpartition(b",")[0] for row in rows)
+        return found
+
+    return contents(one) == contents(other)
+
+
+def scene_study(bench: Bench) -> Result:
+    """The model the program chooses against the plane twin and the 3D slice of the same slope."""
+    auto = INPUT / "slope_auto.inp"
+    plane, solid = "slope_e200_plane.inp", "slope_e200_coarse.inp" if bench.quick else "slope_e200_medium.inp"
+    decks = [scene("plane twin", NO_HOLD, file=plane), scene("3D slice", NO_HOLD, file=solid)]
+    if bench.quick:
+        decks = [first_steps("plane twin", plane, 2), first_steps("3D slice", solid, 2)]
+    remarks = []
+    if auto.exists():
+        decks.insert(0, Deck("chosen (TYPE=AUTO)", auto))
+    else:
+        remarks.append("input/slope_auto.inp is not there: the choice of the model is not measured.")
+    samples = bench.times(decks)
+    table = Table("scene", ["model", "points", "equations", "steps", "CPU s", "CPU s / chosen", "MiB",
+                            "last load factor", "settlement there"],
+                  title="The same slope as three models")
+    chosen = cpu(samples[decks[0].name]).median
+    for deck in decks:
+        runs = samples[deck.name]
+        curves = read_curves(folder_of(runs))
+        settlement = next((curves.column(name) for name in ("crest_settlement",) if name in curves.columns), None)
+        table.add(deck.name, runs[0].figures["points"], runs[0].figures["equations"], runs[0].figures["steps"],
+                  cpu(runs), cpu(runs).median / chosen, memory_mib(runs), float(curves.column("load_factor")[-1]),
+                  None if settlement is None else float(settlement[-1]))
+    if bench.figures:
+        charts.bars(bench.figures / "bench_scene.svg", [deck.name for deck in decks],
+                    [cpu(samples[deck.name]).median for deck in decks], "CPU seconds to the end of the load")
+    return Result("scene", [table], remarks)
+
+
+def solvers(bench: Bench) -> Result:
+    """What build/bench_solvers prints."""
+    program = bench.program.parent / "bench_solvers"
+    if not program.exists():
+        return Result("solvers", remarks=["Not run: build it with `cmake --build build --target bench_solvers`."])
+    command = [str(program), "3000" if bench.quick else "100000"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=3600)
+    if done.returncode != 0:
+        raise BenchError(f"{program.name}: exit code {done.returncode}: {done.stderr.strip()[:200]}")
+    return Result("solvers", text=done.stdout)

@@ -1,0 +1,94 @@
+"""`list` and `run`: the cases of verification/cases, run and compared with their references."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from qsmpm_verify import plots
+from qsmpm_verify.cases import EFFORTS, load_all, select
+from qsmpm_verify.judge import judge
+from qsmpm_verify.places import BUILD, CASES, PROGRAM, TOP
+from qsmpm_verify.progress import Progress
+from qsmpm_verify.report import closing_line, counts, verdict_table, write_json, write_markdown
+from qsmpm_verify.runner import run_all
+from qsmpm_verify.trouble import Trouble
+
+
+def add_running_words(verb: argparse.ArgumentParser, out: str) -> None:
+    """Words of every verb that runs the program."""
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    verb.add_argument("--out", type=Path, default=BUILD / out, help="folder of the runs")
+    verb.add_argument(
+        "--effort",
+        choices=(*EFFORTS, "all"),
+        default="quick",
+        help="small: only the small runs; quick: small and quick (default); long or all: everything",
+    )
+    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="the same as --effort quick")
+    verb.add_argument("--jobs", type=int, default=1, help="runs side by side")
+    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
+
+
+def add_list(verbs: argparse._SubParsersAction) -> None:
+    """Words of `list`."""
+    verb = verbs.add_parser("list", help="names and titles of all cases")
+    verb.set_defaults(act=list_cases)
+
+
+def add_run(verbs: argparse._SubParsersAction) -> None:
+    """Words of `run`."""
+    verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are used again")
+    verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
+    add_running_words(verb, "verify")
+    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/verification.md is")
+    verb.add_argument("--json", type=Path, help="write the figures to a file as well")
+    verb.set_defaults(act=run_cases)
+
+
+def efforts_up_to(effort: str) -> tuple[str, ...]:
+    """Efforts that a choice includes."""
+    return EFFORTS if effort == "all" else EFFORTS[: EFFORTS.index(effort) + 1]
+
+
+def checked_program(words: argparse.Namespace) -> Path:
+    """The program, if it is there."""
+    if not words.program.is_file():
+        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
+    if words.jobs < 1:
+        raise Trouble("--jobs is a number from 1")
+    return words.program.resolve()
+
+
+def list_cases(words: argparse.Namespace) -> int:
+    """A line a case."""
+    for case in load_all(CASES, TOP).values():
+        print(f"{case.name:40s} {case.effort:6s} {case.title}")
+    return 0
+
+
+def run_cases(words: argparse.Namespace) -> int:
+    """Run, judge, print. Exit code 1 when a figure missed, 3 when a run did not end as it should."""
+    cases = select(load_all(CASES, TOP), words.cases, efforts_up_to(words.effort))
+    program = checked_program(words)
+    if not cases:
+        asked = " ".join(words.cases)
+        raise Trouble(f"no case of effort {words.effort} among {asked}; --effort all takes the long ones too")
+    progress = Progress(len(cases))
+    runs = run_all(
+        cases, program, words.out, words.jobs,
+        lambda run: progress.tell(run.case.name, run.wall_seconds, run.reused), words.fresh,
+    )  # fmt: skip
+    verdicts = [verdict for case in cases for verdict in judge(case, runs)]
+    print(verdict_table(verdicts))
+    if words.json:
+        write_json(verdicts, words.json)
+    if words.markdown:
+        finished = {run.case.name: run.directory for run in runs.values() if run.exit_code == 0}
+        pictures = plots.page_figures(finished, words.markdown.parent / "figures")
+        command = " ".join(["tools/qsmpm-verify run", *words.cases, f"--effort {words.effort} --markdown FILE"])
+        write_markdown(verdicts, command, words.markdown, pictures)
+    print(closing_line(verdicts))
+    if any(run.exit_code != run.case.exit_code for run in runs.values()):
+        return 3
+    return 1 if counts(verdicts)[1] else 0

@@ -1,0 +1,100 @@
+"""Finished runs are kept and used again as long as nothing they depend on has changed.
+
+What a run depends on is the text of its deck, the files the deck names behind INPUT= and FILE= (and those that
+included files name), the bytes of the program and the number of threads. Their hash stands in run.json beside the
+results, with how the run ended and the sizes of what it wrote. A run that was stopped, crashed or failed for a reason
+outside of its deck is never used again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import time
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+NAMED_FILE = re.compile(r"(?:INPUT|FILE)\s*=\s*(\"[^\"]*\"|[^,\s]+)", re.IGNORECASE)
+LASTING = (0, 2, 3, 4, 5, 6)
+"""Exit codes that the same deck brings again; 1 may be a full disk, the others are signals."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """How a kept run ended."""
+
+    exit_code: int
+    wall_seconds: float
+    message: str
+
+
+@lru_cache(maxsize=8)
+def _hash_of(path: Path, size: int, changed: int) -> str:
+    """Hash of a file's bytes; size and time of change keep it from being read again."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def program_hash(program: Path) -> str:
+    """Hash of the program's bytes."""
+    status = program.stat()
+    return _hash_of(program, status.st_size, status.st_mtime_ns)
+
+
+def named_files(text: str, folder: Path) -> list[Path]:
+    """Files a deck names, and those the included ones name, that are there; each once."""
+    found: list[Path] = []
+    waiting = [(text, folder)]
+    while waiting:
+        inside, beside = waiting.pop()
+        for hit in NAMED_FILE.finditer(inside):
+            path = beside / hit[1].strip('"')
+            if path in found or not path.is_file():
+                continue
+            found.append(path)
+            if path.suffix.lower() not in (".msh", ".stl", ".h5"):
+                waiting.append((path.read_text(encoding="utf-8", errors="replace"), path.parent))
+    return sorted(found)
+
+
+def run_key(text: str, folder: Path, program: Path, threads: int) -> str:
+    """Hash of everything a run depends on; `text` is the deck, `folder` where the files it names lie."""
+    key = hashlib.sha256()
+    key.update(f"{program_hash(program)} {threads}\n".encode())
+    key.update(text.encode())
+    for path in named_files(text, folder):
+        key.update(f"\0{path.name}\0".encode() + path.read_bytes())
+    return key.hexdigest()
+
+
+def _sizes(results: Path) -> dict[str, int]:
+    files = [results / name for name in ("curves.csv", "results.h5", "job.log")]
+    return {path.name: path.stat().st_size for path in files if path.is_file()}
+
+
+def remember(directory: Path, key: str, record: Record) -> None:
+    """Write run.json when the run may be used again."""
+    if record.exit_code not in LASTING:
+        return
+    content: dict[str, Any] = {
+        "key": key, "exit_code": record.exit_code, "wall_seconds": round(record.wall_seconds, 3),
+        "message": record.message, "sizes": _sizes(directory / "results"),
+        "finished": time.strftime("%Y-%m-%d %H:%M:%S"), "load_average": round(os.getloadavg()[0], 2),
+    }  # fmt: skip
+    part = directory / "run.json.part"
+    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    part.replace(directory / "run.json")
+
+
+def recall(directory: Path, key: str) -> Record | None:
+    """The run kept in a folder when it is the one asked for and its files are as it left them."""
+    try:
+        content = json.loads((directory / "run.json").read_text(encoding="utf-8"))
+        if content["key"] != key or content["sizes"] != _sizes(directory / "results"):
+            return None
+        return Record(int(content["exit_code"]), float(content["wall_seconds"]), str(content["message"]))
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,253 @@
+"""`curve`: a result against a formula of the library or a table, with norms of the error and a picture.
+
+The result is a run's folder, its curves.csv or any CSV with a line of headings `name [unit]`. A table is
+read the same way and taken linearly between its rows; the norms count the rows of the result it covers.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from qsmpm_verify.formula import Formula, read_formula, signed_column
+from qsmpm_verify.plots import first_history
+from qsmpm_verify.reference import REFERENCES
+from qsmpm_verify.results import Array, Curves, ResultError, how_it_ended, read_curves
+from qsmpm_verify.trouble import Trouble
+from qsmpm_verify.units import kind_of, mismatch, wrong_kind
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two curves over the same places, and how far apart they are."""
+
+    x_name: str
+    y_name: str
+    x_unit: str
+    y_unit: str
+    x: Array
+    y: Array
+    reference: Array
+    left_out: int
+
+    def norms(self) -> Norms:
+        """Norms of the difference; relative ones are shares of the largest reference."""
+        gap = np.abs(self.y - self.reference)
+        worst = int(np.argmax(gap))
+        size = float(np.abs(self.reference).max())
+
+        def share(value: float) -> float:
+            return value / size if size > 0 else math.inf if value > 0 else 0.0
+
+        rms, end = float(np.sqrt(np.mean(gap**2))), float(gap[-1])
+        return Norms(
+            len(gap), self.left_out, float(gap[worst]), share(float(gap[worst])), float(self.x[worst]), rms, share(rms),
+            float(self.y[-1]), float(self.reference[-1]), end, share(end),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Norms:
+    """Errors of a curve in its own unit, and as shares of the largest reference."""
+
+    rows: int
+    rows_left_out: int
+    largest: float
+    largest_share: float
+    largest_at: float
+    rms: float
+    rms_share: float
+    end_value: float
+    end_reference: float
+    end: float
+    end_share: float
+
+
+def open_result(path: Path, unfinished: bool) -> Curves:
+    """The curves of a run that came to its end, or of a table nobody tells a run of."""
+    curves = read_curves(path)
+    reason = how_it_ended(curves.path.parent) if curves.path.name == "curves.csv" else None
+    if reason is None:
+        return curves
+    if reason and not unfinished:
+        raise ResultError(f"{curves.path}: the run did not come to its end ({reason}); --unfinished takes it as it is")
+    if not curves.path.read_bytes().endswith(b"\n") and not unfinished:
+        raise ResultError(f"{curves.path}: the last line is cut; --unfinished takes it as it is")
+    return curves
+
+
+def _plain(name: str) -> str:
+    """Name of a column without its sign."""
+    return name.removeprefix("-")
+
+
+def _scaled(name: str, factor: float) -> str:
+    """Name of a column with its factor."""
+    return name if factor == 1 else f"{factor:g} {name}"
+
+
+def _finite(values: Array, what: str) -> Array:
+    if not np.all(np.isfinite(values)):
+        raise ResultError(f"{what}: row {int(np.argmax(~np.isfinite(values))) + 1} is no finite number")
+    return values
+
+
+def _table_column(table: Curves, wanted: str | None, fallback: str, place: int) -> str:
+    """Column of a table: the one asked for, the one of the same name, or the first or second of numbers."""
+    if wanted:
+        return wanted
+    if _plain(fallback) in table.columns:
+        return fallback
+    names = list(table.columns)
+    if len(names) <= place:
+        raise ResultError(f"{table.path}: a table has two columns of numbers")
+    return names[place]
+
+
+def table_values(table: Curves, x_name: str, y_name: str, x: Array) -> Array:
+    """A table at the places x, linear between its rows; NaN where it has none."""
+    own_x = _finite(signed_column(table, x_name), str(table.path))
+    own_y = _finite(signed_column(table, y_name), str(table.path))
+    order = np.argsort(own_x, kind="stable")
+    if len(own_x) < 2 or np.any(np.diff(own_x[order]) <= 0):
+        raise ResultError(f"{table.path}: {x_name} has fewer than two values or one twice; --against-x chooses another")
+    slack = 1e-9 * float(own_x.max() - own_x.min())
+    inside = (x >= own_x.min() - slack) & (x <= own_x.max() + slack)
+    return np.where(inside, np.interp(x, own_x[order], own_y[order]), np.nan)
+
+
+def _check_units(words: argparse.Namespace, pairs: list[tuple[str, str]]) -> None:
+    """A factor the user gave settles the unit it changes."""
+    for name, reason in pairs:
+        if reason and not words.any_unit:
+            raise ResultError(f"{name}: {reason}; --scale, --x-scale or --any-unit settles it")
+
+
+def against_table(words: argparse.Namespace, own: tuple[str, str], units: tuple[str, str], x: Array) -> Array:
+    """The table that the command line names, at the places x; units and columns are checked."""
+    table = open_result(Path(words.against), words.unfinished)
+    other_x = _table_column(table, words.against_x, own[0], 0)
+    other_y = _table_column(table, words.against_y, own[1], 1)
+    theirs = [table.units.get(_plain(name), "") for name in (other_x, other_y)]
+    _check_units(words, [
+        (own[0], mismatch(units[0], theirs[0]) if abs(words.x_scale) == 1 else ""),
+        (own[1], mismatch(units[1], theirs[1]) if abs(words.scale) == 1 else ""),
+    ])  # fmt: skip
+    return table_values(table, other_x, other_y, x)
+
+
+def compare(words: argparse.Namespace) -> Comparison:
+    """What the command line asks to compare."""
+    curves = open_result(words.result, words.unfinished)
+    rows = np.arange(len(curves)) if words.phase is None else curves.rows_of_phase(words.phase)
+    formula: Formula | None = None
+    if words.against.startswith("function:"):
+        formula = read_formula(words.against.removeprefix("function:"))
+    x_name = words.x or (next(iter(formula.columns.values()), None) if formula else None) or "load_factor"
+    y_name = words.y or first_history(curves, beside=_plain(x_name))
+    x = words.x_scale * _finite(signed_column(curves, x_name)[rows], f"{curves.path}: {x_name}")
+    y = words.scale * _finite(signed_column(curves, y_name)[rows], f"{curves.path}: {y_name}")
+    units = curves.units.get(_plain(x_name), ""), curves.units.get(_plain(y_name), "")
+    if formula:
+        wrong = wrong_kind(units[1], kind_of(formula.function)) if abs(words.scale) == 1 else ""
+        _check_units(words, [(y_name, wrong)])
+        reference = formula.along(curves, rows)
+    else:
+        reference = against_table(words, (x_name, y_name), units, x)
+    covered = np.isfinite(reference)
+    if not covered.any():
+        span = f"{x_name} from {x.min():g} to {x.max():g}"
+        raise ResultError(f"{words.against}: no row of {curves.path} lies inside of it ({span})")
+    x_name, y_name = _scaled(x_name, words.x_scale), _scaled(y_name, words.scale)
+    return Comparison(x_name, y_name, *units, x[covered], y[covered], reference[covered], int(np.sum(~covered)))
+
+
+def draw(comparison: Comparison, words: argparse.Namespace) -> Path:
+    """The two curves over each other, the difference below."""
+    figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(3, 1))
+    order = np.argsort(comparison.x, kind="stable")
+    upper.plot(comparison.x[order], comparison.reference[order], "k-", lw=1, label=words.against)
+    upper.plot(comparison.x, comparison.y, "o", ms=4, mfc="none", label=str(words.result))
+    lower.plot(comparison.x, comparison.y - comparison.reference, ".-", lw=0.8, color="tab:red")
+    unit = f" [{comparison.y_unit}]" if comparison.y_unit else ""
+    upper.set_ylabel(comparison.y_name + unit)
+    lower.set_ylabel("difference" + unit)
+    lower.set_xlabel(comparison.x_name + (f" [{comparison.x_unit}]" if comparison.x_unit else ""))
+    upper.legend(fontsize=7)
+    for axes in (upper, lower):
+        axes.grid(alpha=0.3)
+    words.out.parent.mkdir(parents=True, exist_ok=True)
+    figure.tight_layout()
+    figure.savefig(words.out, dpi=130)
+    plt.close(figure)
+    return words.out
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("curve", help="a result against a formula or a table: norms of the error and a picture")
+    verb.add_argument("result", type=Path, help="folder of a run, its curves.csv, or a CSV with headings `name [unit]`")
+    verb.add_argument(
+        "--against",
+        required=True,
+        metavar="REFERENCE",
+        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names",
+    )
+    verb.add_argument("--x", help="column along x, -COLUMN for its negative; the formula's column, or load_factor")
+    verb.add_argument("--y", help="column along y; the first history when not given")
+    verb.add_argument("--scale", type=float, default=1.0, help="factor on y; settles its unit")
+    verb.add_argument("--x-scale", type=float, default=1.0, help="factor on x; settles its unit")
+    verb.add_argument("--against-x", help="column of the table along x")
+    verb.add_argument("--against-y", help="column of the table along y")
+    verb.add_argument("--phase", type=lambda t: int(t) if t.isdigit() else t, help="rows of a phase, by name or number")
+    verb.add_argument("--any-unit", action="store_true", help="compare whatever the headings say")
+    verb.add_argument("--unfinished", action="store_true", help="take a run that did not come to its end")
+    verb.add_argument("--tolerance", type=float, help="exit code 1 when the largest error is a larger share than this")
+    verb.add_argument("--out", type=Path, help="picture to write, .png, .svg or .pdf")
+    verb.add_argument("--json", type=Path, help="write the norms to a file")
+    verb.set_defaults(act=act)
+
+
+def add_functions(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb that lists the formulas."""
+    verb = verbs.add_parser("functions", help="the formulas `curve` and the cases may name")
+    verb.set_defaults(act=lambda words: list_formulas())
+
+
+def act(words: argparse.Namespace) -> int:
+    """Compare, print, draw."""
+    if words.out and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
+        raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+    comparison = compare(words)
+    norms = comparison.norms()
+    unit = f" {comparison.y_unit}" if comparison.y_unit else ""
+    print(f"{comparison.y_name} of {words.result} against {words.against}")
+    outside = f", {norms.rows_left_out} outside of the reference" if norms.rows_left_out else ""
+    print(f"rows       {norms.rows}{outside}")
+    print(
+        f"max error  {norms.largest:.4g}{unit}, {norms.largest_share:.3e} of the largest reference, "
+        f"at {comparison.x_name} = {norms.largest_at:.6g}"
+    )
+    print(f"rms error  {norms.rms:.4g}{unit}, {norms.rms_share:.3e}")
+    print(f"end value  {norms.end_value:.8g} against {norms.end_reference:.8g}{unit}, {norms.end_share:.3e}")
+    if words.out:
+        print(draw(comparison, words))
+    if words.json:
+        words.json.parent.mkdir(parents=True, exist_ok=True)
+        words.json.write_text(json.dumps(asdict(norms), indent=1) + "\n", encoding="utf-8")
+    return 1 if words.tolerance is not None and not norms.largest_share <= words.tolerance else 0
+
+
+def list_formulas() -> int:
+    """Names, arguments and first lines of the formulas."""
+    for name, function in REFERENCES.items():
+        print(f"{name}({', '.join(inspect.signature(function).parameters)})")
+        print("    " + (inspect.getdoc(function) or "").splitlines()[0])
+    return 0

@@ -1,0 +1,217 @@
+"""`report`: one HTML file with all charts, the stability map, the cases and pictures; it needs no other file."""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import html
+import re
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from qsmpm_verify import chart, stability_map, view
+from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
+from qsmpm_verify.cases import load_all, select
+from qsmpm_verify.judge import Verdict, judge
+from qsmpm_verify.machine import describe
+from qsmpm_verify.places import CASES, STABILITY, TOP
+from qsmpm_verify.progress import Progress
+from qsmpm_verify.report import WORDS, closing_line, counts
+from qsmpm_verify.runner import Run, run_all
+from qsmpm_verify.stability import load_rows
+
+LARGEST = 5_000_000
+"""Bytes; more does not go by mail."""
+
+STYLE = """
+body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
+h1, h2 { line-height: 1.2; } h2 { border-bottom: 1px solid #ccc; margin-top: 2em; }
+table { border-collapse: collapse; font-size: 13px; margin: .8em 0; }
+th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: right; }
+th:first-child, td:first-child { text-align: left; } th { background: #f4f4f4; }
+td.text { text-align: left; } figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
+figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
+.missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
+"""
+
+VIEWS = (
+    (
+        "slope_grid/e200_10",
+        "mises",
+        "The slope of the paper at a unit weight of 100 kN/m3: where it started, and where it is",
+    ),
+    ("cantilever/spline_4_points_9", "stress_xx", "The cantilever under its whole load"),
+)
+
+
+def text(value: object) -> str:
+    """Text without marks of the language."""
+    return html.escape(str(value))
+
+
+def table(header: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
+    """A table; every row has a class and its cells."""
+    head = "".join(f"<th>{text(h)}</th>" for h in header)
+    body = "".join(
+        f"<tr{f' class={kind}' if kind else ''}>" + "".join(f"<td>{text(cell)}</td>" for cell in cells) + "</tr>\n"
+        for kind, cells in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n"
+
+
+def command(line: str) -> str:
+    """The command that brings a figure again."""
+    return f'<p class="command">Again by <code>{text(line)}</code></p>\n'
+
+
+def inline_svg(path: Path) -> str:
+    """A drawing as part of the page: without its head, names of parts made its own."""
+    drawing = path.read_text(encoding="utf-8")
+    drawing = drawing[drawing.index("<svg") :]
+    drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
+    own = re.sub(r"\W", "_", path.stem)
+    drawing = re.sub(r'\bid="([^"]+)"', rf'id="{own}_\1"', drawing)
+    drawing = re.sub(r'(xlink:href="#|url\(#)', rf"\1{own}_", drawing)
+    return drawing
+
+
+def figure(content: str, caption: str) -> str:
+    """A picture with its text."""
+    return f"<figure>{content}<figcaption>{text(caption)}</figcaption></figure>\n"
+
+
+def chart_part(words: Namespace) -> tuple[str, int]:
+    """The charts and how many runs of them failed."""
+    asked = Namespace(**{**vars(words), "studies": [], "out": words.folder / "studies", "repeat": 1})
+    parts, failed = (
+        ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE).replace("`", "")) + "</p>\n"],
+        0,
+    )
+    for study, samples in chart.take_samples(asked):
+        picture = chart.draw(study, samples, words.folder / "charts" / f"{study.name}.svg")
+        chart.write_csv(study, samples, words.folder / "charts" / f"{study.name}.csv")
+        failed += sum(not s.good for s in samples)
+        parts.append(f"<h3>{text(study.title)}</h3>\n<p>Reference: {text(study.source)}. {text(study.note)}</p>\n")
+        parts.append(
+            figure(inline_svg(picture), f"{study.error.name} over CPU seconds of one core; broad: no run is better")
+        )
+        parts.append(table(chart.choice_header(study), [("", row) for row in chart.choice_rows(samples)]))
+        rows = [("best" if row[4] == "best" else "", row) for row in chart.run_rows(study, samples)]
+        parts.append("<details><summary>All runs</summary>" + table(chart.run_header(study), rows) + "</details>\n")
+        for other in study.others:
+            parts.append(
+                f"<p class=command>{text(other.label)}: {text(other.caveat)} Source: {text(other.source)}.</p>\n"
+            )
+        parts.append(command(chart.command_of(words, "chart", [study.name])))
+    return "".join(parts), failed
+
+
+def map_part(words: Namespace) -> str:
+    """The stability map."""
+    asked = Namespace(**{**vars(words), "tests": [], "out": words.folder / "stability"})
+    methods, tests = load_rows(STABILITY, TOP, [])
+    matrix = stability_map.fill_matrix(tests, asked)
+    picture = stability_map.draw(methods, tests, matrix, words.folder / "charts" / "stability.svg")
+    stability_map.write_csv(tests, matrix, words.folder / "charts" / "stability.csv")
+    rows = []
+    for t in tests:
+        limits = [f"{t.good:g}", f"{t.fair:g}"] if t.figure else ["-", "-"]
+        rows.append(("", [t.id, t.title, t.asks, *limits]))
+    silent = [f for f in matrix.values() if f.outcome == stability_map.SILENT]
+    told = [f for f in matrix.values() if f.outcome == stability_map.TOLD]
+    lists = "".join(
+        f"<details><summary>{text(title)}</summary>"
+        + table(
+            ["test", "method", "field", "said"],
+            [("", [f.test, f.method, stability_map.cell_text(f), f.note]) for f in kind],
+        )
+        + "</details>\n"
+        for title, kind in (("What fails silently", silent), ("What the failures say", told))
+    )
+    return (
+        "<h2 id=map>Where methods fail</h2>\n" + figure(inline_svg(picture), stability_map.count_line(matrix))
+        + table(["test", "what", "asks", "good to", "degraded to"], rows) + lists
+        + command("tools/qsmpm-verify map")
+    )  # fmt: skip
+
+
+def case_part(words: Namespace, program: Path) -> tuple[str, list[Verdict], dict[str, Run]]:
+    """The verification cases, their verdicts and runs."""
+    cases = select(load_all(CASES, TOP), [], efforts_up_to(words.effort))
+    progress = Progress(len(cases))
+    runs = run_all(
+        cases, program, words.folder / "verify", words.jobs,
+        lambda run: progress.tell(run.case.name, run.wall_seconds, run.reused), words.fresh,
+    )  # fmt: skip
+    verdicts = [verdict for case in cases for verdict in judge(case, runs)]
+    rows = []
+    for v in verdicts:
+        error = "-" if v.error is None else f"{v.error:.1e}"
+        cells = [v.case, v.quantity, f"{v.value:.6g}", v.reference, error, v.tolerance, WORDS[v.held], v.note[:120]]
+        rows.append(("missed" if v.held is False else "", cells))
+    header = ["case", "quantity", "value", "reference", "error", "tolerance", "verdict", "note"]
+    missed = [row for row in rows if row[0]]
+    shown = table(header, missed) if missed else "<p>None missed.</p>"
+    whole = f"<details><summary>All {len(rows)} figures</summary>{table(header, rows)}</details>\n"
+    again = command(f"tools/qsmpm-verify run --effort {words.effort}")
+    return (
+        f"<h2 id=cases>Verification cases</h2>\n<p>{closing_line(verdicts)}</p>\n{shown}{whole}{again}",
+        verdicts,
+        runs,
+    )
+
+
+def view_part(words: Namespace, runs: dict[str, Run]) -> str:
+    """Pictures of last states, of runs that ended well."""
+    parts = []
+    for name, field, caption in VIEWS:
+        run = runs.get(name)
+        if run is None or run.exit_code != 0:
+            continue
+        out = view.last_state(run.directory, field, words.folder / "charts" / f"view_{name.replace('/', '_')}.png")
+        picture = base64.b64encode(out.read_bytes()).decode()
+        shown = f'<img alt="{text(caption)}" src="data:image/png;base64,{picture}">'
+        parts.append(
+            figure(shown, caption) + command(f"tools/qsmpm-verify view RESULTS --field {field}, RESULTS of {name}")
+        )
+    return "<h2 id=views>Pictures</h2>\n" + "".join(parts) if parts else ""
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("report", help="one HTML file: charts, stability map, cases, pictures, the machine")
+    add_running_words(verb, "")
+    verb.add_argument("--html", type=Path, help="file to write; qsmpm_report.html in the folder of the runs by default")
+    verb.set_defaults(act=act)
+
+
+def act(words: Namespace) -> int:
+    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one ended otherwise."""
+    program = checked_program(words)
+    words.folder, words.program = words.out, program
+    charts, failed = chart_part(words)
+    stability = map_part(words)
+    cases, verdicts, runs = case_part(words, program)
+    views = view_part(words, runs)
+    held, missed = counts(verdicts)
+    summary = (f"{held} figures of the verification cases held, {missed} missed; {failed} runs of the charts failed "
+               "and are listed there.")  # fmt: skip
+    facts = table(["what", "is"], [("", fact) for fact in describe(program, TOP)])
+    page = (
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>QSMPM report</title><style>{STYLE}</style>\n"
+        f"<h1>QSMPM: what it computes, how well and at what cost</h1>\n<p>{summary}</p>\n"
+        "<p><a href='#charts'>Charts</a> | <a href='#map'>Stability map</a> | <a href='#cases'>Cases</a> | "
+        "<a href='#machine'>Machine</a></p>\n"
+        f"{charts}{stability}{views}{cases}<h2 id=machine>Machine and versions</h2>\n{facts}"
+        f"{command(f'tools/qsmpm-verify report --effort {words.effort}')}</html>\n"
+    )
+    out = words.html or words.out / "qsmpm_report.html"
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(page, encoding="utf-8")
+    size = out.stat().st_size
+    print(f"{out}: {size / 1e6:.2f} MB" + (", more than goes by mail" if size > LARGEST else ""))
+    print(summary)
+    if any(run.exit_code != run.case.exit_code for run in runs.values()):
+        return 3
+    return 1 if missed else 0

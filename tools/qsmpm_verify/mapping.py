@@ -1,0 +1,107 @@
+"""Fields of the stability map: run one method through one test and say how it came out."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from threading import Lock
+
+from qsmpm_verify.judge import judge_quantity
+from qsmpm_verify.runner import Run, run_case
+from qsmpm_verify.stability import Test, Trial
+
+PASS, DEGRADED, TOLD, SILENT, NONE = "pass", "degraded", "fails and says so", "fails silently", "not for it"
+TELLING = re.compile(
+    r"^(?!phase \d).*(?:warning|step cut|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
+)
+
+
+@dataclass(frozen=True)
+class Field:
+    """How a method came out of a test."""
+
+    test: str
+    method: str
+    outcome: str
+    figure: float = math.nan
+    exit_code: int | None = None
+    note: str = ""
+    seconds: float = 0.0
+
+
+def log_tells(run: Run) -> str:
+    """What the log of a run that ended well has against it; empty when nothing."""
+    try:
+        text = (run.directory / "job.log").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    hit = TELLING.search(text)
+    return hit[0].strip() if hit else ""
+
+
+def outcome_of(test: Test, figure: float, told: str) -> str:
+    """The field's word for a run that ended as the test allows."""
+    if abs(figure) <= test.good:
+        return PASS
+    if abs(figure) <= test.fair:
+        return DEGRADED
+    return TOLD if told else SILENT
+
+
+def deck_field(test: Test, trial: Trial, program: Path, root: Path, fresh: bool) -> tuple[Field, bool]:
+    """Run the deck of a field; whether the run was there already."""
+    run = run_case(trial.case, program, root, fresh=fresh)
+    code = run.exit_code
+    if code is None or code < 0 or code > 128:
+        note = run.message or f"ended by signal {code}"
+        return Field(test.id, trial.method, TOLD, math.nan, code, note, run.wall_seconds), run.reused
+    if code not in test.ends:
+        # What must end with a message and ends well, has said nothing.
+        outcome = SILENT if code == 0 else TOLD
+        return Field(test.id, trial.method, outcome, math.nan, code, run.message, run.wall_seconds), run.reused
+    if test.figure is None:
+        return Field(test.id, trial.method, PASS, math.nan, code, run.message, run.wall_seconds), run.reused
+    verdict = judge_quantity(run, test.figure, {})
+    figure = verdict.value if test.figure.reference is None else verdict.error
+    if verdict.note or figure is None:
+        return Field(test.id, trial.method, SILENT, math.nan, code, verdict.note, run.wall_seconds), run.reused
+    told = run.message if code != 0 else log_tells(run)
+    outcome = outcome_of(test, figure, told)
+    return Field(test.id, trial.method, outcome, figure, code, told, run.wall_seconds), run.reused
+
+
+class Commands:
+    """Other programs of the build, each run once for all methods."""
+
+    def __init__(self, program: Path) -> None:
+        self.folder = program.parent
+        self._texts: dict[tuple[str, ...], str] = {}
+        self._lock = Lock()
+
+    def text(self, command: tuple[str, ...]) -> str:
+        """What a command prints; a program that is missing prints the reason."""
+        with self._lock:
+            if command not in self._texts:
+                try:
+                    self._texts[command] = subprocess.run(
+                        [str(self.folder / command[0]), *command[1:]], stdin=subprocess.DEVNULL, capture_output=True,
+                        text=True, timeout=300, check=False, env={**os.environ, "OMP_NUM_THREADS": "1"},
+                    ).stdout  # fmt: skip
+                except (OSError, subprocess.TimeoutExpired) as error:
+                    self._texts[command] = f"{error}\n"
+            return self._texts[command]
+
+
+def command_field(test: Test, trial: Trial, commands: Commands) -> Field:
+    """Read the figure of a field from what another program prints."""
+    text = commands.text(test.command)
+    hit = re.search(trial.pattern, text)
+    if not hit:
+        last = text.strip().splitlines()[-1:] or ["nothing printed"]
+        return Field(test.id, trial.method, TOLD, math.nan, None, f"no figure: {last[0]}")
+    figure = float(hit["figure"])
+    return Field(test.id, trial.method, outcome_of(test, figure, ""), figure, 0)

@@ -1,0 +1,203 @@
+"""Expansion of a cylindrical or spherical cavity in soil without end, large strain in the plastic zone.
+
+Compression positive; a0 is the first, a the present radius. `sphere` chooses the spherical cavity.
+"""
+
+from __future__ import annotations
+
+import math
+
+from qsmpm_verify.reference.arguments import (
+    between, dilatancy_angle, friction_angle, not_negative, poisson_ratio, positive, within,
+)  # fmt: skip
+from qsmpm_verify.reference.numerics import integral, root
+
+
+def cavity_tresca(expansion: float, rigidity: float, sphere: bool = False) -> float:
+    """Pressure in a cavity in incompressible Tresca soil.
+
+    Formula: (p - p0) / s_u = f (1 + ln Ir + ln(1 - (a0/a)^m)), cylinder f = 1, m = 2; sphere f = 4/3, m = 3
+    Units: expansion a/a0 [-], rigidity Ir = G/s_u [-]; result [-]
+    Range: Ir (1 - (a0/a)^m) >= 1: the wall has yielded
+    Assumes: volume kept, elastic strain small beyond the plastic zone
+    Source: Gibson & Anderson 1961; Hill 1950 (sphere)
+    Check: quadrature of the equilibrium with the elastic-plastic shear stress at every radius
+    """
+    between("expansion", expansion, low=1.0)
+    positive(rigidity=rigidity)
+    power = 3 if sphere else 2
+    reach = rigidity * (1 - expansion**-power)
+    if reach < 1:
+        raise ValueError(f"expansion = {expansion:g} is still elastic for rigidity = {rigidity:g}")
+    return (4 / 3 if sphere else 1.0) * (1 + math.log(reach))
+
+
+def cavity_tresca_limit(rigidity: float, sphere: bool = False) -> float:
+    """Limit pressure in incompressible Tresca soil.
+
+    Formula: (p - p0) / s_u = f (1 + ln Ir), cylinder f = 1, sphere f = 4/3
+    Units: rigidity Ir = G/s_u [-]; result [-]
+    Range: Ir >= 1
+    Assumes: as cavity_tresca, a/a0 without bound
+    Source: Gibson & Anderson 1961; Hill 1950 (sphere)
+    Check: quadrature at a/a0 = 1e6
+    """
+    within("rigidity", rigidity, low=1.0)
+    return (4 / 3 if sphere else 1.0) * (1 + math.log(rigidity))
+
+
+class _Soil:
+    """Constants of the cavity in Mohr-Coulomb soil, letters of Yu & Houlsby 1991."""
+
+    def __init__(
+        self, young: float, poisson: float, cohesion: float, friction: float, dilatancy: float, pressure: float,
+        sphere: bool,
+    ) -> None:  # fmt: skip
+        positive(young=young, friction=friction)
+        poisson_ratio(poisson)
+        not_negative(cohesion=cohesion)
+        phi = friction_angle("friction", friction)
+        psi = dilatancy_angle(dilatancy, friction)
+        self.k = 2 if sphere else 1
+        self.young, self.nu, self.p0 = young, poisson, pressure
+        self.shear = young / (2 * (1 + poisson))
+        self.y = 2 * cohesion * math.cos(phi) / (1 - math.sin(phi))
+        self.alpha = (1 + math.sin(phi)) / (1 - math.sin(phi))
+        self.beta = (1 + math.sin(psi)) / (1 - math.sin(psi))
+        self.excess = self.y + (self.alpha - 1) * pressure
+        positive(strength=self.excess)
+        self.delta = self.excess / (2 * (self.k + self.alpha) * self.shear)
+        between("strain at yield", self.delta, high=1.0)
+        self.q = (self.beta + self.k) / self.beta
+
+    def pressure_at(self, reach: float) -> float:
+        """Pressure in the cavity when the plastic zone ends at `reach` times its radius."""
+        cap = self.y / (self.alpha - 1)
+        wall = self.p0 + 2 * self.k * self.shear * self.delta + cap
+        return float(wall * reach ** (self.k * (self.alpha - 1) / self.alpha)) - cap
+
+    def least_expansion(self) -> float:
+        """a/a0 at which the wall yields."""
+        return 1 / (1 - self.delta)
+
+
+def _lambda_one(soil: _Soil, r: float, gamma: float, xi: float) -> float:
+    """The series of Yu & Houlsby, summed until its terms are lost in rounding."""
+    total, factor = 0.0, 1.0
+    for n in range(1000):
+        power = n - gamma
+        term = math.log(r) if abs(power) < 1e-12 else (r**power - 1) / power
+        total += factor * term
+        if n > gamma and abs(factor * term) <= 1e-17 * abs(total) < math.inf:
+            return total
+        factor *= xi / (n + 1)
+    raise ArithmeticError("the series of the cavity does not converge: hardly any friction, or soil too soft")
+
+
+def _series(soil: _Soil) -> tuple[float, float, float]:
+    """gamma, eta and xi of Yu & Houlsby."""
+    k, nu, alpha, beta = soil.k, soil.nu, soil.alpha, soil.beta
+    gamma = alpha * (beta + k) / (k * (alpha - 1) * beta)
+    eta = math.exp((beta + k) * (1 - 2 * nu) * (1 + (2 - k) * nu) * soil.excess / (soil.young * (alpha - 1) * beta))
+    mixed = alpha * beta + k * (1 - 2 * nu) + 2 * nu - k * nu * (alpha + beta) / (1 - nu * (2 - k))
+    xi = (1 - nu**2 * (2 - k)) * (1 + k) * soil.delta / ((1 + nu) * (alpha - 1) * beta) * mixed
+    return gamma, eta, xi
+
+
+def _expansion_by_series(soil: _Soil, pressure: float) -> float:
+    """(a0/a)^((beta + k)/beta) at a pressure; it falls to zero at the limit pressure."""
+    gamma, eta, xi = _series(soil)
+    ratio = (soil.k + soil.alpha) * (soil.y + (soil.alpha - 1) * pressure)
+    r = ratio / (soil.alpha * (1 + soil.k) * soil.excess)
+    return float(r**gamma * ((1 - soil.delta) ** soil.q - gamma / eta * _lambda_one(soil, r, gamma, xi)))
+
+
+def _limit(soil: _Soil) -> float:
+    """Pressure at which a0/a vanishes."""
+    low = soil.pressure_at(1.0)
+    high = 2 * low - soil.p0
+    while _expansion_by_series(soil, high) > 0:
+        high = 2 * high - soil.p0
+    return root(lambda p: _expansion_by_series(soil, p), low, high)
+
+
+def cavity_mohr_coulomb(
+    expansion: float, young: float, poisson: float, cohesion: float, friction: float, dilatancy: float,
+    pressure: float, sphere: bool = False,
+) -> float:  # fmt: skip
+    """Pressure in a cavity in Mohr-Coulomb soil, by the series.
+
+    Formula: a/a0 = {R^-g / ((1 - d)^((b+k)/b) - (g/e) L1(R, x))}^(b/(b+k)), L1(R, x) = sum x^n (R^(n-g) - 1)/(n! (n-g))
+    Units: expansion a/a0 [-], young, cohesion, pressure = p0 at the start [stress], angles [degree]; result [stress]
+    Range: wall has yielded; 0 < phi < 90, 0 <= psi <= phi
+    Assumes: logarithmic strain in the plastic zone, small strain beyond, axial stress intermediate (cylinder)
+    Source: Yu & Houlsby 1991
+    Check: cavity_mohr_coulomb_quadrature; integration of displacement and stress from the plastic front to the wall
+    """
+    soil = _Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere)
+    within("expansion", expansion, low=soil.least_expansion())
+    wanted = expansion**-soil.q
+    return root(lambda p: _expansion_by_series(soil, p) - wanted, soil.pressure_at(1.0) * (1 - 1e-12), _limit(soil))
+
+
+def cavity_mohr_coulomb_limit(
+    young: float, poisson: float, cohesion: float, friction: float, dilatancy: float, pressure: float,
+    sphere: bool = False,
+) -> float:  # fmt: skip
+    """Limit pressure of a cavity in Mohr-Coulomb soil.
+
+    Formula: (e/g) (1 - d)^((b+k)/b) = L1(R, x), symbols of cavity_mohr_coulomb
+    Units: as cavity_mohr_coulomb
+    Range: as cavity_mohr_coulomb
+    Assumes: as cavity_mohr_coulomb, a/a0 without bound
+    Source: Yu & Houlsby 1991
+    Check: cavity_mohr_coulomb_quadrature at a/a0 = 1000
+    """
+    return _limit(_Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere))
+
+
+def _stored(soil: _Soil, place: float) -> float:
+    """b eps_r + k eps_theta of the elastic strain at `place` = r / (radius of the plastic front), tension positive."""
+    k, nu, alpha = soil.k, soil.nu, soil.alpha
+    cap = soil.y / (alpha - 1)
+    radial = (soil.p0 + 2 * k * soil.shear * soil.delta + cap) * place ** (-k * (alpha - 1) / alpha) - cap
+    hoop = (radial - soil.y) / alpha
+    d_radial, d_hoop = soil.p0 - radial, soil.p0 - hoop
+    if k == 1:
+        part = (1 + nu) / soil.young
+        eps_radial = part * ((1 - nu) * d_radial - nu * d_hoop)
+        eps_hoop = part * ((1 - nu) * d_hoop - nu * d_radial)
+    else:
+        eps_radial = (d_radial - 2 * nu * d_hoop) / soil.young
+        eps_hoop = ((1 - nu) * d_hoop - nu * d_radial) / soil.young
+    return float(soil.beta * eps_radial + k * eps_hoop)
+
+
+def _expansion_by_quadrature(soil: _Soil, reach: float) -> float:
+    """(a0/a)^((beta + k)/beta) when the plastic zone ends at `reach` times the radius of the cavity."""
+    inner = 1 / reach
+    area = integral(lambda s: math.exp(-_stored(soil, s) / soil.beta) * s ** (soil.q - 1), inner, 1.0)
+    return float(reach**soil.q * ((1 - soil.delta) ** soil.q - soil.q * area))
+
+
+def cavity_mohr_coulomb_quadrature(
+    expansion: float, young: float, poisson: float, cohesion: float, friction: float, dilatancy: float,
+    pressure: float, sphere: bool = False,
+) -> float:  # fmt: skip
+    """The same pressure by quadrature over the plastic zone.
+
+    Formula: a0^q = ((1 - d) b)^q - q int_a^b exp(-f(r)/beta) r^(q-1) dr, q = 1 + k/beta, \
+f = beta eps_r + k eps_theta of the elastic strain
+    Units: as cavity_mohr_coulomb
+    Range: as cavity_mohr_coulomb
+    Assumes: as cavity_mohr_coulomb
+    Source: own derivation, flow rule beta d eps_r + k d eps_theta = 0 for the plastic strain
+    Check: cavity_mohr_coulomb (the series); integration from the plastic front to the wall
+    """
+    soil = _Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere)
+    within("expansion", expansion, low=soil.least_expansion())
+    wanted = expansion**-soil.q
+    high = 2.0
+    while _expansion_by_quadrature(soil, high) > wanted:
+        high *= 2
+    return soil.pressure_at(root(lambda s: _expansion_by_quadrature(soil, s) - wanted, 1.0 - 1e-12, high))

@@ -1,0 +1,136 @@
+"""Stress field of Mohr-Coulomb soil with weight beside and below a strip footing: method of characteristics.
+
+The soil at rest beside the footing (x > 0, z down) is in the passive state. Its boundary, a straight
+slip line from the edge of the footing, starts the march: a fan at the edge, then slip lines that leave
+the base of the footing. Unknown at every node are place, mean stress s and angle t of the major
+stress from the vertical. With e = 45 - phi/2, R = c cos phi + s sin phi and the unit weight g
+
+    along dx/dz = tan(t + e):  ds + 2 R / cos phi dt = g (dz - tan phi dx)
+    along dx/dz = tan(t - e):  ds - 2 R / cos phi dt = g (dz + tan phi dx)
+
+both with means of the two ends (second order). Source: Sokolovskii 1965; own discretisation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+X, Z, MEAN, ANGLE = range(4)
+ROUNDS = 60
+"""Most rounds of the fixed-point iteration of a node; it gains a digit or more a round."""
+
+
+@dataclass(frozen=True)
+class Soil:
+    """Strength and loads: friction [radian], cohesion [stress], surcharge [stress], weight [force/volume]."""
+
+    friction: float
+    cohesion: float
+    surcharge: float
+    weight: float
+
+    @property
+    def spread(self) -> float:
+        """Angle between the major stress and the slip lines."""
+        return math.pi / 4 - self.friction / 2
+
+    def radius(self, mean: Any) -> Any:
+        """Radius of Mohr's circle at a mean stress."""
+        return self.cohesion * math.cos(self.friction) + mean * math.sin(self.friction)
+
+    def vertical(self, nodes: Array) -> Array:
+        """Vertical stress of nodes."""
+        return np.asarray(nodes[MEAN] + self.radius(nodes[MEAN]) * np.cos(2 * nodes[ANGLE]))
+
+    def shear(self, nodes: Array) -> Array:
+        """Shear stress of nodes on horizontal planes."""
+        return np.asarray(self.radius(nodes[MEAN]) * np.sin(2 * nodes[ANGLE]))
+
+
+@dataclass(frozen=True)
+class Field:
+    """Nodes of the march: `fronts[d, :, j]` is node d - j of slip line j, `base[:, j]` its end on the footing."""
+
+    soil: Soil
+    fan: int
+    fronts: Array
+    base: Array
+
+    def line_from_base(self, start: int) -> Array:
+        """Nodes of the slip line that leaves the base at its node `start`."""
+        j = np.arange(start, self.base.shape[1])
+        return self.fronts[self.fan + start + j, :, j].T
+
+
+def _node(soil: Soil, a: Array, b: Array) -> Array:
+    """Nodes where the slip lines from a (t + e) and from b (t - e) meet."""
+    slope, angle, mean = math.tan(soil.friction), (a[ANGLE] + b[ANGLE]) / 2, a[MEAN]
+    x, z = a[X], a[Z]
+    for _ in range(ROUNDS):
+        first, second = (angle + a[ANGLE]) / 2 + soil.spread, (angle + b[ANGLE]) / 2 - soil.spread
+        along_a, along_b = a[X] * np.cos(first) - a[Z] * np.sin(first), b[X] * np.cos(second) - b[Z] * np.sin(second)
+        across = np.sin(first - second)
+        x = (along_b * np.sin(first) - along_a * np.sin(second)) / across
+        z = (along_b * np.cos(first) - along_a * np.cos(second)) / across
+        factor_a = 2 * soil.radius((mean + a[MEAN]) / 2) / math.cos(soil.friction)
+        factor_b = 2 * soil.radius((mean + b[MEAN]) / 2) / math.cos(soil.friction)
+        right_a = a[MEAN] + factor_a * a[ANGLE] + soil.weight * (z - a[Z] - slope * (x - a[X]))
+        right_b = b[MEAN] - factor_b * b[ANGLE] + soil.weight * (z - b[Z] + slope * (x - b[X]))
+        new = (right_a - right_b) / (factor_a + factor_b)
+        change = float(np.max(np.abs(new - angle)))
+        angle, mean = new, right_a - factor_a * new
+        if change < 1e-13:
+            break
+    return np.array([x, z, mean, angle])
+
+
+def _base_node(soil: Soil, a: Array, end: float) -> Array:
+    """Node where the slip line from a reaches the base, major stress at the angle `end`."""
+    x = a[X] - math.tan((end + a[ANGLE]) / 2 + soil.spread) * a[Z]
+    pull = soil.weight * (-a[Z] - math.tan(soil.friction) * (x - a[X]))
+    turn = (a[ANGLE] - end) / math.cos(soil.friction)
+    # s - s_a = turn (R(s) + R(s_a)) + pull, linear in s
+    mean = (a[MEAN] + turn * 2 * soil.radius(a[MEAN] / 2) + pull) / (1 - turn * math.sin(soil.friction))
+    return np.array([x, 0.0, mean, end])
+
+
+def _edge(soil: Soil, fan: Array) -> Array:
+    """Mean stress at the edge of the footing over the angles of the fan."""
+    passive = (soil.surcharge + soil.cohesion * math.cos(soil.friction)) / (1 - math.sin(soil.friction))
+    if soil.friction == 0:
+        return np.asarray(passive + soil.cohesion * (math.pi - 2 * fan))
+    pole = soil.cohesion / math.tan(soil.friction)
+    return np.asarray((passive + pole) * np.exp((math.pi - 2 * fan) * math.tan(soil.friction)) - pole)
+
+
+def march(soil: Soil, places: Array, fan: int, end: float) -> Field:
+    """The field from nodes at distances `places` along the passive boundary and `fan` sectors to the angle `end`."""
+    count, angles = len(places), np.linspace(math.pi / 2, end, fan + 1)
+    far = np.concatenate([[0.0], places])
+    front = np.zeros((4, count + 1))
+    front[X], front[Z] = far * math.cos(soil.spread), far * math.sin(soil.spread)
+    front[MEAN] = soil.surcharge + soil.cohesion * math.cos(soil.friction) + soil.weight * front[Z]
+    front[MEAN] /= 1 - math.sin(soil.friction)
+    front[ANGLE] = math.pi / 2
+    edge = _edge(soil, angles)
+    fronts, base = [front], np.zeros((4, count + 1))
+    base[:, 0] = 0.0, 0.0, edge[-1], end
+    for d in range(1, fan + 2 * count + 1):
+        low, high = max(1, (d - fan) // 2 + 1), min(count, d - 1)
+        front = front.copy()
+        before = fronts[-1]
+        if low <= high:
+            front[:, low : high + 1] = _node(soil, before[:, low : high + 1], before[:, low - 1 : high])
+        if d <= fan:
+            front[:, 0] = 0.0, 0.0, edge[d], angles[d]
+        elif (d - fan) % 2 == 0:
+            j = (d - fan) // 2
+            front[:, j] = base[:, j] = _base_node(soil, before[:, j], end)
+        fronts.append(front)
+    return Field(soil, fan, np.array(fronts), base)

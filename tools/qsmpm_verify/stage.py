@@ -1,0 +1,241 @@
+"""Pictures of material points by VTK, off screen: points coloured by a field, outlines of the body, mesh edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from qsmpm_verify.results import Array, Mesh
+
+import vtkmodules.vtkRenderingFreeType  # noqa: F401  text
+import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  the renderer itself
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkLogger, vtkLookupTable, vtkObject, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkUnstructuredGrid
+from vtkmodules.vtkFiltersCore import vtkDelaunay2D, vtkDelaunay3D, vtkExtractEdges, vtkFeatureEdges
+from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
+from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
+from vtkmodules.vtkRenderingCore import (
+    vtkActor, vtkPolyDataMapper, vtkRenderer, vtkRenderWindow, vtkTextActor, vtkWindowToImageFilter,
+)  # fmt: skip
+
+WIDTH = 1200
+
+# No display is the rule here, and points on a lattice have no single net of tetrahedra: VTK warns of both.
+vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+vtkObject.GlobalWarningDisplayOff()
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a series of pictures has in common, so that one can be laid over the next."""
+
+    low: Array
+    high: Array
+    least: float
+    most: float
+    flat: bool
+    height: int
+
+    @staticmethod
+    def around(low: Array, high: Array, least: float, most: float) -> Look:
+        """A look for points between two corners; flat when they have no depth."""
+        size = high - low
+        flat = bool(size[2] <= 1e-9 * max(size[0], size[1]))
+        ratio = size[1] / size[0] if flat else 0.7
+        return Look(low, high, least, most, flat, int(np.clip(WIDTH * ratio + 190, 320, 1000)) // 2 * 2)
+
+
+def colours(look: Look) -> vtkLookupTable:
+    """Viridis, as the other pictures have it."""
+    from matplotlib import colormaps
+
+    table = vtkLookupTable()
+    table.SetNumberOfTableValues(256)
+    for i, (red, green, blue, _) in enumerate(colormaps["viridis"](np.linspace(0, 1, 256))):
+        table.SetTableValue(i, red, green, blue, 1.0)
+    table.SetTableRange(look.least, look.most if look.most > look.least else look.least + 1.0)
+    return table
+
+
+def _points_of(places: Array) -> vtkPoints:
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(places, dtype=float), deep=True))
+    return points
+
+
+def cloud(places: Array, values: Array, table: vtkLookupTable, pixels: float, flat: bool) -> vtkActor:
+    """The points as squares in the plane, as spheres in space."""
+    data = vtkPolyData()
+    data.SetPoints(_points_of(places))
+    cells = vtkCellArray()
+    ends = np.arange(len(places) + 1, dtype=np.int64)
+    cells.SetData(numpy_to_vtkIdTypeArray(ends, deep=True), numpy_to_vtkIdTypeArray(ends[:-1].copy(), deep=True))
+    data.SetVerts(cells)
+    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.SetLookupTable(table)
+    mapper.UseLookupTableScalarRangeOn()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetPointSize(max(1.0, pixels))
+    actor.GetProperty().SetRenderPointsAsSpheres(not flat)
+    actor.GetProperty().SetLighting(not flat)
+    return actor
+
+
+def _lines(data: vtkPolyData, colour: tuple[float, float, float], width: float, opacity: float = 1.0) -> vtkActor:
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.ScalarVisibilityOff()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*colour)
+    actor.GetProperty().SetLineWidth(width)
+    actor.GetProperty().SetOpacity(opacity)
+    actor.GetProperty().SetLighting(False)
+    return actor
+
+
+def hull(start: Array, spacing: float, flat: bool) -> vtkPolyData:
+    """Outline in the plane, skin in space, of the points where they started; gaps wider than 1.6 spacings stay open."""
+    data = vtkPolyData()
+    data.SetPoints(_points_of(start))
+    data.GetPointData().SetScalars(numpy_to_vtk(np.arange(len(start), dtype=float), deep=True))
+    net = vtkDelaunay2D() if flat else vtkDelaunay3D()
+    net.SetInputData(data)
+    net.SetAlpha(1.6 * spacing)
+    skin: vtkGeometryFilter | vtkFeatureEdges
+    if flat:
+        skin = vtkFeatureEdges()
+        skin.BoundaryEdgesOn()
+        skin.FeatureEdgesOff()
+        skin.ManifoldEdgesOff()
+        skin.NonManifoldEdgesOff()
+        skin.ColoringOff()
+    else:
+        skin = vtkGeometryFilter()
+    skin.SetInputConnection(net.GetOutputPort())
+    skin.Update()
+    return skin.GetOutput()
+
+
+def moved_hull(shape: vtkPolyData, places: Array) -> vtkPolyData:
+    """The hull with its points where they are now."""
+    numbers = shape.GetPointData().GetScalars()
+    moved = vtkPolyData()
+    moved.DeepCopy(shape)
+    if numbers is not None and shape.GetNumberOfPoints():
+        moved.SetPoints(_points_of(places[vtk_to_numpy(numbers).astype(int)]))
+    moved.GetPointData().SetScalars(None)
+    return moved
+
+
+def mesh_edges(mesh: Mesh) -> vtkActor:
+    """Edges of the cells, thin and grey."""
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(_points_of(mesh.nodes))
+    for kind, nodes in zip(mesh.types, mesh.cells):
+        grid.InsertNextCell(int(kind), len(nodes), [int(n) for n in nodes])
+    edges = vtkExtractEdges()
+    edges.SetInputData(grid)
+    edges.Update()
+    return _lines(edges.GetOutput(), (0.6, 0.6, 0.6), 0.7, 0.7)
+
+
+def _caption(text: str, look: Look) -> vtkTextActor:
+    actor = vtkTextActor()
+    actor.SetInput(text)
+    actor.GetTextProperty().SetColor(0, 0, 0)
+    actor.GetTextProperty().SetFontSize(22)
+    actor.SetPosition(20, look.height - 40)
+    return actor
+
+
+def _bar(table: vtkLookupTable, look: Look) -> vtkScalarBarActor:
+    bar = vtkScalarBarActor()
+    bar.SetLookupTable(table)
+    bar.SetTitle("")
+    bar.SetNumberOfLabels(5)
+    bar.SetLabelFormat("%-#.4g")
+    bar.SetOrientationToHorizontal()
+    bar.SetUnconstrainedFontSize(True)
+    for text in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
+        text.SetColor(0, 0, 0)
+        text.SetFontSize(18)
+        text.BoldOff()
+        text.ItalicOff()
+        text.ShadowOff()
+    bar.SetPosition(0.2, 0.01)
+    bar.SetWidth(0.6)
+    bar.SetHeight(60 / look.height)
+    return bar
+
+
+def _aim(renderer: vtkRenderer, look: Look) -> float:
+    """Point the camera at the look's box; pixels a unit of length."""
+    centre, size = (look.low + look.high) / 2, look.high - look.low
+    camera = renderer.GetActiveCamera()
+    camera.SetFocalPoint(*centre)
+    camera.ParallelProjectionOn()
+    reach = float(np.linalg.norm(size)) or 1.0
+    if look.flat:
+        room = look.height - 190
+        scale = max(size[0] / (WIDTH * 0.94), size[1] / room)
+        camera.SetPosition(centre[0], centre[1], centre[2] + 2 * reach)
+        camera.SetViewUp(0, 1, 0)
+        camera.SetParallelScale(scale * look.height / 2)
+        shift = 40 * scale
+        camera.SetPosition(centre[0], centre[1] - shift, centre[2] + 2 * reach)
+        camera.SetFocalPoint(centre[0], centre[1] - shift, centre[2])
+    else:
+        camera.SetPosition(*(centre + 2 * reach * np.array([-0.55, -0.7, 0.45])))
+        camera.SetViewUp(0, 0, 1)
+        scale = 1.15 * reach / min(WIDTH, look.height)
+        camera.SetParallelScale(scale * look.height / 2)
+    renderer.ResetCameraClippingRange()
+    return 1 / scale
+
+
+def picture(
+    look: Look,
+    places: Array,
+    values: Array,
+    spacing: float,
+    caption: str,
+    now: vtkPolyData | None = None,
+    before: vtkPolyData | None = None,
+    mesh: Mesh | None = None,
+) -> Array:
+    """One picture as rows of red, green and blue."""
+    renderer = vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    table = colours(look)
+    if mesh is not None:
+        renderer.AddActor(mesh_edges(mesh))
+    if before is not None:
+        renderer.AddActor(_lines(before, (0.45, 0.45, 0.45), 1.5, 0.9 if look.flat else 0.12))
+    pixels = _aim(renderer, look)
+    renderer.AddActor(cloud(places, values, table, 0.9 * spacing * pixels, look.flat))
+    if now is not None and look.flat:
+        renderer.AddActor(_lines(now, (0.8, 0.1, 0.1), 2.0))
+    renderer.AddViewProp(_caption(caption, look))
+    renderer.AddViewProp(_bar(table, look))
+    renderer.ResetCameraClippingRange()
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(WIDTH, look.height)
+    window.AddRenderer(renderer)
+    window.Render()
+    taken = vtkWindowToImageFilter()
+    taken.SetInput(window)
+    taken.ReadFrontBufferOff()
+    taken.Update()
+    image = taken.GetOutput()
+    columns, rows, _ = image.GetDimensions()
+    pixels_read = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(rows, columns, -1)[::-1, :, :3].copy()
+    window.Finalize()
+    return pixels_read

@@ -1,0 +1,156 @@
+"""The report: one file that needs nothing beside itself, with every figure's command."""
+
+import contextlib
+import io
+import re
+import tempfile
+import unittest
+from html.parser import HTMLParser
+from pathlib import Path
+from unittest import mock
+
+from qsmpm_verify import chart, document, stability_map
+from qsmpm_verify.cli import main
+from qsmpm_verify.machine import describe
+from qsmpm_verify.places import TOP
+from qsmpm_verify.tests import test_chart, test_map
+from qsmpm_verify.tests.test_view import write_state
+
+CASE = """
+title = "Case"
+deck = "a.inp"
+[[case]]
+name = "good"
+replace = [["METHOD", "BASIS=A"]]
+[[case.quantity]]
+name = "y"
+column = "y"
+reference = 2.0
+tolerance = 0.01
+reason = "r"
+source = "s"
+[[case]]
+name = "off"
+replace = [["METHOD", "BASIS=C"]]
+[[case.quantity]]
+name = "y"
+column = "y"
+reference = 2.0
+tolerance = 0.01
+reason = "r <&>"
+source = "s"
+"""
+
+
+class Tags(HTMLParser):
+    """Counts tags and gathers what the page would fetch."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.wrong: list[str] = []
+        self.fetched: list[str] = []
+        self.ids: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        words = dict(attrs)
+        for name in ("src", "href", "xlink:href"):
+            if words.get(name) and not words[name].startswith(("#", "data:")):
+                self.fetched.append(words[name])
+        if words.get("id"):
+            self.ids.append(words["id"])
+        if tag not in ("meta", "img", "path", "use", "rect"):
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if self.open and self.open[-1] == tag:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in ("path", "use", "rect"):
+            return
+        if tag == "html" or self.open[-1:] == [tag]:
+            self.open = self.open[:-1]
+        else:
+            self.wrong.append(tag)
+
+
+class Report(unittest.TestCase):
+    """From a small tree with a program whose outcome is known."""
+
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+        (self.folder / "a.inp").write_text("METHOD")
+        for name, files in (
+            ("rows", {"methods.toml": test_map.METHODS.split("[[method]]\nname = \"E\"")[0],
+                      "S01.toml": test_map.ROW}),
+            ("studies", {"s.toml": test_chart.STUDY.replace('["N", "{n}"]', '["METHOD", "BASIS={n}"]')
+                         .replace("n = 1,", 'n = "A", s = 1,').replace("n = 2,", 'n = "B", s = 2,')
+                         .replace("n = 9,", 'n = "C", s = 9,').replace("{n = 7}", '{n = "D", s = 7}')
+                         .replace('size = "{n}"', 'size = "{s}"')}),
+            ("cases", {"c.toml": CASE}),
+        ):  # fmt: skip
+            (self.folder / name).mkdir()
+            for file, text in files.items():
+                (self.folder / name / file).write_text(text)
+        (self.folder / "program").write_text(test_map.PROGRAM)
+        (self.folder / "program").chmod(0o755)
+
+    def call(self, *words: str) -> tuple[int, str]:
+        said = io.StringIO()
+        rows = {"STABILITY": self.folder / "rows", "TOP": self.folder}
+        with (
+            mock.patch.multiple(stability_map, **rows),
+            mock.patch.multiple(chart, STUDIES=self.folder / "studies", TOP=self.folder),
+            mock.patch.multiple(document, CASES=self.folder / "cases", **rows),
+            contextlib.redirect_stdout(said), contextlib.redirect_stderr(said),
+        ):  # fmt: skip
+            code = main(["report", "--program", str(self.folder / "program"), "--out", str(self.folder / "o"), *words])
+        return code, said.getvalue()
+
+    def test_the_page_is_whole_and_fetches_nothing(self) -> None:
+        code, said = self.call()
+        self.assertEqual(code, 1, said)
+        page = (self.folder / "o" / "qsmpm_report.html").read_text()
+        tags = Tags()
+        tags.feed(page)
+        self.assertEqual((tags.fetched, tags.wrong), ([], []))
+        self.assertEqual(len(set(tags.ids)), len(tags.ids), "drawings share names of parts")
+        self.assertEqual(page.count("<svg"), 2)
+        for word in ("qsmpm-verify chart s", "qsmpm-verify map", "qsmpm-verify run --effort quick", "3 figures of the"):
+            self.assertIn(word, page)
+        self.assertIn("3 figures of the verification cases held, 1 missed", said)
+        # the case that missed stands in front, by name and class
+        self.assertRegex(page.replace("\n", ""), r"<tr class=missed><td>c/off</td><td>y</td><td>3</td>")
+        self.assertLess(len(page), document.LARGEST)
+
+    def test_a_second_report_runs_nothing(self) -> None:
+        self.call()
+        _, said = self.call()
+        told = [line for line in said.splitlines() if re.match(r"\[\d", line)]
+        self.assertTrue(told)
+        self.assertTrue(all(line.endswith("there already") for line in told), told)
+
+    def test_pictures_of_states_are_in_the_page(self) -> None:
+        results = self.folder / "state"
+        results.mkdir()
+        write_state(results, (0, 3))
+        run = mock.Mock(exit_code=0, directory=results)
+        words = mock.Mock(folder=self.folder)
+        (self.folder / "charts").mkdir()
+        part = document.view_part(words, {document.VIEWS[1][0]: run})
+        self.assertIn("data:image/png;base64,iVBOR", part)
+        self.assertEqual(document.view_part(words, {}), "")
+
+    def test_the_machine_is_described(self) -> None:
+        facts = dict(describe(Path("/bin/true"), TOP))
+        for name in ("date", "processor", "Python", "system"):
+            self.assertTrue(facts[name])
+        self.assertIn("numpy", facts["Python"])
+
+
+if __name__ == "__main__":
+    unittest.main()

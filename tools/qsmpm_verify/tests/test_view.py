@@ -1,0 +1,136 @@
+"""Fields of points, and pictures and films of a small state written as the program writes it."""
+
+import contextlib
+import io
+import math
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+from PIL import Image
+
+from qsmpm_verify.cli import main
+from qsmpm_verify.fields import mises, scalar_field, unit_of
+from qsmpm_verify.results import Points, ResultError, read_mesh, written_steps
+
+
+def write_state(folder: Path, steps: tuple[int, ...]) -> None:
+    """A block of 4 x 2 points on 2 x 1 cells that moves to the right by 0.1 a step."""
+    x, y = np.meshgrid(np.arange(4) + 0.5, np.arange(2) + 0.5)
+    start = np.stack([x.ravel(), y.ravel(), np.zeros(8)], axis=1) / 2
+    with h5py.File(folder / "results.h5", "w") as file:
+        mesh = file.create_group("mesh")
+        mesh["coordinates"] = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0], [2, 1, 0.0]]
+        mesh["cell_offsets"], mesh["cell_types"] = [0, 4, 8], [9, 9]
+        mesh["cell_nodes"] = [0, 1, 4, 3, 1, 2, 5, 4]
+        for step in steps:
+            group = file.create_group(f"steps/{step:06d}")
+            group.attrs.update({"step": step, "phase": 1, "load_factor": float(step)})
+            moved = np.tile([0.1 * step, 0.0, 0.0], (8, 1))
+            stress = np.zeros((8, 6))
+            stress[:, 0] = step * np.arange(8)
+            points = group.create_group("points")
+            points["position"], points["displacement"], points["stress"] = start + moved, moved, stress
+            points["volume"] = points["initial_volume"] = np.full(8, 0.25)
+            points["plastic"] = np.arange(8) % 2
+    (folder / "block.echo.inp").write_text("*UNITS, LENGTH=m, FORCE=kN\n")
+
+
+class Fields(unittest.TestCase):
+    """One value a point."""
+
+    def test_fields_are_what_their_names_say(self) -> None:
+        stress = np.array([[-3.0, -2.0, -1.0, 0.5, 0.6, 0.7]])
+        move = np.array([[3.0, 4.0, 0.0]])
+        points = Points(
+            Path("r"),
+            1,
+            1,
+            1.0,
+            {
+                "stress": stress,
+                "displacement": move,
+                "plastic": np.array([1]),
+                "volume": np.array([0.5]),
+                "initial_volume": np.array([1.0]),
+            },
+        )
+        for name, value in (
+            ("displacement", 5.0),
+            ("displacement_y", 4.0),
+            ("pressure", 2.0),
+            ("stress_xy", 0.5),
+            ("stress_yz", 0.7),
+            ("plastic", 1.0),
+            ("volume_ratio", 0.5),
+        ):
+            self.assertAlmostEqual(scalar_field(points, name)[0], value, msg=name)
+        self.assertAlmostEqual(mises(np.array([[1.0, 0, 0, 0, 0, 0]]))[0], 1.0)
+        self.assertAlmostEqual(mises(np.array([[0, 0, 0, 1.0, 0, 0]]))[0], math.sqrt(3))
+        for wrong in ("stress_ab", "displacement_", "colour"):
+            with self.assertRaisesRegex(ResultError, "no field"):
+                scalar_field(points, wrong)
+
+
+class View(unittest.TestCase):
+    """The verb from the command line."""
+
+    def setUp(self) -> None:
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+        write_state(self.folder, (0, 2, 5))
+
+    def call(self, *words: str) -> tuple[int, str]:
+        out, err = io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = main(["view", str(self.folder), *words])
+        return code, out.getvalue() + err.getvalue()
+
+    def test_steps_mesh_and_units_are_read(self) -> None:
+        self.assertEqual(written_steps(self.folder), [0, 2, 5])
+        self.assertEqual([list(c) for c in read_mesh(self.folder).cells], [[0, 1, 4, 3], [1, 2, 5, 4]])
+        self.assertEqual((unit_of(self.folder, "stress_xx"), unit_of(self.folder, "plastic")), ("kN/m2", ""))
+
+    def test_a_picture_shows_the_field_the_outline_and_the_body_where_it_is(self) -> None:
+        out = self.folder / "p.png"
+        self.assertEqual(self.call("--field", "plastic", "--mesh", "--out", str(out)), (0, f"{out}\n"))
+        image = np.asarray(Image.open(out).convert("RGB")).astype(int)
+        red, green, blue = image[..., 0], image[..., 1], image[..., 2]
+        yellow = (red > 240) & (green > 220) & (blue < 60)
+        purple = (red < 80) & (green < 20) & (blue > 70)
+        outline = (red > 190) & (green < 60) & (blue < 60)
+        # four points of each colour, the outline in red; the bar at the bottom has both colours too
+        self.assertGreater(yellow[:-120].sum(), 4 * 2000)
+        self.assertGreater(purple[:-120].sum(), 4 * 2000)
+        self.assertGreater(outline.sum(), 500)
+        self.assertEqual(self.call("--field", "plastic", "--no-outline", "--out", str(self.folder / "q.png"))[0], 0)
+        bare = np.asarray(Image.open(self.folder / "q.png").convert("RGB")).astype(int)
+        self.assertEqual(int(((bare[..., 0] > 190) & (bare[..., 1] < 60) & (bare[..., 2] < 60)).sum()), 0)
+
+    def test_a_film_has_a_picture_a_step_in_the_same_colours(self) -> None:
+        out = self.folder / "f.gif"
+        self.assertEqual(self.call("--field", "stress_xx", "--film", "--out", str(out))[0], 0)
+        self.assertEqual(Image.open(out).n_frames, 3)
+        code, said = self.call("--field", "stress_xx", "--film", "--out", str(self.folder / "s.png"))
+        self.assertEqual((code, len(list(self.folder.glob("s_*.png")))), (0, 3))
+        self.assertIn("s_0000.png to s_0002.png", said)
+
+    def test_what_is_not_there_is_told_with_code_2(self) -> None:
+        for words, text in (
+            (("--step", "3"), "step 3 were not written; those of 0, 2, 5 were"),
+            (("--field", "heat"), "no field 'heat'; there are displacement"),
+            (("--out", "a.jpg"), "a picture is a .png file"),
+            (("--range", "2", "1"), "lower value first"),
+        ):
+            code, said = self.call("--out", str(self.folder / "n.png"), *words)
+            self.assertEqual(code, 2, words)
+            self.assertIn(text, said)
+        (self.folder / "results.h5").write_bytes(b"cut")
+        self.assertEqual(self.call()[0], 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,153 @@
+"""`view`: material points coloured by a field, with the outline of the body before and now; one step or all of them."""
+
+from __future__ import annotations
+
+import argparse
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+
+from qsmpm_verify.fields import NAMES, scalar_field, unit_of
+from qsmpm_verify.results import Array, Points, ResultError, read_mesh, read_points, written_steps
+from qsmpm_verify.trouble import Trouble
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser(
+        "view", help="draw the material points of a run coloured by a field, or a film of its steps"
+    )
+    verb.add_argument("result", type=Path, help="folder of a run, or its results.h5")
+    verb.add_argument("--field", default="displacement", help=f"one of {', '.join(NAMES)}; default displacement")
+    verb.add_argument("--step", type=int, help="step to draw; the last one written when not given")
+    verb.add_argument("--film", action="store_true", help="all written steps, one after the other")
+    verb.add_argument(
+        "--range", nargs=2, type=float, metavar=("LEAST", "MOST"), help="values of the ends of the colours"
+    )
+    verb.add_argument("--mesh", action="store_true", help="edges of the cells, as they were at the start")
+    verb.add_argument("--no-outline", action="store_true", help="no outline of the body")
+    verb.add_argument("--rate", type=float, default=8.0, help="pictures a second of a film")
+    verb.add_argument("--out", type=Path, default=Path("view.png"), help=".png, or .gif or .mp4 for a film")
+    verb.set_defaults(act=act)
+
+
+def chosen_steps(words: argparse.Namespace) -> list[int]:
+    """The steps to draw."""
+    written = written_steps(words.result)
+    if not written:
+        raise ResultError(f"{words.result}: no step was written")
+    if words.film:
+        return written
+    step = written[-1] if words.step is None else words.step
+    if step not in written:
+        shown = ", ".join(map(str, written[:12])) + (" ..." if len(written) > 12 else "")
+        raise ResultError(f"{words.result}: the points of step {step} were not written; those of {shown} were")
+    return [step]
+
+
+def spacing_of(points: Points, flat: bool) -> float:
+    """Distance of neighbours, from the volume of the largest point at the start."""
+    largest = float(points.field("initial_volume").max())
+    return largest ** (1 / 2 if flat else 1 / 3)
+
+
+def neighbours(start: Array) -> float:
+    """Largest distance of a point from its nearest neighbour on a sample of points."""
+    sample = start[np.linspace(0, len(start) - 1, min(len(start), 60)).astype(int)]
+    gaps = np.linalg.norm(sample[:, None, :] - start[None, :, :], axis=2)
+    gaps[gaps == 0] = np.inf
+    return float(gaps.min(axis=1).max())
+
+
+def job_of(folder: Path) -> str:
+    """Name of the run: that of its echoed deck, or of the folder."""
+    echoed = sorted(folder.glob("*.echo.inp"))
+    return echoed[0].name.removesuffix(".echo.inp") if echoed else folder.resolve().name
+
+
+def frames(words: argparse.Namespace, steps: list[int]) -> list[Array]:
+    """The pictures of the steps, all with the same colours and from the same place."""
+    from qsmpm_verify import stage
+
+    states = [read_points(words.result, step) for step in steps]
+    values = [scalar_field(points, words.field) for points in states]
+    first = states[0]
+    start = first.field("position") - first.field("displacement")
+    places = [points.field("position") for points in states]
+    everything = np.concatenate([start, *places])
+    least, most = words.range or (min(v.min() for v in values), max(v.max() for v in values))
+    folder = words.result if words.result.is_dir() else words.result.parent
+    unit = unit_of(folder, words.field)
+    margin = 0.02 * float(np.ptp(everything, axis=0).max())
+    flat = bool(np.ptp(everything[:, 2]) <= 1e-9 * np.ptp(everything, axis=0).max())
+    pad = np.array([margin, margin, 0.0 if flat else margin])
+    title = f"{words.field} [{unit}]" if unit else words.field
+    look = stage.Look.around(everything.min(axis=0) - pad, everything.max(axis=0) + pad, least, most)
+    spacing = spacing_of(first, flat)
+    outline = None if words.no_outline else stage.hull(start, max(spacing, 1.2 * neighbours(start)), flat)
+    mesh = read_mesh(words.result) if words.mesh else None
+    pictures = []
+    for points, place, value in zip(states, places, values):
+        caption = f"{job_of(folder)}: {title}, step {points.step}, load factor {points.load_factor:.4g}"
+        now = None if outline is None else stage.moved_hull(outline, place)
+        pictures.append(stage.picture(look, place, value, spacing, caption, now, outline, mesh))
+    return pictures
+
+
+def write_picture(picture: Array, out: Path) -> Path:
+    """One PNG file."""
+    from PIL import Image
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    Image.fromarray(picture).save(out, optimize=True)
+    return out
+
+
+def last_state(result: Path, field: str, out: Path) -> Path:
+    """The picture of the last state of a run with everything else as it comes."""
+    words = argparse.Namespace(result=result, field=field, range=None, no_outline=False, mesh=False)
+    return write_picture(frames(words, written_steps(result)[-1:])[0], out)
+
+
+def write_film(pictures: list[Array], out: Path, rate: float) -> list[Path]:
+    """A GIF, an MP4 where imageio can write one, else a series of PNG files."""
+    from PIL import Image
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.suffix == ".gif":
+        images = [Image.fromarray(p).quantize(colors=128) for p in pictures]
+        images[0].save(out, save_all=True, append_images=images[1:], duration=1000 / rate, loop=0, optimize=True)
+        return [out]
+    if out.suffix == ".mp4" and util.find_spec("imageio") and util.find_spec("imageio_ffmpeg"):
+        import imageio.v2 as imageio
+
+        with imageio.get_writer(out, fps=rate) as writer:
+            for picture in pictures:
+                writer.append_data(picture)
+        return [out]
+    names = [out.with_name(f"{out.stem}_{count:04d}.png") for count in range(len(pictures))]
+    for name, picture in zip(names, pictures):
+        Image.fromarray(picture).save(name)
+    return names
+
+
+def act(words: argparse.Namespace) -> int:
+    """Draw and tell what was written."""
+    if words.out.suffix not in ((".png", ".gif", ".mp4") if words.film else (".png",)):
+        raise Trouble(f"{words.out}: a picture is a .png file; a film (--film) a .gif or .mp4, or .png for a series")
+    if words.rate <= 0:
+        raise Trouble("--rate is above zero")
+    if words.range and not words.range[0] < words.range[1]:
+        raise Trouble("--range gives the lower value first")
+    if not util.find_spec("vtkmodules"):
+        raise Trouble("view needs the Python package vtk: run tools/setup")
+    pictures = frames(words, chosen_steps(words))
+    if words.film:
+        written = write_film(pictures, words.out, words.rate)
+        if len(written) > 1 and words.out.suffix == ".mp4":
+            print("no imageio with ffmpeg here: a series of pictures in place of the MP4")
+    else:
+        written = [write_picture(pictures[0], words.out)]
+    print(written[0] if len(written) == 1 else f"{written[0]} to {written[-1].name}")
+    return 0

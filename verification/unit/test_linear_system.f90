@@ -1,0 +1,301 @@
+!> Krylov methods and their preconditioners against LAPACK, and the linear system that chooses between
+!> old and new factors, on matrices of the library's own making and on random ones.
+module test_linear_system
+  use testing, only: tests_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, precision_double, &
+    precision_single, keep_no, keep_yes
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
+  use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
+  use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
+    end_system
+  use qsmpm_model, only: model_type
+  use qsmpm_initialisation, only: step_type
+  use deck_matrices, only: block_type, block_model, elastic_block, yielding_block
+  implicit none
+  private
+
+  public :: collect_linear_system
+
+  !> The residual asked of the iterations; the condition numbers here are below 1e5, so the solutions agree
+  !> with those of LAPACK to 1e-10*1e5 at worst.
+  real(wp), parameter :: wanted = 1.0e-10_wp, agreement = 1.0e-5_wp
+
+  interface
+    !> LAPACK: solve a dense system.
+    subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+      import :: wp
+      integer, intent(in) :: n, nrhs, lda, ldb
+      real(wp), intent(inout) :: a(lda, *), b(ldb, *)
+      integer, intent(out) :: ipiv(*), info
+    end subroutine dgesv
+  end interface
+
+contains
+
+  subroutine collect_linear_system(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('linear_system')
+    call test_random(tests, .true.)
+    call test_random(tests, .false.)
+    call test_shift(tests)
+    call test_block(tests, block_type('QUAD4', 'STANDARD', 6), 'squares')
+    call test_block(tests, block_type('QUAD4', 'SPLINE3', 6), 'cubic splines')
+    call test_block(tests, block_type('WEDGE15', 'STANDARD', 2), 'wedges')
+    call test_block(tests, block_type('QUAD4', 'STANDARD', 6, yields=.true.), 'yielding squares')
+    call test_kept_factor(tests)
+    call test_single_gives_way(tests)
+    call test_krylov_gives_way(tests)
+  end subroutine collect_linear_system
+
+  !> Incomplete factors and both methods on a random sparse matrix.
+  subroutine test_random(tests, symmetric)
+    type(tests_type), intent(inout) :: tests
+    logical, intent(in) :: symmetric
+
+    type(sparse_matrix_type) :: matrix
+    type(incomplete_solver_type) :: solver
+    type(krylov_result_type) :: outcome
+    type(error_type), allocatable :: error
+    character(len=12) :: name
+    real(wp) :: x(60), rhs(60)
+
+    name = merge('symmetric   ', 'unsymmetric ', symmetric)
+    call random_matrix(60, symmetric, matrix)
+    rhs = [1.0_wp, spread(-0.5_wp, 1, 59)]
+    call make_incomplete_solver(symmetric, solver)
+    call solver%analyse(matrix, error)
+    call solver%factorise(matrix, error)
+    call tests%check('a dominant '//trim(name)//' matrix needs no shift', .not. allocated(error) .and. &
+      .not. solver%shift > 0.0_wp)
+    call solve_gmres(matrix, solver, rhs, krylov_limits_type(wanted, 200), x, outcome)
+    call tests%check('GMRES converges on a random '//trim(name)//' matrix', outcome%converged .and. &
+      outcome%sweeps < 40)
+    call tests%close('to the solution of LAPACK', distance(matrix, rhs, x), 0.0_wp, agreement)
+    if (.not. symmetric) return
+    call solve_cg(matrix, solver, rhs, krylov_limits_type(wanted, 200), x, outcome)
+    call tests%check('so do conjugate gradients', outcome%converged .and. outcome%sweeps < 40)
+    call tests%close('to the same solution', distance(matrix, rhs, x), 0.0_wp, agreement)
+    call solve_cg(matrix, solver, rhs, krylov_limits_type(wanted, 2), x, outcome)
+    call tests%check('two sweeps are too few, and that is told', .not. outcome%converged .and. outcome%sweeps == 2)
+    call solve_cg(matrix, solver, rhs, krylov_limits_type(1.0e-15_wp, 200, 0.01_wp), x, outcome)
+    call tests%check('a rate that is not kept stops the sweeps', .not. outcome%converged .and. outcome%sweeps < 10)
+  end subroutine test_random
+
+  !> A positive definite matrix on whose pattern the incomplete factorisation breaks down (Kershaw 1978).
+  subroutine test_shift(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(sparse_matrix_type) :: matrix
+    type(incomplete_solver_type) :: solver
+    type(krylov_result_type) :: outcome
+    type(error_type), allocatable :: error
+    real(wp) :: x(4)
+
+    matrix = sparse_matrix_type(n=4, symmetric=.true., row_first=[1, 4, 6, 8, 9], column=[1, 2, 4, 2, 3, 3, 4, 4], &
+      values=[3.0_wp, -2.0_wp, 2.0_wp, 3.0_wp, -2.0_wp, 3.0_wp, -2.0_wp, 3.0_wp])
+    call make_incomplete_solver(.true., solver)
+    call solver%analyse(matrix, error)
+    call solver%factorise(matrix, error)
+    call tests%check('a breakdown shifts the diagonal', .not. allocated(error) .and. solver%shift > 0.0_wp)
+    call solve_cg(matrix, solver, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp], krylov_limits_type(wanted, 50), x, outcome)
+    call tests%check('and still preconditions', outcome%converged)
+    call tests%close('to the solution of LAPACK', distance(matrix, [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp], x), 0.0_wp, &
+      agreement)
+  end subroutine test_shift
+
+  !> Every way to solve the equations of a block.
+  subroutine test_block(tests, block, name)
+    type(tests_type), intent(inout) :: tests
+    type(block_type), intent(in) :: block
+    character(len=*), intent(in) :: name
+
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:)
+    real(wp) :: yielding
+    integer :: k
+    type(solver_choice_type), parameter :: choices(4) = [ &
+      solver_choice_type(solver_mumps, precision_double, keep_no), &
+      solver_choice_type(solver_mumps, precision_single, keep_no), &
+      solver_choice_type(solver_krylov, precision_double, keep_no), &
+      solver_choice_type(solver_auto, precision_double, keep_yes)]
+
+    call block_model(block, model)
+    do k = 1, size(choices)
+      call elastic_block(model, choices(k)%kind, step, rhs)
+      if (block%yields) then
+        call yielding_block(model, step, rhs, yielding)
+        call tests%check(name//': points yield', yielding > 0.3_wp)
+      end if
+      call start_system(system, choices(k), step%matrix, step%equations%bandwidth, step%equations%symmetric, &
+        model%mesh%dimension, error)
+      call factorise_system(system, step%matrix, error)
+      if (allocated(x)) deallocate (x)
+      allocate (x(size(rhs)))
+      call solve_system(system, step%matrix, rhs, wanted, x, error)
+      call tests%check(name//': solved by '//system%solver%name, .not. allocated(error))
+      call tests%close(name//': as LAPACK solves', distance(step%matrix, rhs, x), 0.0_wp, agreement)
+      call end_system(system)
+    end do
+  end subroutine test_block
+
+  !> An old factor serves a slightly other matrix, and gives way where the matrix is another one.
+  subroutine test_kept_factor(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:)
+    integer :: i
+
+    call block_model(block_type('QUAD4', 'STANDARD', 8), model)
+    call elastic_block(model, solver_mumps, step, rhs)
+    allocate (x(size(rhs)))
+    call start_system(system, solver_choice_type(solver_mumps, precision_double, keep_yes), step%matrix, &
+      step%equations%bandwidth, .true., 2, error)
+    call factorise_system(system, step%matrix, error)
+    call tests%check('the first matrix is factorised', system%factorisations == 1)
+    step%matrix%values(step%matrix%row_first(:30)) = 1.2_wp*step%matrix%values(step%matrix%row_first(:30))
+    call factorise_system(system, step%matrix, error)
+    call solve_system(system, step%matrix, rhs, 1.0e-4_wp, x, error)
+    call tests%check('its factor serves the next one', system%factorisations == 1 .and. system%sweeps > 0)
+    call tests%close('to the residual asked for', &
+      max(residual_norm(step%matrix, x, rhs)/norm2(rhs), 1.0e-3_wp), 1.0e-3_wp, 1.0e-12_wp)
+    do i = 1, step%matrix%n
+      step%matrix%values(step%matrix%row_first(i)) = step%matrix%values(step%matrix%row_first(i))*(1.0_wp + 40.0_wp*i)
+    end do
+    call factorise_system(system, step%matrix, error)
+    call solve_system(system, step%matrix, rhs, wanted, x, error)
+    call tests%check('a matrix it does not fit is factorised', system%factorisations == 2 .and. .not. allocated(error))
+    call tests%close('and solved', residual_norm(step%matrix, x, rhs)/norm2(rhs), 0.0_wp, 1.0e-10_wp)
+    call factorise_system(system, step%matrix, error)
+    call tests%check('the next one is not tried', system%factorisations == 3)
+    call end_system(system)
+  end subroutine test_kept_factor
+
+  !> A condition number beyond single precision: double takes over and stays.
+  subroutine test_single_gives_way(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(sparse_matrix_type) :: matrix
+    type(linear_system_type) :: system
+    type(solver_choice_type) :: choice
+    type(error_type), allocatable :: error
+    real(wp) :: x(40), rhs(40)
+    integer :: i
+
+    ! Second differences, with one bond of 1e9 times the others: single precision loses the sum of the
+    ! small ones beside it.
+    matrix%n = 40
+    matrix%symmetric = .true.
+    matrix%row_first = [(2*i - 1, i=1, 40), 80]
+    matrix%column = [(i, i + 1, i=1, 39), 40]
+    matrix%values = [(2.0_wp, -1.0_wp, i=1, 39), 2.0_wp]
+    matrix%values(39:41) = [1.0_wp + 1.0e9_wp, -1.0e9_wp, 1.0_wp + 1.0e9_wp]
+    rhs = 1.0_wp
+    choice = solver_choice_type(solver_mumps, precision_single, keep_no)
+    call start_system(system, choice, matrix, 1, .true., 2, error)
+    call tests%check('single precision is in charge', system%solver%approximate)
+    call factorise_system(system, matrix, error)
+    call solve_system(system, matrix, rhs, wanted, x, error)
+    call tests%check('it gives way with a note', allocated(system%note) .and. .not. system%solver%approximate .and. &
+      .not. allocated(error))
+    ! Backward error, a few units of round-off of the norm 4e9 of the matrix times the solution.
+    call tests%close('and the equations are solved', residual_norm(matrix, x, rhs)/(4.0e9_wp*norm2(x)), 0.0_wp, &
+      1.0e-15_wp)
+    call start_system(system, choice, matrix, 1, .true., 2, error)
+    call tests%check('for the rest of the run', .not. system%solver%approximate)
+    call end_system(system)
+  end subroutine test_single_gives_way
+
+  !> Conjugate gradients do not take an indefinite matrix; a direct solver does, and stays.
+  subroutine test_krylov_gives_way(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(solver_choice_type) :: choice
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:)
+
+    choice = solver_choice_type(solver_krylov, precision_double, keep_no)
+    call block_model(block_type('QUAD4', 'STANDARD', 5), model)
+    call elastic_block(model, solver_krylov, step, rhs)
+    allocate (x(size(rhs)))
+    associate (diagonal => step%matrix%row_first(9))
+      step%matrix%values(diagonal) = -4.0_wp*step%matrix%values(diagonal)
+    end associate
+    call start_system(system, choice, step%matrix, step%equations%bandwidth, .true., 2, error)
+    call factorise_system(system, step%matrix, error)
+    if (.not. allocated(error)) call solve_system(system, step%matrix, rhs, wanted, x, error)
+    call tests%check('an indefinite matrix ends in a direct solver, with a note', .not. allocated(error) .and. &
+      allocated(system%note) .and. .not. system%solver%approximate)
+    call tests%close('which solves it', residual_norm(step%matrix, x, rhs)/norm2(rhs), 0.0_wp, 1.0e-9_wp)
+    call tests%check('the next pattern is numbered for elimination', kind_for(system, choice) /= solver_krylov)
+    call end_system(system)
+  end subroutine test_krylov_gives_way
+
+  !> A random sparse matrix with a dominant diagonal.
+  subroutine random_matrix(n, symmetric, matrix)
+    integer, intent(in) :: n
+    logical, intent(in) :: symmetric
+    type(sparse_matrix_type), intent(out) :: matrix
+
+    real(wp) :: dense(n, n), hit(n, n)
+    integer :: i, j, seed_size
+
+    call random_seed(size=seed_size)
+    call random_seed(put=[(17*i + 3, i=1, seed_size)])
+    call random_number(dense)
+    call random_number(hit)
+    where (hit > 0.15_wp) dense = 0.0_wp
+    dense = dense - 0.3_wp*transpose(dense)
+    where (abs(transpose(dense)) > 0.0_wp .and. .not. abs(dense) > 0.0_wp) dense = 0.01_wp
+    if (symmetric) dense = 0.5_wp*(dense + transpose(dense))
+    matrix%n = n
+    matrix%symmetric = symmetric
+    matrix%row_first = [1]
+    matrix%column = [integer ::]
+    matrix%values = [real(wp) ::]
+    do i = 1, n
+      dense(i, i) = sum(abs(dense(i, :))) + 0.1_wp
+      do j = merge(i, 1, symmetric), n
+        if (.not. abs(dense(i, j)) > 0.0_wp) cycle
+        matrix%column = [matrix%column, j]
+        matrix%values = [matrix%values, dense(i, j)]
+      end do
+      matrix%row_first = [matrix%row_first, size(matrix%column) + 1]
+    end do
+  end subroutine random_matrix
+
+  !> Largest difference from LAPACK's solution, relative to its largest value.
+  real(wp) function distance(matrix, rhs, x)
+    type(sparse_matrix_type), intent(in) :: matrix
+    real(wp), intent(in) :: rhs(:), x(:)
+
+    real(wp) :: dense(matrix%n, matrix%n), exact(matrix%n, 1)
+    integer :: exchanged(matrix%n), i, k, info
+
+    dense = 0.0_wp
+    do i = 1, matrix%n
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        dense(i, matrix%column(k)) = matrix%values(k)
+        if (matrix%symmetric) dense(matrix%column(k), i) = matrix%values(k)
+      end do
+    end do
+    exact(:, 1) = rhs
+    call dgesv(matrix%n, 1, dense, matrix%n, exchanged, exact, matrix%n, info)
+    distance = maxval(abs(x - exact(:, 1)))/maxval(abs(exact))
+    if (info /= 0) distance = huge(1.0_wp)
+  end function distance
+end module test_linear_system

@@ -1,0 +1,313 @@
+!> The proofs of the reductions: each sample is reduced, and each reason for which a scene is left as it
+!> is comes from one changed line of it.
+module test_scene
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, mesh_file
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_prismatic, only: prove_prismatic
+  use qsmpm_reduction, only: reduce_prismatic, reduce_revolved, reduce_column, reduce_mirror
+  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, turned_facets, &
+    write_stl, figure_file
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_scene
+
+contains
+
+  !> All checks.
+  subroutine collect_scene(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('scene')
+    call check_prismatic(tests)
+    call check_prismatic_histories(tests)
+    call check_column(tests)
+    call check_mirror(tests)
+    call check_mirror_loads(tests)
+    call check_reservations(tests)
+    call check_revolved(tests)
+    call check_refused_by_user(tests)
+  end subroutine collect_scene
+
+  !> Check a verdict.
+  subroutine expect(tests, deck, kind, axis, words)
+    !> Gains the check.
+    type(tests_type), intent(inout) :: tests
+    !> The deck and the reduction.
+    character(len=*), intent(in) :: deck
+    integer, intent(in) :: kind, axis
+    !> What the verdict says.
+    character(len=*), intent(in) :: words
+    character(len=:), allocatable :: text
+
+    text = outcome(deck, kind, axis)
+    call tests%check("verdict '"//words//"', found '"//text//"'", index(text, words) > 0)
+  end subroutine expect
+
+  !> A slice held at both faces is plane; what depends on z, or is free to move along it, is not.
+  subroutine check_prismatic(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    integer, parameter :: kind = reduce_prismatic
+
+    deck = slice_deck()
+    call expect(tests, deck, kind, 3, 'used')
+    call expect(tests, layers_deck(), kind, 3, 'the scene is plane already')
+    call expect(tests, changed(deck, '2, 4, 0, 0.5, 0, 0.5|', '2, 4, 0, 0.5, 0, 0.4|'), kind, 3, &
+      "*BODY 'toe' (test.inp:28) depends on z")
+    call expect(tests, changed(deck, '*NSET, NSET=base, PLANE=Y| 0|', '*NSET, NSET=base| 1, 2|'), kind, 3, &
+      "*NSET 'base' (test.inp:6) is a list of labels")
+    call expect(tests, changed(deck, 'front, Z|', 'front, XZ|'), kind, 3, &
+      "*FIX of 'front' (test.inp:43) depends on z")
+    call expect(tests, changed(deck, ' left, X, 0.01|', ' front, X, 0.01|'), kind, 3, &
+      "*PRESCRIBE of 'front' (test.inp:53) depends on z")
+    call expect(tests, changed(deck, ' left, X, 0.01|', ' left, Z, 0.01|'), kind, 3, &
+      "*PRESCRIBE of 'left' (test.inp:53) "// &
+      'moves along z')
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0.1|'), kind, 3, &
+      "*GRAVITY of phase 'load' (test.inp:38) has a part along z")
+    call expect(tests, changed(deck, ' 0, -5, 0|', ' 0, -5, 1|'), kind, 3, &
+      "*TRACTION on 'crest' (test.inp:47) has a part")
+    call expect(tests, changed(deck, '*TRACTION, SURFACE=crest|', '*TRACTION, SURFACE=crest, CARRIER=POINTS|'), &
+      kind, 3, &
+      'carried by the outermost points')
+    call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 1, 1, 0, 0.25|'), kind, 3, &
+      "*SURFACE 'crest' (test.inp:16) depends on z")
+    call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 0.5, 1, 0, 0.5|'), kind, 3, &
+      'has faces across it')
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=back, AXIS=Z|*PHASE, NAME=load|'), &
+      kind, 3, &
+      '*MOVING MESH (test.inp:38) depends on z')
+    call expect(tests, changed(deck, ' back, Z|', ''), kind, 3, &
+      "the last plane across z is not held along z in phase 'load'")
+    call expect(tests, changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE|'), kind, 3, &
+      "not held along z in phase 'push'")
+    call expect(tests, changed(changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE| front, Z| back, Z|'), &
+      'ELEMENT=HEX8', 'ELEMENT=HEX8'), kind, 3, 'used')
+    call expect(tests, changed(changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE| front, Z| back, Z|'), &
+      'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 3, "*FIX frees 'base' (test.inp:53) in a grid of shifted nodes")
+    call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 3, 'used')
+    call expect(tests, changed(changed(deck, 'ELEMENT=HEX8', 'ELEMENT=TET4'), 'ELEMENT=27', 'ELEMENT=4'), kind, 3, &
+      'the tetrahedra of *GRID (test.inp:2) do not lie in layers')
+    call check_number_of_points(tests)
+  end subroutine check_prismatic
+
+  !> Numbers of points that no brick has come from embedding programs only: the reader refuses them.
+  subroutine check_number_of_points(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: reason
+
+    call parse_deck('test.inp', slice_deck(), analysis, messages, error)
+    call prove_prismatic(analysis, reason)
+    call tests%check('a slice is prismatic', .not. allocated(reason))
+    analysis%bodies(1)%points_per_element = 5
+    call prove_prismatic(analysis, reason)
+    if (.not. allocated(reason)) reason = ''
+    call tests%check('five points a brick are unknown', index(reason, 'no such number of points') > 0)
+    analysis%bodies(1)%points_per_element = 8
+    analysis%mesh%kind = mesh_file
+    call prove_prismatic(analysis, reason)
+    if (.not. allocated(reason)) reason = ''
+    call tests%check('nothing is known of a mesh file', index(reason, 'the mesh is no *GRID') > 0)
+  end subroutine check_number_of_points
+
+  !> Histories that the plane cannot tell keep the scene as it is.
+  subroutine check_prismatic_histories(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+
+    deck = slice_deck()
+    call expect(tests, changed(deck, 'COMPONENT=Y| 1, 1, 0.3|', 'COMPONENT=Y| 1, 1, 0.7|'), reduce_prismatic, 3, &
+      "*HISTORY 'u' (test.inp:31) is outside the grid")
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=Y, NSET=back|'), reduce_prismatic, 3, &
+      "reads a reaction of 'back', which depends on z")
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=Z, NSET=base|'), reduce_prismatic, 3, &
+      'reads a reaction along z')
+  end subroutine check_prismatic_histories
+
+  !> Level layers are a column; what depends on x, or has columns that are not alike, is not.
+  subroutine check_column(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    integer, parameter :: kind = reduce_column
+
+    deck = layers_deck()
+    call expect(tests, deck, kind, 1, 'used')
+    call expect(tests, changed(slice_deck(), ' back, Z|', ''), kind, 1, 'the scene depends on z')
+    call expect(tests, changed(deck, ' 5, 2.5|', ' 5, 2.4|'), kind, 1, "*BODY 'upper' (test.inp:20) depends on x")
+    call expect(tests, changed(deck, ' 0, 4, 0, 1|', ' 0, 3, 0, 1|'), kind, 1, &
+      "*BODY 'lower' (test.inp:18) depends on x")
+    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 2, 2.5, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
+    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 4, 2, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
+    call expect(tests, changed(deck, ' left, X|', ' left, XY|'), kind, 1, "*FIX of 'left' (test.inp:34) depends on x")
+    call expect(tests, changed(deck, ' right, X|', ''), kind, 1, 'the last plane across x is not held')
+    call expect(tests, changed(deck, ' X, LINES, 0, 1, 1.5, 2.5, 4|', ' X, LINES, 0, 4|'), kind, 1, &
+      'one cell wide already')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI3'), kind, 1, 'the triangles of *GRID (test.inp:2)')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=QUAD4, PERTURB=0.1'), kind, 1, 'are shifted')
+    call expect(tests, changed(deck, 'COMPONENT=Y| 2.2, 2.5|', 'COMPONENT=Y| 4.2, 2.5|'), kind, 1, &
+      "*HISTORY 'u' (test.inp:25) is outside the grid")
+    call expect(tests, changed(deck, 'COMPONENT=X, NSET=right|', 'COMPONENT=Y, NSET=right|'), kind, 1, &
+      "reads a reaction of 'right', which depends on x")
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
+  end subroutine check_column
+
+  !> Twin heaps are half a scene; a grid, body or support without an image keeps it whole.
+  subroutine check_mirror(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    integer, parameter :: kind = reduce_mirror
+
+    deck = twin_deck()
+    call expect(tests, deck, kind, 1, 'used')
+    call expect(tests, deck, kind, 3, 'there is no z in the model')
+    call expect(tests, changed(deck, ' X, 0, 8, 16|', ' X, 0, 3, 8| X, 3, 8, 8|'), kind, 1, &
+      'along x are not symmetric')
+    call expect(tests, changed(deck, ' X, 0, 8, 16|', ' X, 0, 8, 17|'), kind, 1, 'the number of cells along x is odd')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=QUAD4, PERTURB=0.1'), kind, 1, 'are shifted')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=LEFT'), kind, 1, 'lean to one side')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=ALTERNATE'), kind, 1, 'used')
+    call expect(tests, changed(deck, ' 8, 1| 6, 1|', ' 8, 1| 6.1, 1|'), kind, 1, &
+      "*BODY 'first' (test.inp:24) has no mirror")
+    call expect(tests, changed(deck, ' 3, 5, 0, 1|', ' 3, 4, 0, 1|'), kind, 1, &
+      "*BODY 'middle' (test.inp:34) has no mirror")
+    call expect(tests, changed(deck, ' right, X|', ' right, XY|'), kind, 1, &
+      "*FIX of 'right' (test.inp:46) has no mirror")
+    call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate, BOX| 3, 4, 1, 1|'), &
+      kind, 1, "*PRESCRIBE of 'plate' (test.inp:50) has no mirror")
+    call expect(tests, changed(deck, ' plate, Y, -0.01|', ' plate, X, -0.01|'), kind, 1, "*PRESCRIBE of 'plate'")
+    call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate| 1|'), kind, 1, &
+      "*NSET 'plate' (test.inp:11) is a list of labels")
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', &
+      'COMPONENT=Y, NSET=odd|*NSET, NSET=odd, BOX| 0, 5, 0, 0|'), &
+      kind, 1, 'neither symmetric nor in one half')
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=left, AXIS=X|*PHASE, NAME=load|'), &
+      kind, 1, &
+      '*MOVING MESH (test.inp:42) is not symmetric')
+    call expect(tests, changed(changed(slice_deck(), ' back, Z|', ' back, ALL|'), ' front, Z|', ' front, ALL|'), &
+      kind, 3, 'used')
+    call expect(tests, changed(changed(changed(slice_deck(), ' back, Z|', ''), 'ELEMENT=HEX8', 'ELEMENT=TET4'), &
+      'ELEMENT=27', 'ELEMENT=4'), kind, 3, 'the tetrahedra of *GRID')
+  end subroutine check_mirror
+
+  !> Loads without an image keep the scene whole.
+  subroutine check_mirror_loads(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    integer, parameter :: kind = reduce_mirror
+
+    deck = twin_deck()
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
+    call expect(tests, changed(deck, ' 7, 1, 6, 1|', ' 7, 1, 6.5, 1|'), kind, 1, &
+      "*SURFACE 'one' (test.inp:13) has no mirror")
+    call expect(tests, changed(deck, ' 0, 8, 1, 1|', ' 0, 8, 0.5, 1|'), kind, 1, 'may have faces in the plane')
+    call expect(tests, changed(deck, ' -1, -5|', ' 1, -5|'), kind, 1, "the load on 'one' (test.inp:51) has no mirror")
+    call expect(tests, changed(deck, '*TRACTION, SURFACE=two| -1, -5|', ''), kind, 1, "the load on 'one'")
+    call expect(tests, changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), kind, 1, &
+      'has no mirror image')
+    call expect(tests, changed(changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), &
+      '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two|'), kind, 1, 'used')
+    call expect(tests, changed(changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), &
+      '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two, TYPE=ALL|'), kind, 1, &
+      "*SUPPORT of 'one' (test.inp:51)")
+  end subroutine check_mirror_loads
+
+  !> A proved mirror is taken unasked only where the half has the equations of the whole and failure is
+  !> symmetric; MIRROR=YES takes it all the same, MIRROR=NO never.
+  subroutine check_reservations(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    integer, parameter :: kind = reduce_mirror
+
+    deck = changed(twin_deck(), '*UNIT WEIGHT|', '*MOHR COULOMB| 1, 30, 10|*UNIT WEIGHT|')
+    call expect(tests, deck, kind, 1, "possible, not used: the failure of material 'soil' is not associated")
+    call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=YES'), kind, 1, 'used')
+    call expect(tests, changed(deck, '1, 30, 10|', '1, 30, 30|'), kind, 1, 'used')
+    call expect(tests, changed(deck, '1, 30, 10|', '1, 0, 0|'), kind, 1, 'used')
+    deck = twin_deck()
+    call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=NO'), kind, 1, 'refused by MIRROR=NO')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=SPLINE2G|*NSET, NSET=base'), kind, 1, &
+      'not used: splines and GIMP are smooth across the plane')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, STABILISATION=GHOST|*NSET, NSET=base'), kind, 1, &
+      'not used: the ghost penalty acts across the plane')
+    call expect(tests, changed(changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), &
+      'ELEMENT=QUAD4', 'ELEMENT=QUAD8'), kind, 1, 'not used: gradients of quadratic elements are recovered')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), kind, 1, &
+      'used')
+  end subroutine check_reservations
+
+  !> A quarter of a cylinder is axisymmetric; what is not the same all around is not.
+  subroutine check_revolved(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+    real(wp), parameter :: section(2, 4) = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+      [2, 4])
+    integer, parameter :: kind = reduce_revolved
+    integer :: unit
+
+    deck = figure_deck()
+    open (newunit=unit, file=figure_file, status='replace')
+    write (unit, '(a)') 'ply'
+    close (unit)
+    call expect(tests, deck, kind, 0, 'the file is no STL')
+    call write_stl(figure_file, turned_facets(section, 32, [1.0_wp, 1.0_wp]))
+    call expect(tests, deck, kind, 0, 'used')
+    call expect(tests, layers_deck(), kind, 0, 'the scene is plane')
+    call expect(tests, changed(slice_deck(), ' back, Z|', ''), kind, 0, 'not all bodies are polyhedra')
+    call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=WEDGE6'), kind, 0, 'is not of regular bricks')
+    call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 0, &
+      'is not of regular bricks')
+    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=FEM|*NSET, NSET=base'), kind, 0, &
+      'a carried mesh')
+    call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, 0.9, 2.5, 5|'), kind, 0, 'the axis lies on no line')
+    call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, -0.5, 1, 6|'), kind, 0, 'the axis lies on the far side')
+    call expect(tests, changed(deck, ' Z, 1, 2.5, 6|', ' Z, 1, 2, 6|'), kind, 0, &
+      "*BODY 'figure' (test.inp:21) reaches the sides")
+    call expect(tests, changed(deck, ' cut z, Z|', ''), kind, 0, &
+      "a side through the axis is not held in phase 'load'")
+    call expect(tests, changed(deck, ' cut z, Z|', ' cut z, YZ|'), kind, 0, &
+      "*FIX of 'cut z' (test.inp:34) is not the same")
+    call expect(tests, changed(deck, ' base, ALL|', ' base, XY|'), kind, 0, &
+      "*FIX of 'base' (test.inp:32) is not the same")
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0|*PRESCRIBE| far, Y, 1|'), kind, 0, &
+      "*PRESCRIBE of 'far' (test.inp:39) is not the same")
+    call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=far, AXIS=X|*PHASE, NAME=load|'), &
+      kind, 0, &
+      'does not go along the axis')
+    call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0.1, -1, 0|'), kind, 0, &
+      'does not go along the axis')
+    call expect(tests, changed(deck, ' 0, -5, 0|', ' 1, -5, 0|'), kind, 0, &
+      "the load on 'top' (test.inp:38) is not the same")
+    call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 1.5, 1, 1, 0, 3|'), kind, 0, "the load on 'top'")
+    call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), kind, 0, 'used')
+    call expect(tests, changed(changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), &
+      '*TRACTION, SURFACE=top| 0, -5, 0|', &
+      '*SUPPORT, SURFACE=top|'), kind, 0, "*SUPPORT of 'top' (test.inp:38) is not the same")
+    call expect(tests, changed(deck, 'COMPONENT=ZZ| 1.3, 0.5, 1|', 'COMPONENT=ZZ| 1.3, 0.5, 1.1|'), kind, 0, &
+      "*HISTORY 'szz' (test.inp:28) cannot be told")
+    call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=X, NSET=base|'), kind, 0, &
+      "*HISTORY 'force'")
+    call write_stl(figure_file, turned_facets(section, 16, [1.0_wp, 1.0_wp]))
+    call expect(tests, deck, kind, 0, "*BODY 'figure' (test.inp:21) is no figure of revolution: a ring has fewer")
+    open (newunit=unit, file=figure_file, status='old')
+    close (unit, status='delete')
+  end subroutine check_revolved
+
+  !> A deck that names its kind is left as it is, and told what AUTO would do.
+  subroutine check_refused_by_user(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call expect(tests, changed(slice_deck(), 'TYPE=AUTO', 'TYPE=3D'), reduce_prismatic, 3, &
+      'possible, not used: TYPE=AUTO of *MODEL takes it')
+    call expect(tests, changed(layers_deck(), 'TYPE=AUTO', 'TYPE=AXISYMMETRIC'), reduce_column, 1, &
+      'the scene is axisymmetric already')
+    call expect(tests, changed(changed(twin_deck(), 'TYPE=AUTO', 'TYPE=PLANE STRAIN'), '*UNIT WEIGHT|', &
+      '*MOHR COULOMB| 1, 30, 10|*UNIT WEIGHT|'), reduce_mirror, 1, 'TYPE=AUTO of *MODEL takes it with MIRROR=YES')
+  end subroutine check_refused_by_user
+end module test_scene
