@@ -12,6 +12,7 @@ from __future__ import annotations
 import filecmp
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -248,6 +249,61 @@ def bases(checks: Checks, folder: pathlib.Path) -> None:
                      and same, f"exit {code}, then {rest.returncode}: {why} {rest.stderr[-300:]}")
 
 
+WEDGES = """*HEADING
+Block of wedges, more of them than are evaluated before their stiffness is added up.
+*MODEL, TYPE=3D
+*GRID, ELEMENT=WEDGE15
+X, 0, 2, 6
+Y, 0, 1, 3
+Z, 0, 1, 4
+*NSET, NSET=base, PLANE=Y
+0
+*NSET, NSET=front, PLANE=Z
+0
+*NSET, NSET=back, PLANE=Z
+1
+*MATERIAL, NAME=soil
+*ELASTIC
+100, 0.3
+*MOHR COULOMB
+0.5, 30, 0
+*UNIT WEIGHT
+1
+*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX
+0, 1.2, 0, 0.9, 0, 1
+*METHOD, INTEGRATION={integration}
+*HISTORY, NAME=top, QUANTITY=POSITION, COMPONENT=Y
+1.2, 0.9, 0.5
+*PHASE, NAME=load, LOAD FACTOR=2
+*FIX
+base, ALL
+front, Z
+back, Z
+*GRAVITY
+0, -1, 0
+*CONTROLS, STEPS=4
+*END PHASE
+"""
+
+
+def threads(checks: Checks, folder: pathlib.Path) -> None:
+    """Meshes of many chunks of cells: one, two and four threads give the same bytes."""
+    inputs = pathlib.Path(__file__).resolve().parents[1] / "input"
+    decks = {"slope": re.sub(r"STEPS=\d+", "STEPS=20", (inputs / "slope_grid.inp").read_text()),
+             "footing": re.sub(r"STEPS=\d+", "STEPS=10", (inputs / "footing.inp").read_text()),
+             "wedges at points": WEDGES.format(integration="POINTS"),
+             "wedges in cells": WEDGES.format(integration="CELL")}
+    for name, deck in decks.items():
+        here = folder / name.replace(" ", "_")
+        here.mkdir()
+        one = checks.run(here, deck, out=here / "1")
+        checks.check(f"{name}: the run ends well", one.returncode == 0, one.stderr[-300:])
+        for count in ("2", "4"):
+            checks.run(here, deck, "--threads", count, out=here / count)
+            same, why = same_results(here / "1", here / count)
+            checks.check(f"{name}: {count} threads give the bytes of one", same, why)
+
+
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
     disk = folder / "disk"
     disk.mkdir()
@@ -271,7 +327,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

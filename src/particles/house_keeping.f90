@@ -135,26 +135,43 @@ contains
     character(len=*), intent(in) :: name
     !> error_left_mesh, naming the point.
     type(error_type), allocatable, intent(out) :: error
-    real(wp), allocatable :: low(:), high(:), clamped(:)
+    real(wp) :: low(3), high(3)
     character(len=200) :: text
-    real(wp) :: beyond
-    logical :: found
-    integer :: p
+    integer :: p, lost
 
-    allocate (low(mesh%dimension), high(mesh%dimension), clamped(mesh%dimension))
-    low = mesh%bounds(:, 1)
-    high = mesh%bounds(:, 2)
+    low(:mesh%dimension) = minval(mesh%coordinates, dim=2)
+    high(:mesh%dimension) = maxval(mesh%coordinates, dim=2)
+    lost = huge(lost)
+    !$omp parallel do default(none) shared(mesh, cell_size, carried, low, high) reduction(min: lost)
     do p = 1, carried%count
-      clamped = min(max(carried%position(:, p), low), high)
-      beyond = maxval(abs(clamped - carried%position(:, p)))
-      found = beyond <= wall_tolerance*cell_size
-      if (found) call locate(mesh, clamped, carried%cell(p), carried%local(:, p), found)
-      if (found .and. beyond > 0.0_wp) &
-        call inverse_map(mesh, carried%cell(p), carried%position(:, p), carried%local(:, p), found)
-      if (found) cycle
-      write (text, '(a,1x,i0,a,3(1x,es13.6))') name, p, ' left the mesh at', carried%position(:, p)
-      call fail(error, error_left_mesh, trim(text))
-      return
+      if (.not. is_found(mesh, cell_size, low(:mesh%dimension), high(:mesh%dimension), carried, p)) lost = min(lost, p)
     end do
+    !$omp end parallel do
+    if (lost > carried%count) return
+    write (text, '(a,1x,i0,a,3(1x,es13.6))') name, lost, ' left the mesh at', carried%position(:, lost)
+    call fail(error, error_left_mesh, trim(text))
   end subroutine relocate
+
+  !> Find the owner cell of one place and the local coordinates in it; false when it has left the mesh.
+  logical function is_found(mesh, cell_size, low, high, carried, p) result(found)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Typical cell size [length].
+    real(wp), intent(in) :: cell_size
+    !> Corners of the mesh (dimension).
+    real(wp), intent(in) :: low(:)
+    real(wp), intent(in) :: high(:)
+    !> What rides on the mesh.
+    class(carried_type), intent(inout) :: carried
+    !> The place.
+    integer, intent(in) :: p
+    real(wp) :: clamped(size(low)), beyond
+
+    clamped = min(max(carried%position(:, p), low), high)
+    beyond = maxval(abs(clamped - carried%position(:, p)))
+    found = beyond <= wall_tolerance*cell_size
+    if (found) call locate(mesh, clamped, carried%cell(p), carried%local(:, p), found)
+    if (found .and. beyond > 0.0_wp) &
+      call inverse_map(mesh, carried%cell(p), carried%position(:, p), carried%local(:, p), found)
+  end function is_found
 end module qsmpm_house_keeping

@@ -138,6 +138,7 @@ contains
       integer :: p, q
 
       associate (results => step%evaluation%results)
+        !$omp parallel do default(shared) private(p)
         do q = 1, size(source)
           p = source(q)
           points%stress(:, p) = results%stress(:, q)
@@ -145,6 +146,7 @@ contains
           points%plastic(p) = results%plastic(q)
           points%volume(p) = points%volume(p)*results%volume_change(q)
         end do
+        !$omp end parallel do
       end associate
     end subroutine take_from
   end subroutine take_stresses
@@ -159,6 +161,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     integer :: g, q, p, a, first, place
 
+    !$omp parallel do default(shared) private(q, p, a, first, place)
     do g = 1, step%at_points%group_count
       first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
@@ -170,6 +173,7 @@ contains
         end do
       end do
     end do
+    !$omp end parallel do
   end subroutine move_points
 
   !> Move surface points or tracers.
