@@ -408,26 +408,45 @@ contains
     real(wp), intent(in) :: block(:, :, :, :)
     !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: a, b, i, j, k, row, column, place, first, least
+    integer :: a, b, k, first
 
     first = equations%patches%first(patch) - 1
     do b = 1, size(block, 4)
-      do a = 1, size(block, 2)
-        k = equations%pair_first(patch) + (b - 1)*size(block, 2) + a - 1
-        if (equations%pair_offset(k) == 0) cycle
-        do i = 1, size(block, 1)
-          row = equations%number(i, equations%patches%nodes(first + a))
-          if (row == 0) cycle
-          place = matrix%row_first(row + 1) - equations%pair_offset(k)
-          least = merge(row, 1, matrix%symmetric)
-          do j = 1, size(block, 3)
-            column = equations%number(j, equations%patches%nodes(first + b))
-            if (column == 0) cycle
-            if (column >= least) matrix%values(place) = matrix%values(place) + block(i, a, j, b)
-            place = place + 1
-          end do
+      associate (columns => equations%number(:, equations%patches%nodes(first + b)))
+        do a = 1, size(block, 2)
+          k = equations%pair_first(patch) + (b - 1)*size(block, 2) + a - 1
+          if (equations%pair_offset(k) == 0) cycle
+          associate (rows => equations%number(:, equations%patches%nodes(first + a)))
+            if (matrix%symmetric .and. maxval(columns) < minval(rows)) cycle
+            call add_pair(rows, columns, equations%pair_offset(k), block(:, a, :, b), matrix)
+          end associate
         end do
-      end do
+      end associate
     end do
   end subroutine add_block
+
+  !> Add the components of a pair of nodes.
+  pure subroutine add_pair(rows, columns, offset, pair, matrix)
+    !> Equations of the components of both nodes, 0 where constrained.
+    integer, contiguous, intent(in) :: rows(:)
+    integer, contiguous, intent(in) :: columns(:)
+    !> Place of the second node's first equation before the end of the rows.
+    integer, intent(in) :: offset
+    !> (dimension, dimension)
+    real(wp), intent(in) :: pair(:, :)
+    !> The matrix.
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: i, j, place, least
+
+    do i = 1, size(rows)
+      if (rows(i) == 0) cycle
+      place = matrix%row_first(rows(i) + 1) - offset
+      least = merge(rows(i), 1, matrix%symmetric)
+      do j = 1, size(columns)
+        if (columns(j) == 0) cycle
+        if (columns(j) >= least) matrix%values(place) = matrix%values(place) + pair(i, j)
+        place = place + 1
+      end do
+    end do
+  end subroutine add_pair
 end module qsmpm_equations
