@@ -22,10 +22,10 @@ def scene(name: str, *replace: tuple[str, str], folder: Path = INPUT, file: str 
     return Deck(name, folder / (file or f"{name}.inp"), tuple(replace))
 
 
-def first_steps(name: str, file: str, steps: int) -> Deck:
+def first_steps(name: str, file: str, steps: int, *replace: tuple[str, str]) -> Deck:
     """The first steps of a slope of 100 equal ones, without the hold tests."""
     return scene(name, NO_HOLD, ("LOAD FACTOR=100", f"LOAD FACTOR={steps}"), ("STEPS=100", f"STEPS={steps}"),
-                 file=file)
+                 *replace, file=file)
 
 
 def block(name: str, model: str, cells: int, points: int, method: str, steps: int, *, material: str = SOIL,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
+import numpy as np
+
 from qsmpm_bench import charts
 from qsmpm_bench.blocks import factor_rate
 from qsmpm_bench.context import Bench
@@ -12,21 +14,24 @@ from qsmpm_bench.decks import INPUT, NO_HOLD, first_steps, scene
 from qsmpm_bench.machine import blas_of, dgemm_rate
 from qsmpm_bench.measure import BenchError, Deck, Sample, Spread, cpu, memory_mib
 from qsmpm_bench.tables import Result, Table
-from qsmpm_verify.results import read_curves
+from qsmpm_verify.results import Curves, read_curves
 
 PARTS = ["input", "initialisation", "analysis", "evaluation", "assembly", "factorisation", "solves", "step error",
          "convection", "output", "control"]
-SLICE = "3D slice, wedge 15"
+SLICE = "3D slice, three layers of wedge 15"
+#: Layers of the slices; the plane of the fine one has 9579 nodes in three.
+THREE_LAYERS = ("Z, 0, 0.07142857143, 1", "Z, 0, 0.07142857143, 3")
 
 
 def scenes(bench: Bench) -> list[Deck]:
     """Decks whose time is cut into parts; the last is the slice in 3D."""
     if bench.quick:
         return [scene("oedometer"), first_steps("slope, grid", "slope_grid.inp", 4),
-                first_steps(SLICE, "slope_e200_coarse.inp", 2)]
+                first_steps(SLICE, "slope_e200_coarse.inp", 2, ("Z, 0, 0.25, 1", "Z, 0, 0.25, 3"))]
     return [scene("cantilever"), scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
             scene("slope, coarse wedge 15", NO_HOLD, file="slope_e200_coarse.inp"), scene("footing"),
-            first_steps(SLICE, "slope_e200_fine.inp", 20)]
+            first_steps("3D slice, one layer of wedge 15", "slope_e200_fine.inp", 20),
+            first_steps(SLICE, "slope_e200_fine.inp", 5, THREE_LAYERS)]
 
 
 def parts(bench: Bench) -> Result:
@@ -123,33 +128,49 @@ def same_bytes(one: Path, other: Path) -> bool:
 
 
 def scene_study(bench: Bench) -> Result:
-    """The model the program chooses against the plane twin and the 3D slice of the same slope."""
-    auto = INPUT / "slope_auto.inp"
-    plane, solid = "slope_e200_plane.inp", "slope_e200_coarse.inp" if bench.quick else "slope_e200_medium.inp"
-    decks = [scene("plane twin", NO_HOLD, file=plane), scene("3D slice", NO_HOLD, file=solid)]
-    if bench.quick:
-        decks = [first_steps("plane twin", plane, 2), first_steps("3D slice", solid, 2)]
-    remarks = []
-    if auto.exists():
-        decks.insert(0, Deck("chosen (TYPE=AUTO)", auto))
-    else:
-        remarks.append("input/slope_auto.inp is not there: the choice of the model is not measured.")
+    """The model the program chooses against the plane twin and the same slice run in 3D, in one layer and in four."""
+    steps = 2 if bench.quick else 30
+    auto = "slope_auto.inp"
+    solid = ("TYPE=AUTO", "TYPE=3D")
+    decks = [first_steps("chosen (TYPE=AUTO)", auto, steps), first_steps("plane twin", "slope_e200_plane.inp", steps),
+             first_steps("3D, one layer", auto, steps, solid),
+             first_steps("3D, four layers", auto, steps, solid, ("Z, 0, 0.25, 1", "Z, 0, 0.25, 4"))]
     samples = bench.times(decks)
     table = Table("scene", ["model", "points", "equations", "steps", "CPU s", "CPU s / chosen", "MiB",
-                            "last load factor", "settlement there"],
-                  title="The same slope as three models")
+                            "last load factor", "settlement there", "largest difference of the curve",
+                            "the same to load factor 20"],
+                  title="The same slope as four models",
+                  note="Differences of the crest's settlement from that of the chosen model, relative to it, row by row.")
     chosen = cpu(samples[decks[0].name]).median
+    curve = read_curves(folder_of(samples[decks[0].name]))
+    remarks = []
     for deck in decks:
         runs = samples[deck.name]
-        curves = read_curves(folder_of(runs))
-        settlement = next((curves.column(name) for name in ("crest_settlement",) if name in curves.columns), None)
+        other = read_curves(folder_of(runs))
+        apart = [difference(curve, other, upto) for upto in (float(steps), 20.0)]
+        ratio = cpu(runs).median / chosen
         table.add(deck.name, runs[0].figures["points"], runs[0].figures["equations"], runs[0].figures["steps"],
-                  cpu(runs), cpu(runs).median / chosen, memory_mib(runs), float(curves.column("load_factor")[-1]),
-                  None if settlement is None else float(settlement[-1]))
+                  cpu(runs), ratio, memory_mib(runs), float(other.column("load_factor")[-1]),
+                  float(other.column("crest_settlement")[-1]), *apart)
+        if deck.name.startswith("3D"):
+            remarks.append(f"{deck.name}: {ratio:.1f} times the CPU seconds of the chosen model, target 20: "
+                           f"{'met' if ratio >= 20 else 'missed'}; curve within {100 * apart[0]:.2g} %, target 1 %: "
+                           f"{'met' if apart[0] <= 0.01 else 'missed'}.")
+        elif deck.name == "plane twin":
+            remarks.append(f"Plane twin: curve within {apart[0]:.1g}, target 1e-6: "
+                           f"{'met' if apart[0] <= 1e-6 else 'missed'}.")
     if bench.figures:
         charts.bars(bench.figures / "bench_scene.svg", [deck.name for deck in decks],
                     [cpu(samples[deck.name]).median for deck in decks], "CPU seconds to the end of the load")
     return Result("scene", [table], remarks)
+
+
+def difference(one: Curves, other: Curves, upto: float) -> float:
+    """Largest relative difference of two settlement curves at the load factors of the first, up to one of them."""
+    factors = one.column("load_factor")
+    mine = one.column("crest_settlement")
+    theirs = np.interp(factors, other.column("load_factor"), other.column("crest_settlement"))
+    return float(np.max(np.abs(theirs - mine)[factors <= upto] / np.abs(mine)[factors <= upto]))
 
 
 def solvers(bench: Bench) -> Result:
