@@ -73,6 +73,9 @@ contains
     if (allocated(evaluation%force)) then
       if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
     end if
+    if (allocated(evaluation%force)) then
+      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
+    end if
     if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count))
     if (allocated(evaluation%block)) then
       if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &
@@ -160,6 +163,9 @@ contains
     evaluation%bad_point = 0
     if (present(matrix) .and. tangent /= tangent_none) matrix%values = 0.0_wp
     if (.not. present(prescribed)) return
+    if (allocated(evaluation%linear_force)) then
+      if (size(evaluation%linear_force, 2) /= size(evaluation%force, 2)) deallocate (evaluation%linear_force)
+    end if
     if (.not. allocated(evaluation%linear_force)) allocate (evaluation%linear_force, mold=evaluation%force)
     evaluation%linear_force = 0.0_wp
   end subroutine begin
