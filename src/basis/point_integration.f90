@@ -20,6 +20,9 @@ module qsmpm_point_integration
 
   public :: integrate_at_points
 
+  !> Points from which their functions are worth waking the threads.
+  integer, parameter :: fewest_points = 10000
+
 contains
 
   !> Groups of material points with their functions.
@@ -88,7 +91,9 @@ contains
     type(integration_type), intent(inout) :: integration
     integer :: g, p, q
 
-    !$omp parallel do default(none) shared(mesh, space, points, domains, first, count, order, integration) private(p, q)
+    !$omp parallel do default(none) private(p, q) &
+    !$omp& shared(mesh, space, points, domains, first, count, order, integration) &
+    !$omp& if (size(order) >= fewest_points)
     do g = 1, integration%group_count
       do q = integration%first(g), integration%first(g + 1) - 1
         p = order(q)

@@ -27,6 +27,8 @@ module qsmpm_house_keeping
   !> A point beyond the mesh by more than this share of the cell size is lost; by less it stays where
   !> it is and belongs to the cell at the wall, whose functions are extended to it.
   real(wp), parameter :: wall_tolerance = 0.2_wp
+  !> Places from which finding them again is worth waking the threads.
+  integer, parameter :: fewest_places = 10000
 
   !> What house-keeping finds.
   type :: activation_type
@@ -142,7 +144,8 @@ contains
     low(:mesh%dimension) = minval(mesh%coordinates, dim=2)
     high(:mesh%dimension) = maxval(mesh%coordinates, dim=2)
     lost = huge(lost)
-    !$omp parallel do default(none) shared(mesh, cell_size, carried, low, high) reduction(min: lost)
+    !$omp parallel do default(none) shared(mesh, cell_size, carried, low, high) reduction(min: lost) &
+    !$omp& if (carried%count >= fewest_places)
     do p = 1, carried%count
       if (.not. is_found(mesh, cell_size, low(:mesh%dimension), high(:mesh%dimension), carried, p)) lost = min(lost, p)
     end do

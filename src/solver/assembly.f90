@@ -25,6 +25,8 @@ module qsmpm_assembly
   !> Numbers in the blocks of a chunk, so that they stay in the cache until they are added, and the
   !> fewest groups.
   integer, parameter :: cached = 2**17, fewest = 16
+  !> Points from which an evaluation, some 0.2 microseconds each, is worth waking the threads.
+  integer, parameter :: fewest_points = 2000
 
   !> What an evaluation yields; kept between iterations so that nothing is allocated in the loop.
   type :: evaluation_type
@@ -70,6 +72,9 @@ contains
     if (keep_blocks) chunk = integration%group_count
     if (allocated(evaluation%work)) deallocate (evaluation%work)
     allocate (evaluation%work(thread_count()))
+    if (allocated(evaluation%force)) then
+      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
+    end if
     if (allocated(evaluation%force)) then
       if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
     end if
@@ -123,7 +128,7 @@ contains
     integer :: start, last, g, me
 
     call begin(tangent, evaluation, matrix, prescribed)
-    !$omp parallel default(shared) private(start, last, g, me)
+    !$omp parallel default(shared) private(start, last, g, me) if (integration%point_count >= fewest_points)
     me = 1
     !$ me = omp_get_thread_num() + 1
     call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))

@@ -30,6 +30,9 @@ module qsmpm_convection
 
   public :: convect
 
+  !> Points from which moving and updating them is worth waking the threads.
+  integer, parameter :: fewest_points = 50000
+
 contains
 
   !> Update what rides on the mesh, then reset the mesh. Stresses, states and volumes of the material
@@ -138,7 +141,7 @@ contains
       integer :: p, q
 
       associate (results => step%evaluation%results)
-        !$omp parallel do default(shared) private(p)
+        !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
         do q = 1, size(source)
           p = source(q)
           points%stress(:, p) = results%stress(:, q)
@@ -161,7 +164,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     integer :: g, q, p, a, first, place
 
-    !$omp parallel do default(shared) private(q, p, a, first, place)
+    !$omp parallel do default(shared) private(q, p, a, first, place) if (step%at_points%point_count >= fewest_points)
     do g = 1, step%at_points%group_count
       first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
