@@ -75,9 +75,6 @@ contains
     if (allocated(evaluation%force)) then
       if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
     end if
-    if (allocated(evaluation%force)) then
-      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
-    end if
     if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count))
     if (allocated(evaluation%block)) then
       if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &
