@@ -210,8 +210,10 @@ contains
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
+    integer :: factorised
 
     correction = 0.0_wp
+    factorised = step%system%factorisations
     if (step%equations%count == 0) then
       if (solution%iterations == 0) correction = goal%prescribed
       return
@@ -221,7 +223,6 @@ contains
       call complete_matrix(step, goal%drag, model%mesh%dimension)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
-      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     end if
     call turn_to(step%profile%watch, part_solves)
     rhs = residual
@@ -233,6 +234,8 @@ contains
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
       digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
     call turn_to(step%profile%watch, part_control)
+    if (step%system%factorisations > factorised) &
+      call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
