@@ -9,6 +9,7 @@
 !> millions and the relative residual. `old` is the factor of the unloaded body as the preconditioner of
 !> the tangent under its weight, which is the matrix of the lines of yielding bodies.
 program bench_solvers
+  use, intrinsic :: iso_fortran_env, only: output_unit
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_band, solver_cholmod, solver_umfpack, solver_mumps, solver_krylov
@@ -101,7 +102,7 @@ contains
 
     symmetric = .not. block%yields
     call block_model(block, model)
-    if (expected(block)*real(block%cells, wp)**2 < 2.0e8_wp) call run(model, block, solver_band)
+    if (real(expected(block), wp)*real(expected(block)/block%cells, wp)**2 < 3.0e9_wp) call run(model, block, solver_band)
     if (symmetric) call run(model, block, solver_cholmod)
     if (.not. symmetric .and. expected(block) < 50000) call run(model, block, solver_umfpack)
     call run(model, block, solver_mumps)
@@ -187,6 +188,7 @@ contains
       ' | '//trim(solver%name)//merge(', old', '     ', is_old)//' | ', 1000.0_wp*best, trim(sweeps), ' | ', &
       real(solver%factor_nonzeros, wp)*merge(4.0e-6_wp, 8.0e-6_wp, solver%approximate), ' | ', &
       1.0e-6_wp*solver%factor_operations, ' | ', residual_norm(step%matrix, x, rhs)/norm2(rhs), ' |'
+    flush (output_unit)
   end subroutine time_solver
 
   !> Solve directly, or iterate where the factor is not that of the matrix.

@@ -1,6 +1,7 @@
 """Lines of Python files that ran, from a trace function that leaves a routine alone once all of its lines have run.
 
-It switches itself off when nothing is left to see. Only the standard library: a figure of coverage must not need a package of its own.
+It switches itself off when nothing is left to see. Only the standard library: a figure of coverage must not need a
+package of its own.
 """
 
 from __future__ import annotations

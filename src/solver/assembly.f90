@@ -166,6 +166,7 @@ contains
     if (present(matrix) .and. tangent /= tangent_none) matrix%values = 0.0_wp
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then
+      ! The mesh may have been laid anew.
       if (size(evaluation%linear_force, 2) /= size(evaluation%force, 2)) deallocate (evaluation%linear_force)
     end if
     if (.not. allocated(evaluation%linear_force)) allocate (evaluation%linear_force, mold=evaluation%force)

@@ -28,9 +28,9 @@ STYLE = """
 body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
 h1, h2 { line-height: 1.2; } h2 { border-bottom: 1px solid #ccc; margin-top: 2em; }
 table { border-collapse: collapse; font-size: 13px; margin: .8em 0; }
-th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: right; }
-th:first-child, td:first-child { text-align: left; } th { background: #f4f4f4; }
-td.text { text-align: left; } figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
+th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: left; }
+th { background: #f4f4f4; } td.n { text-align: right; }
+figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
 figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
 .missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
 """
@@ -45,6 +45,9 @@ VIEWS = (
 )
 
 
+NUMBER = re.compile(r"(<= |>= )?-?\d[\d.]*(e[-+]?\d+)?$")
+
+
 def text(value: object) -> str:
     """Text without marks of the language."""
     return html.escape(str(value))
@@ -54,7 +57,9 @@ def table(header: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> s
     """A table; every row has a class and its cells."""
     head = "".join(f"<th>{text(h)}</th>" for h in header)
     body = "".join(
-        f"<tr{f' class={kind}' if kind else ''}>" + "".join(f"<td>{text(cell)}</td>" for cell in cells) + "</tr>\n"
+        f"<tr{f' class={kind}' if kind else ''}>"
+        + "".join(f"<td{' class=n' if NUMBER.match(cell) else ''}>{text(cell)}</td>" for cell in cells)
+        + "</tr>\n"
         for kind, cells in rows
     )
     return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n"
@@ -172,9 +177,7 @@ def view_part(words: Namespace, runs: dict[str, Run]) -> str:
         out = view.last_state(run.directory, field, words.folder / "charts" / f"view_{name.replace('/', '_')}.png")
         picture = base64.b64encode(out.read_bytes()).decode()
         shown = f'<img alt="{text(caption)}" src="data:image/png;base64,{picture}">'
-        parts.append(
-            figure(shown, caption) + command(f"tools/qsmpm-verify view RESULTS --field {field}, RESULTS of {name}")
-        )
+        parts.append(figure(shown, caption) + command(f"tools/qsmpm-verify view {run.directory} --field {field}"))
     return "<h2 id=views>Pictures</h2>\n" + "".join(parts) if parts else ""
 
 

@@ -35,7 +35,11 @@ def deck_sample(
     verdict = judge_quantity(run, study.error, {})
     error = verdict.value if study.error.reference is None else verdict.error
     if verdict.note or error is None or not math.isfinite(error):
-        return replace(failed, message=verdict.note or "no figure"), run.wall_seconds, run.reused
+        return (
+            replace(failed, message=verdict.note.removeprefix(f"{run.directory / 'curves.csv'}: ") or "no figure"),
+            run.wall_seconds,
+            run.reused,
+        )
     seconds = math.nan if verdict.cpu_seconds is None else max(verdict.cpu_seconds, 1e-3)
     return measured(study, failed, abs(error), seconds), run.wall_seconds, run.reused
 

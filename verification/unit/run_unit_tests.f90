@@ -26,6 +26,7 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_arguments, only: collect_arguments
+  use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
@@ -94,6 +95,7 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('arguments', collect_arguments)
+  call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)

@@ -9,6 +9,7 @@ module test_scene_results
   use qsmpm_images, only: image_list_type, make_images, fold_place
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
   use qsmpm_reduction, only: expansion_type, verdict_type, history_of_scene, reduce_revolved
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, reduced, turned_facets, &
     write_stl, figure_file
@@ -42,6 +43,7 @@ contains
     call check_seeds(tests, twin_deck(), 'a mirrored scene')
     call check_seeds(tests, changed(twin_deck(), 'QUAD4', 'TRI6, DIAGONAL=ALTERNATE'), 'mirrored triangles')
     call check_stress(tests)
+    call check_open_edges(tests)
   end subroutine collect_scene_results
 
   !> A slice becomes its section; forces come back by the thickness, what goes along z by constants.
@@ -282,4 +284,25 @@ contains
     call tests%close('a turned stress keeps its invariants', worst(1), 0.0_wp, 1.0e-12_wp)
     call tests%close('and its radial part', worst(2), 0.0_wp, 1.0e-12_wp)
   end subroutine check_stress
+
+  !> The rollers of a column hold every node of it, yet its cells at the top of the mesh have a free face.
+  subroutine check_open_edges(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis
+    type(expansion_type) :: expansion
+    type(verdict_type), allocatable :: verdicts(:)
+    type(model_type) :: model
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: deck
+
+    deck = changed(layers_deck(), ' Y, 0, 3, 6|', ' Y, 0, 2.5, 5|')
+    call reduced(deck, analysis, expansion, verdicts)
+    call build_model(analysis, model, error)
+    call tests%check('a column up to the top of its mesh is built', .not. allocated(error))
+    if (allocated(error)) return
+    call start_phase(model)
+    call tests%check('all of its nodes are held', all(any(model%loading%held, dim=1)))
+    call tests%check('its top cell has a free face, the others have none', model%loading%open_edge(5) .and. &
+      .not. any(model%loading%open_edge(:4)))
+  end subroutine check_open_edges
 end module test_scene_results

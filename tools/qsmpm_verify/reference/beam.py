@@ -61,7 +61,7 @@ e = P sin theta / EA, g = P cos theta / GAs
     Range: 0 < k < 45, k (shear - axial) < 1
     Assumes: theta(0) = 0, M(L) = 0, load keeps its direction; axial = shear = 0 is the elastica
     Source: Reissner 1972; the elastica agrees with Mattiasson 1981 to his five digits
-    Check: first integral M(theta) and quadrature over the slope; elliptic integrals of Bisshopp & Drucker 1945
+    Check: first integral M(theta) and quadrature over the slope
     """
     _, _, x, y = _tip(load_parameter, axial, shear, steps)
     return 1 - x, y

@@ -132,7 +132,7 @@ def cavity_mohr_coulomb(
     Range: wall has yielded; 0 < phi < 90, 0 <= psi <= phi
     Assumes: logarithmic strain in the plastic zone, small strain beyond, axial stress intermediate (cylinder)
     Source: Yu & Houlsby 1991
-    Check: cavity_mohr_coulomb_quadrature; integration of displacement and stress from the plastic front to the wall
+    Check: cavity_mohr_coulomb_quadrature; flow rule in differences of the field; Tresca for hardly any friction
     """
     soil = _Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere)
     within("expansion", expansion, low=soil.least_expansion())
@@ -151,7 +151,7 @@ def cavity_mohr_coulomb_limit(
     Range: as cavity_mohr_coulomb
     Assumes: as cavity_mohr_coulomb, a/a0 without bound
     Source: Yu & Houlsby 1991
-    Check: cavity_mohr_coulomb_quadrature at a/a0 = 1000
+    Check: cavity_mohr_coulomb_quadrature at a/a0 = 10000
     """
     return _limit(_Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere))
 
@@ -192,7 +192,7 @@ f = beta eps_r + k eps_theta of the elastic strain
     Range: as cavity_mohr_coulomb
     Assumes: as cavity_mohr_coulomb
     Source: own derivation, flow rule beta d eps_r + k d eps_theta = 0 for the plastic strain
-    Check: cavity_mohr_coulomb (the series); integration from the plastic front to the wall
+    Check: cavity_mohr_coulomb (the series), to 1e-9
     """
     soil = _Soil(young, poisson, cohesion, friction, dilatancy, pressure, sphere)
     within("expansion", expansion, low=soil.least_expansion())

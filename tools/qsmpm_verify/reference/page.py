@@ -43,8 +43,8 @@ def _row(name: str, function: Callable[..., object]) -> str:
     said = entries(function)
     arguments = ", ".join(inspect.signature(function).parameters)
     limits = f"{said['Range']}. {said['Assumes']}"
-    cells = (f"`{name}({arguments})`", said["What"], said["Formula"], said["Units"], limits, said["Source"], said["Check"])
-    return "| " + " | ".join((cells[0], *map(_cell, cells[1:]))) + " |"
+    cells = (said["What"], said["Formula"], said["Units"], limits, said["Source"], said["Check"])
+    return " | ".join((f"| `{name}({arguments})`", *map(_cell, cells))) + " |"
 
 
 def markdown() -> str:

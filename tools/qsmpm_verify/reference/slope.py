@@ -129,7 +129,7 @@ def slope_spiral_unit_weight(cohesion: float, friction: float, angle: float, hei
     Range: 1 <= phi, phi + 1 <= angle <= 90; below phi = 5 and 53 degrees deeper surfaces can be worse
     Assumes: rigid rotation about the pole, associated flow
     Source: Chen 1975
-    Check: dissipation and weight of the sliding body summed over polygons, brute search
+    Check: dissipation and weight of the sliding body summed over polygons, search by differential evolution
     """
     return _unit_weight(_spiral_number, cohesion, friction, angle, height)
 
@@ -142,7 +142,7 @@ def slope_bishop_unit_weight(cohesion: float, friction: float, angle: float, hei
     Range: as slope_spiral_unit_weight
     Assumes: horizontal forces between slices, no water
     Source: Bishop 1955; own search over circles
-    Check: plain slices of the same circles, brute search; moment equilibrium of a circle for phi -> 0
+    Check: safety of one by plain slices, search by differential evolution
     """
     return _unit_weight(_circle_number, cohesion, friction, angle, height)
 
@@ -157,7 +157,7 @@ def slope_spiral_safety(
     Range: as slope_spiral_unit_weight
     Assumes: as slope_spiral_unit_weight
     Source: own search
-    Check: the critical unit weight of the reduced strengths; brute search
+    Check: the reduced strengths are critical for polygons
     """
     return _safety(_spiral_number, unit_weight, cohesion, friction, angle, height)
 
@@ -172,7 +172,7 @@ def slope_bishop_safety(
     Range: as slope_spiral_unit_weight
     Assumes: as slope_bishop_unit_weight
     Source: Bishop 1955; Griffiths & Lane 1999, example 1, is 1.38 by charts and 1.4 by finite elements
-    Check: plain slices with the fixed-point iteration of F, brute search over circles
+    Check: plain slices with the fixed-point iteration of F, search by differential evolution
     """
     return _safety(_circle_number, unit_weight, cohesion, friction, angle, height)
 

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Rate = Callable[[float, Array], ArrayLike]
 
 
-def runge_kutta(rate: Callable[[float, Array], ArrayLike], start: ArrayLike, low: float, high: float, steps: int) -> Array:
+def runge_kutta(rate: Rate, start: ArrayLike, low: float, high: float, steps: int) -> Array:
     """The state at `high` of d state / dt = rate(t, state), classical fourth order."""
     state, h = np.asarray(start, dtype=float), (high - low) / steps
     for i in range(steps):

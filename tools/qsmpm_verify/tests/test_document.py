@@ -124,7 +124,7 @@ class Report(unittest.TestCase):
             self.assertIn(word, page)
         self.assertIn("3 figures of the verification cases held, 1 missed", said)
         # the case that missed stands in front, by name and class
-        self.assertRegex(page.replace("\n", ""), r"<tr class=missed><td>c/off</td><td>y</td><td>3</td>")
+        self.assertRegex(page.replace("\n", ""), r"<tr class=missed><td>c/off</td><td>y</td><td class=n>3</td>")
         self.assertLess(len(page), document.LARGEST)
 
     def test_a_second_report_runs_nothing(self) -> None:

@@ -16,8 +16,9 @@ class TBar(unittest.TestCase):
         """Force of the slip-line field on the front half, doubled, over s_u times the diameter (radius 1).
 
         A slip line meets the surface at the angle m, alpha = cos 2m. From the far equator, where the stress is the
-        one at rest, it turns by pi/2 - m to the equator of the cylinder, on by pi/2 - place to a place on the front, 2 s_u
-        a radian. A cap of dead soil with straight slip lines at 45 degrees sits on the nose up to the place pi/4 - m.
+        one at rest, it turns by pi/2 - m to the equator of the cylinder, on by pi/2 - place to a place on the
+        front, 2 s_u a radian. A cap of dead soil with straight slip lines at 45 degrees sits
+        on the nose up to the place pi/4 - m.
         """
         m = math.acos(roughness) / 2
         nose = math.pi / 4 - m
@@ -49,7 +50,8 @@ class Plate(unittest.TestCase):
         sectors = 6000
         side = speed = math.sqrt(0.5)
         angle = 1.5 * math.pi / sectors
-        fan = sectors * (2 * side * math.tan(angle / 2) * speed / math.cos(angle / 2) + 2 * speed * math.sin(angle / 2) * side)
+        base = 2 * side * math.tan(angle / 2) * speed / math.cos(angle / 2)
+        fan = sectors * (base + 2 * speed * math.sin(angle / 2) * side)
         sides = 4 * side * speed
         # outscribed sectors, second order in the angle
         self.assertAlmostEqual(penetration.deep_plate_factor(), sides + 2 * fan, 5)
