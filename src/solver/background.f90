@@ -5,7 +5,7 @@ module qsmpm_background
   use qsmpm_mesh, only: mesh_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, most_functions
-  use qsmpm_equations, only: patches_type
+  use qsmpm_node_graph, only: patches_type
   use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
   implicit none
   private

@@ -9,7 +9,7 @@ module qsmpm_element_ghost
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_house_keeping, only: activation_type
-  use qsmpm_equations, only: patches_type
+  use qsmpm_node_graph, only: patches_type
   use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
   implicit none
   private

@@ -20,7 +20,8 @@ module qsmpm_initialisation
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
   use qsmpm_supports, only: supports_type, build_supports
-  use qsmpm_equations, only: equations_type, patches_type, number_equations
+  use qsmpm_node_graph, only: patches_type
+  use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation

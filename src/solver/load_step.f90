@@ -52,27 +52,17 @@ contains
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
-    allocate (goal%force(model%mesh%dimension, model%space%node_count))
-    goal%tolerance = tolerance
-    goal%drag = drag
-    goal%prescribed = (fraction - model%state%progress%fraction)*model%loading%prescribed
-
     ! Initialisation phase, section 3.1
     call initialise_step(model, step, error)
     if (allocated(error)) return
     call turn_to(step%profile%watch, part_control)
-    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, goal%force)
-    force_before = goal%force
-    call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    goal%tolerance = tolerance
+    goal%drag = drag
+    call set_loads(model, step, fraction, force_before, goal)
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     call solve_equilibrium(model, step, goal, controls, solution)
-    if (solution%converged .and. solution%largest_move > limit) then
-      solution%converged = .false.
-      solution%reason = 'the step moves a node too far'
-    end if
-    if (solution%converged .and. controls%step_error > 0.0_wp .and. .not. drag > 0.0_wp) &
-      call judge_length(model, step, controls, fraction, solution, error)
+    if (solution%converged) call judge_length(model, step, goal, controls, fraction, limit, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
     if (.not. solution%converged) return
@@ -85,17 +75,74 @@ contains
     call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore(before, model)
-      solution%converged = .false.
-      solution%reason = error%message
-      solution%cause = error%code
-      deallocate (error)
-      return
+      call refuse(error, solution)
+    else
+      model%state%progress%fraction = fraction
     end if
-    model%state%progress%fraction = fraction
   end subroutine load_step
 
+  !> Loads and prescribed displacements to be reached, and the loads of the start.
+  subroutine set_loads(model, step, fraction, force_before, goal)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> Share of the phase at the end of the step.
+    real(wp), intent(in) :: fraction
+    !> External force at the start (dimension, node_count).
+    real(wp), allocatable, intent(out) :: force_before(:, :)
+    !> What is to be reached.
+    type(target_type), intent(inout) :: goal
+
+    allocate (goal%force(model%mesh%dimension, model%space%node_count))
+    allocate (force_before, mold=goal%force)
+    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)
+    call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
+  end subroutine set_loads
+
+  !> A step that could be solved but not taken: its message is the reason why not.
+  subroutine refuse(error, solution)
+    !> The error; it is no more.
+    type(error_type), allocatable, intent(inout) :: error
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+
+    solution%converged = .false.
+    solution%reason = error%message
+    solution%cause = error%code
+    deallocate (error)
+  end subroutine refuse
+
+  !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
+  subroutine judge_length(model, step, goal, controls, fraction, limit, solution, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> What was to be reached.
+    type(target_type), intent(in) :: goal
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase at the end of the step.
+    real(wp), intent(in) :: fraction
+    !> Largest nodal displacement that is accepted.
+    real(wp), intent(in) :: limit
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    !> The equations could not be solved.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (solution%largest_move > limit) then
+      solution%converged = .false.
+      solution%reason = 'the step moves a node too far'
+    else if (controls%step_error > 0.0_wp .and. .not. goal%drag > 0.0_wp) then
+      call judge_error(model, step, controls, fraction, solution, error)
+    end if
+  end subroutine judge_length
+
   !> How far the step is off for its length; one that is too far off is not taken unless it is the smallest.
-  subroutine judge_length(model, step, controls, fraction, solution, error)
+  subroutine judge_error(model, step, controls, fraction, solution, error)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
@@ -120,7 +167,7 @@ contains
     if (.not. solution%too_long) return
     solution%converged = .false.
     solution%reason = 'the step is longer than its error allows'
-  end subroutine judge_length
+  end subroutine judge_error
 
   !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
   subroutine name_worst_node(model, solution)

@@ -2,7 +2,7 @@
 !> every displacement component. Stabilisation builds them, the equations add them.
 module qsmpm_penalty_terms
   use qsmpm_kinds, only: wp
-  use qsmpm_equations, only: patches_type
+  use qsmpm_node_graph, only: patches_type
   implicit none
   private
 

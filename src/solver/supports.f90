@@ -13,7 +13,7 @@ module qsmpm_supports
   use qsmpm_space, only: place_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_carried_basis, only: basis_at, nearest_point
-  use qsmpm_equations, only: patches_type
+  use qsmpm_node_graph, only: patches_type
   implicit none
   private
 

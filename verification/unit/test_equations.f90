@@ -2,7 +2,8 @@
 module test_equations
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_equations, only: equations_type, patches_type, number_equations, add_block
+  use qsmpm_node_graph, only: patches_type
+  use qsmpm_equations, only: equations_type, number_equations, add_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use testing, only: tests_type
   implicit none

@@ -1,0 +1,131 @@
+!> Which nodes couple: patches of nodes, and the graph whose neighbours share a patch.
+!>
+!> A patch is the nodes of a cell, or of the two cells at a face of the ghost penalty. What is numbered
+!> along the graph is left to `equations`, the order to `node_ordering`.
+module qsmpm_node_graph
+  use qsmpm_sorting, only: sort
+  implicit none
+  private
+
+  public :: patches_type, node_graph, node_distance
+
+  !> Lists of nodes in compressed rows.
+  type :: patches_type
+    integer :: count = 0
+    integer, allocatable :: first(:), nodes(:)
+  end type patches_type
+
+contains
+
+  !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
+  pure subroutine node_graph(patches, node_count, active, graph_node, first, neighbour)
+    !> Node lists that couple.
+    type(patches_type), intent(in) :: patches
+    !> Number of nodes.
+    integer, intent(in) :: node_count
+    logical, allocatable, intent(out) :: active(:)
+    !> Mesh node of each graph node.
+    integer, allocatable, intent(out) :: graph_node(:)
+    !> First places of the rows.
+    integer, allocatable, intent(out) :: first(:), neighbour(:)
+    integer, allocatable :: graph_number(:), patch_first(:), patch_of(:), work(:)
+    logical, allocatable :: seen(:)
+    integer :: i, n, p, q, found, capacity
+
+    allocate (active(node_count))
+    active = .false.
+    active(patches%nodes) = .true.
+    graph_node = pack([(i, i=1, node_count)], active)
+    n = size(graph_node)
+    allocate (graph_number(node_count), seen(n), first(n + 1))
+    graph_number = 0
+    graph_number(graph_node) = [(i, i=1, n)]
+    call patches_of_nodes(patches, graph_number, n, patch_first, patch_of)
+    seen = .false.
+    capacity = 32*n + 64
+    allocate (neighbour(capacity))
+    first(1) = 1
+    do i = 1, n
+      found = first(i) - 1
+      seen(i) = .true.
+      do p = patch_first(i), patch_first(i + 1) - 1
+        q = patch_of(p)
+        if (found + patches%first(q + 1) - patches%first(q) > capacity) then
+          capacity = 2*capacity + 256
+          allocate (work(capacity))
+          work(:found) = neighbour(:found)
+          call move_alloc(work, neighbour)
+        end if
+        call add_unseen(graph_number(patches%nodes(patches%first(q):patches%first(q + 1) - 1)), &
+          seen, neighbour, found)
+      end do
+      call sort(neighbour(first(i):found))
+      seen(neighbour(first(i):found)) = .false.
+      seen(i) = .false.
+      first(i + 1) = found + 1
+    end do
+    neighbour = neighbour(:first(n + 1) - 1)
+  end subroutine node_graph
+
+  !> Append the nodes not met yet.
+  pure subroutine add_unseen(nodes, seen, list, count)
+    !> Node numbers.
+    integer, intent(in) :: nodes(:)
+    logical, intent(inout) :: seen(:)
+    !> The seeds.
+    integer, intent(inout) :: list(:)
+    integer, intent(inout) :: count
+    integer :: k
+
+    do k = 1, size(nodes)
+      if (seen(nodes(k))) cycle
+      seen(nodes(k)) = .true.
+      count = count + 1
+      list(count) = nodes(k)
+    end do
+  end subroutine add_unseen
+
+  !> The patches each graph node belongs to, in compressed rows.
+  pure subroutine patches_of_nodes(patches, graph_number, n, first, patch)
+    !> Node lists that couple.
+    type(patches_type), intent(in) :: patches
+    integer, intent(in) :: graph_number(:), n
+    !> First places of the rows.
+    integer, allocatable, intent(out) :: first(:), patch(:)
+    integer :: place(n), i, k, q
+
+    allocate (first(n + 1), patch(size(patches%nodes)))
+    first = 0
+    do k = 1, size(patches%nodes)
+      i = graph_number(patches%nodes(k))
+      first(i + 1) = first(i + 1) + 1
+    end do
+    first(1) = 1
+    do i = 1, n
+      first(i + 1) = first(i + 1) + first(i)
+    end do
+    place = first(:n)
+    do q = 1, patches%count
+      do k = patches%first(q), patches%first(q + 1) - 1
+        i = graph_number(patches%nodes(k))
+        patch(place(i)) = q
+        place(i) = place(i) + 1
+      end do
+    end do
+  end subroutine patches_of_nodes
+
+  !> Largest distance of two neighbours in an order of the nodes.
+  pure function node_distance(first, neighbour, position) result(distance)
+    !> First places of the rows.
+    integer, intent(in) :: first(:), neighbour(:), position(:)
+    integer :: distance
+    integer :: i, k
+
+    distance = 0
+    do i = 1, size(position)
+      do k = first(i), first(i + 1) - 1
+        distance = max(distance, abs(position(i) - position(neighbour(k))))
+      end do
+    end do
+  end function node_distance
+end module qsmpm_node_graph
