@@ -21,7 +21,8 @@ Line = tuple[str, list[float], list[float], str]
 def save(figure: plt.Figure, path: Path) -> Path:
     """Write a chart."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.tight_layout()
+    if figure.get_layout_engine() is None:
+        figure.tight_layout()
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
     return path
@@ -41,7 +42,7 @@ def log_lines(path: Path, lines: list[Line], x: str, y: str, title: str = "") ->
 
 def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str) -> Path:
     """One horizontal bar a name, cut into parts."""
-    figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5))
+    figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5), layout="constrained")
     left = [0.0] * len(names)
     colours = [*plt.get_cmap("tab10").colors, "black"]
     for number, (part, values) in enumerate(parts.items()):
@@ -50,7 +51,7 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
     axes.invert_yaxis()
     axes.set_xlabel(x)
     axes.grid(axis="y", visible=False)
-    axes.legend(fontsize=7, ncol=5, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    figure.legend(fontsize=7, ncol=6, loc="outside upper center")
     return save(figure, path)
 
 

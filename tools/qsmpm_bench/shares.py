@@ -18,7 +18,7 @@ from qsmpm_verify.results import Curves, read_curves
 
 PARTS = ["input", "initialisation", "analysis", "evaluation", "assembly", "factorisation", "solves", "step error",
          "convection", "output", "control"]
-SLICE = "the same, every matrix factorised in double precision"
+SLICE = "3D slice, three layers, factors in double"
 EVERY_FACTOR = ("*METHOD,", "*SOLVER, PRECISION=DOUBLE, KEEP FACTOR=NO\n*METHOD,")
 #: Layers of the slices; the plane of the fine one has 9579 nodes in three.
 THREE_LAYERS = ("Z, 0, 0.07142857143, 1", "Z, 0, 0.07142857143, 3")
@@ -31,8 +31,8 @@ def scenes(bench: Bench) -> list[Deck]:
                 first_steps(SLICE, "slope_e200_coarse.inp", 2, ("Z, 0, 0.25, 1", "Z, 0, 0.25, 3"))]
     return [scene("cantilever"), scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
             scene("slope, coarse wedge 15", NO_HOLD, file="slope_e200_coarse.inp"), scene("footing"),
-            first_steps("3D slice, one layer of wedge 15", "slope_e200_fine.inp", 20),
-            first_steps("the same, three layers", "slope_e200_fine.inp", 5, THREE_LAYERS),
+            first_steps("3D slice, one layer", "slope_e200_fine.inp", 20),
+            first_steps("3D slice, three layers", "slope_e200_fine.inp", 5, THREE_LAYERS),
             first_steps(SLICE, "slope_e200_fine.inp", 5, THREE_LAYERS, EVERY_FACTOR)]
 
 
