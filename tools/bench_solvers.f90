@@ -27,12 +27,16 @@ program bench_solvers
   integer, parameter :: plane(6) = [15, 40, 100, 150, 220, 330], space(7) = [4, 6, 9, 14, 20, 30, 45]
   real(wp), parameter :: tolerance = 1.0e-8_wp
   character(len=16) :: word
-  integer :: largest, k
+  integer :: largest, status, k
 
   largest = 20000
   if (command_argument_count() > 0) then
     call get_command_argument(1, word)
-    read (word, *) largest
+    read (word, *, iostat=status) largest
+    if (status /= 0) then
+      write (*, '(a)') 'bench_solvers [largest number of equations [family: QUAD4, WEDGE6, WEDGE15 or HEX8]]'
+      stop 2
+    end if
   end if
   word = ''
   if (command_argument_count() > 1) call get_command_argument(2, word)
