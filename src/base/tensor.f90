@@ -11,7 +11,7 @@ module qsmpm_tensor
   implicit none
   private
 
-  public :: determinant, inverse, cofactor, cross, congruence, unpack_gradient, pack_gradient, &
+  public :: determinant, inverse, cofactor, cross, unpack_gradient, pack_gradient, &
     unpack_symmetric, pack_symmetric
 
   !> Number of gradient and of stress components for a dimension of 2 or 3.
@@ -79,20 +79,6 @@ contains
     b(3, 3) = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
     b = b*(1.0_wp/det)
   end function inverse
-
-  !> a b a^T. The product in between has a name because gfortran puts nested matmuls on the heap.
-  pure function congruence(a, b) result(c)
-    !> Tensor (3,3).
-    real(wp), intent(in) :: a(3, 3)
-    !> Tensor (3,3).
-    real(wp), intent(in) :: b(3, 3)
-    real(wp) :: c(3, 3)
-    real(wp) :: ab(3, 3), at(3, 3)
-
-    at = transpose(a)
-    ab = matmul(a, b)
-    c = matmul(ab, at)
-  end function congruence
 
   !> Packed gradient to full tensor.
   pure function unpack_gradient(packed) result(a)

@@ -9,7 +9,7 @@ module qsmpm_loaded_surfaces
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, surface_number, prove_loads_uniform, is_flat_across
+  public :: surface_is_used, keep_used_surfaces, surface_number, prove_loads_uniform
 
 contains
 

@@ -17,7 +17,7 @@ module qsmpm_prismatic
   implicit none
   private
 
-  public :: prove_prismatic, make_plane, plane_element
+  public :: prove_prismatic, make_plane
 
 contains
 

@@ -20,7 +20,7 @@ module qsmpm_stepping
   implicit none
   private
 
-  public :: outcome_type, take_step, hold_until_quiet
+  public :: outcome_type, take_step
 
   !> Residual allowed in proximal sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: proximal_tolerance = 1.0e-3_wp
