@@ -13,7 +13,9 @@
 !> qsmpm_point_integration and qsmpm_cell_average fill it.
 module qsmpm_integration
   use qsmpm_kinds, only: wp
+  use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_points, only: points_type
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, node_position, most_functions
   use qsmpm_spline_axis, only: axis_averages, most_averaged
@@ -21,7 +23,7 @@ module qsmpm_integration
   private
 
   public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, set_hoop, &
-    take_point, place_of, group_of
+    take_point, place_of, group_of, measure_cells
 
   !> Integration points in groups.
   type :: integration_type
@@ -50,6 +52,8 @@ module qsmpm_integration
     !> Displacement gradients of the step to be used in place of those of the functions; unallocated as a
     !> rule (dimension, dimension, n).
     real(wp), allocatable :: given(:, :, :)
+    !> Centre and size of each group's cell, where a law asks for them (dimension, group_count), (group_count).
+    real(wp), allocatable :: cell_centre(:, :), cell_size(:)
   end type integration_type
 
 contains
@@ -115,6 +119,25 @@ contains
       end if
     end do
   end function group_of
+
+  !> Centre and size of the groups' cells.
+  pure subroutine measure_cells(mesh, integration)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Integration points in groups.
+    type(integration_type), intent(inout) :: integration
+    integer :: g, first, n
+
+    if (allocated(integration%cell_size)) deallocate (integration%cell_size, integration%cell_centre)
+    allocate (integration%cell_size(integration%group_count), &
+      integration%cell_centre(mesh%dimension, integration%group_count))
+    do g = 1, integration%group_count
+      first = mesh%cell_first(integration%cell(g))
+      n = corner_count(mesh%cell_kind(integration%cell(g)))
+      integration%cell_size(g) = cell_size(mesh, integration%cell(g))
+      integration%cell_centre(:, g) = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
+    end do
+  end subroutine measure_cells
 
   !> Volume and start state of a material point, or of a share of it.
   pure subroutine take_point(points, p, share, q, integration)

@@ -37,6 +37,7 @@ contains
     allocate (halved%law, source=law)
     halved%dimension = law%dimension
     halved%state_count = law%state_count
+    halved%asks_where = law%asks_where
     halved%symmetric = law%symmetric
     halved%stiffness_scale = law%stiffness_scale
     halved%shear_scale = law%shear_scale
@@ -53,6 +54,7 @@ contains
     integer :: p
 
     half = batch
+    half%moment%duration = 0.5_wp*batch%moment%duration
     do p = 1, batch%count
       if (determinant(unpack_gradient(batch%gradient(:, p))) > 0.0_wp) &
         call pack_gradient(first_half(batch%gradient(:, p)), half%gradient(:, p))
@@ -65,6 +67,7 @@ contains
     batch%status(:batch%count) = half%status(:batch%count)
     batch%plastic(:batch%count) = half%plastic(:batch%count)
     if (any(batch%status(:batch%count) /= status_ok)) return
+    half%moment%start = batch%moment%start + half%moment%duration
     call self%law%update(half, tangent_none)
     do p = 1, batch%count
       batch%status(p) = half%status(p)
@@ -124,7 +127,7 @@ contains
   end subroutine take_end
 
   !> As the law itself.
-  pure subroutine start(self, stress, state)
+  subroutine start(self, stress, state)
     class(halved_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)

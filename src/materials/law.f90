@@ -15,13 +15,25 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_slot_type, batch_type
+  public :: law_type, law_slot_type, batch_type, moment_type
 
-  !> What a law says of a point.
-  integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2
+  !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
+  !> of order, so that the run must end.
+  integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2, status_broken = 3
 
   !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
+
+  !> When a step takes place. There is no time in a quasi-static analysis: every phase lasts for one unit, in
+  !> which its load runs from start to end.
+  type :: moment_type
+    !> Number of the phase, and of the step in all phases, from 1.
+    integer :: phase = 1
+    integer :: step = 1
+    !> Share of the phase at the start of the step, and the share that the step goes.
+    real(wp) :: start = 0.0_wp
+    real(wp) :: duration = 1.0_wp
+  end type moment_type
 
   !> Points of one material in one step. Inputs are set by the caller, outputs by the law;
   !> arrays may be longer than `count`.
@@ -35,6 +47,14 @@ module qsmpm_law
     real(wp), allocatable :: stress_start(:, :)
     !> In: law's state at the start (state_count, n).
     real(wp), allocatable :: state_start(:, :)
+    !> In: when the step takes place.
+    type(moment_type) :: moment
+    !> In, for laws that ask where they are: number of the material point, 0 for a point of a cell's own, and of its
+    !> cell (n).
+    integer, allocatable :: number(:), cell(:)
+    !> In, for laws that ask where they are: position, the cell's centre for its own points, and size of the cell
+    !> (dimension, n), (n).
+    real(wp), allocatable :: place(:, :), cell_size(:)
     !> Out: Cauchy stress at the end (4 or 6, n).
     real(wp), allocatable :: stress(:, :)
     !> Out: state at the end (state_count, n).
@@ -47,6 +67,10 @@ module qsmpm_law
     integer, allocatable :: status(:)
     !> Out: 1 where the point yields in this step, else 0 (n).
     integer, allocatable :: plastic(:)
+    !> Out, may be set with a status other than ok: the share of the step that may be tried next, and what
+    !> the law has to say.
+    real(wp) :: share = 0.0_wp
+    character(len=:), allocatable :: message
   end type batch_type
 
   !> A constitutive law with its parameters. It holds no state: two models may share one.
@@ -56,6 +80,8 @@ module qsmpm_law
     !> State variables a point needs, in `state`; for the logarithmic kinematics the first are the
     !> elastic left Cauchy-Green tensor in stress order.
     integer :: state_count = 0
+    !> Whether the law wants number, cell, place and cell size of its points.
+    logical :: asks_where = .false.
     !> True when the consistent tangent is symmetric for every state.
     logical :: symmetric = .false.
     !> Young's modulus that scales stabilisation terms.
@@ -88,7 +114,7 @@ module qsmpm_law
 
   abstract interface
     !> State that belongs to a given Cauchy stress at volume ratio 1.
-    pure subroutine start_interface(self, stress, state)
+    subroutine start_interface(self, stress, state)
       import :: law_type, wp
       class(law_type), intent(in) :: self
       !> Cauchy stress (4 or 6).

@@ -11,9 +11,9 @@
 module qsmpm_assembly
   !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_slot_type, tangent_none
+  use qsmpm_law, only: law_slot_type, moment_type, tangent_none, status_ok
   use qsmpm_points, only: points_type
-  use qsmpm_integration, only: integration_type
+  use qsmpm_integration, only: integration_type, group_of
   use qsmpm_equations, only: equations_type, add_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_group_evaluation, only: results_type, work_type, allocate_work, evaluate_group
@@ -40,6 +40,13 @@ module qsmpm_assembly
     logical :: ok = .true.
     !> Otherwise the first integration point that could not.
     integer :: bad_point = 0
+    !> What its law said: one of the status_* values, the share of the step to be tried next (0 for no
+    !> opinion), and a sentence.
+    integer :: bad_status = status_ok
+    real(wp) :: bad_share = 0.0_wp
+    character(len=:), allocatable :: bad_message
+    !> When the step takes place, for the laws.
+    type(moment_type) :: moment
     !> Blocks of the groups of a chunk (dimension*most nodes squared, groups), each packed as
     !> (dimension, nodes, dimension, nodes); of all groups when there is no matrix to add them to.
     real(wp), allocatable :: block(:, :)
@@ -129,6 +136,7 @@ contains
     me = 1
     !$ me = omp_get_thread_num() + 1
     call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))
+    evaluation%work(me)%batch%moment = evaluation%moment
     do start = 1, integration%group_count, size(evaluation%block, 2)
       last = min(integration%group_count, start + size(evaluation%block, 2) - 1)
       !$omp do schedule(dynamic, 4)
@@ -145,7 +153,37 @@ contains
     end do
     !$omp end parallel
     evaluation%ok = evaluation%bad_point == 0
+    if (.not. evaluation%ok) call ask_why(integration, points, laws, displacement, tangent, evaluation)
   end subroutine evaluate
+
+  !> What the law says of the first point that it could not update: it is asked again, because another thread may
+  !> have asked it something else since.
+  subroutine ask_why(integration, points, laws, displacement, tangent, evaluation)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Which tangent was wanted.
+    integer, intent(in) :: tangent
+    !> Results of the evaluation.
+    type(evaluation_type), intent(inout) :: evaluation
+    integer :: bad, group
+
+    group = group_of(integration, evaluation%bad_point)
+    associate (batch => evaluation%work(1)%batch)
+      batch%share = 0.0_wp
+      if (allocated(batch%message)) deallocate (batch%message)
+      call evaluate_group(integration, points, laws, displacement, tangent, group, evaluation%work(1), &
+        evaluation%results, evaluation%group_force(:, 1), evaluation%block(:, 1), bad)
+      evaluation%bad_status = maxval(batch%status(:batch%count))
+      evaluation%bad_share = batch%share
+      if (allocated(batch%message)) call move_alloc(batch%message, evaluation%bad_message)
+    end associate
+  end subroutine ask_why
 
   !> Clear what is summed up.
   subroutine begin(tangent, evaluation, matrix, prescribed)
@@ -160,6 +198,8 @@ contains
 
     evaluation%force = 0.0_wp
     evaluation%bad_point = 0
+    evaluation%bad_status = status_ok
+    if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
     if (present(matrix) .and. tangent /= tangent_none) matrix%values = 0.0_wp
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then

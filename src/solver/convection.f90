@@ -13,7 +13,7 @@ module qsmpm_convection
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type, place_of, group_of
+  use qsmpm_integration, only: integration_type, place_of, group_of, measure_cells
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
@@ -83,6 +83,7 @@ contains
       displacement, step%at_points)
     if (allocated(step%patch)) then
       call merge_groups(step%at_points, step%patch, step%integration)
+      if (allocated(step%at_points%cell_size)) call measure_cells(model%mesh, step%integration)
       call evaluate_points(model, step%integration, displacement, step%evaluation, error)
     else
       step%separate = .false.

@@ -12,9 +12,9 @@ module qsmpm_equilibrium
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
-  use qsmpm_error, only: error_type, error_not_converged, error_singular
+  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_analysis, only: newton_modified, controls_type
-  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
+  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic, status_broken
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
@@ -71,6 +71,8 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
+    !> Share of the step that a law would rather have been asked for; 0 for no opinion.
+    real(wp) :: share = 0.0_wp
     !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
     integer :: worst_label = 0
@@ -151,6 +153,10 @@ contains
 
     solution%reason = reason
     solution%internal_force = step%evaluation%force
+    if (step%evaluation%ok) return
+    if (allocated(step%evaluation%bad_message)) solution%reason = step%evaluation%bad_message
+    if (step%evaluation%bad_status == status_broken) solution%cause = error_user_material
+    solution%share = step%evaluation%bad_share
   end subroutine give_up
 
   !> Residual at the free components and its size relative to the load (eq. 27).
@@ -295,7 +301,7 @@ contains
         if (whole .or. frozen .or. .not. controls%line_search) exit
         if (solution%out_of_balance <= (1.0_wp - least_descent*length)*before) exit
         if (solution%out_of_balance <= goal%tolerance) exit
-      else if (whole) then
+      else if (whole .or. step%evaluation%bad_status == status_broken) then
         exit
       end if
       if (halving < most_halvings) length = 0.5_wp*length

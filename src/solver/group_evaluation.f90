@@ -67,6 +67,7 @@ contains
         batch%stress_start(size(integration%stress, 1), most), batch%stress(size(integration%stress, 1), most), &
         batch%state_start(size(integration%state, 1), most), batch%state(size(integration%state, 1), most))
       allocate (batch%status(most), batch%plastic(most))
+      allocate (batch%number(most), batch%cell(most), batch%place(dimension, most), batch%cell_size(most))
     end associate
     if (cured) call allocate_pressure(components, most, dimension*nodes, &
       components == 9 .or. integration%axisymmetric, work%pressure)
@@ -152,6 +153,7 @@ contains
       call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
       call load_gradients(integration, d, from, tensor, batch)
       call load_states(integration, points, from, batch)
+      if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (cured) then
         call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
       else
@@ -243,6 +245,29 @@ contains
       end if
     end do
   end subroutine load_states
+
+  !> Where a run of points is.
+  pure subroutine load_places(integration, points, group, from, batch)
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> The material points.
+    type(points_type), intent(in) :: points
+    !> The group, and the first point.
+    integer, intent(in) :: group
+    integer, intent(in) :: from
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+    integer :: k, p
+
+    do k = 1, batch%count
+      p = integration%source(from + k - 1)
+      batch%number(k) = max(0, p)
+      batch%cell(k) = integration%cell(group)
+      batch%cell_size(k) = integration%cell_size(group)
+      batch%place(:, k) = integration%cell_centre(:, group)
+      if (p > 0) batch%place(:, k) = points%position(:, p)
+    end do
+  end subroutine load_places
 
   !> Keep the results of a run of points.
   pure subroutine store_batch(from, batch, results)

@@ -12,7 +12,7 @@ module qsmpm_initialisation
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
-  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_point_integration, only: integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
@@ -97,6 +97,7 @@ contains
     else
       call join_patches(step%at_points, step%stabilisation%patches, step%supports%patches, patches)
     end if
+    call measure_asked(model, step)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model)
     call turn_to(step%profile%watch, part_analysis)
@@ -116,6 +117,22 @@ contains
         step%evaluation)
     end if
   end subroutine initialise_step
+
+  !> Centres and sizes of the cells for the laws that ask for them.
+  subroutine measure_asked(model, step)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    integer :: m
+
+    do m = 1, size(model%laws)
+      if (.not. model%laws(m)%law%asks_where) cycle
+      call measure_cells(model%mesh, step%at_points)
+      if (step%separate) call measure_cells(model%mesh, step%integration)
+      return
+    end do
+  end subroutine measure_asked
 
   !> Remember the largest sizes for the profile of the run.
   subroutine note_sizes(model, step)

@@ -10,6 +10,7 @@ module qsmpm_load_step
   use qsmpm_error, only: error_type
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type
+  use qsmpm_law, only: moment_type
   use qsmpm_model, only: model_type
   use qsmpm_kept_state, only: kept_places_type, keep, restore
   use qsmpm_space, only: node_label, node_position
@@ -81,12 +82,12 @@ contains
     end if
   end subroutine load_step
 
-  !> Loads and prescribed displacements to be reached, and the loads of the start.
+  !> Loads and prescribed displacements to be reached, the loads of the start, and the time for the laws.
   subroutine set_loads(model, step, fraction, force_before, goal)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
-    type(step_type), intent(in) :: step
+    type(step_type), intent(inout) :: step
     !> Share of the phase at the end of the step.
     real(wp), intent(in) :: fraction
     !> External force at the start (dimension, node_count).
@@ -94,6 +95,8 @@ contains
     !> What is to be reached.
     type(target_type), intent(inout) :: goal
 
+    step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
+      start=model%state%progress%fraction, duration=fraction - model%state%progress%fraction)
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     allocate (force_before, mold=goal%force)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)

@@ -25,6 +25,8 @@ module qsmpm_phases
   integer, parameter :: error_stopped = 128
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
+  !> A step that a law has refused is cut to this share of it at the most.
+  real(wp), parameter :: largest_cut = 0.9_wp
   !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
   real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
 
@@ -231,6 +233,7 @@ contains
     character(len=400) :: text
 
     model%state%progress%next_step = 0.5_wp*length
+    if (outcome%share > 0.0_wp) model%state%progress%next_step = min(largest_cut, outcome%share)*length
     if (outcome%too_long) model%state%progress%next_step = max(phase%controls%smallest_step*first, &
       length*length_ratio(outcome%step_error, phase%controls%step_error))
     if (.not. outcome%hopeless .and. &

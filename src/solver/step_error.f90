@@ -54,6 +54,8 @@ contains
     real(wp) :: residual(step%equations%count), move(step%equations%count)
 
     call halve(model%laws, halved)
+    whole%moment = step%evaluation%moment
+    walk%moment = step%evaluation%moment
     if (step%separate) then
       call walk_along(step%integration, model, model%laws, displacement, whole)
       call walk_along(step%integration, model, halved, displacement, walk)

@@ -5,11 +5,11 @@
 !>                    its share; a curve that is not held lags behind failure
 !>   proximal         when the static step is lost past a limit load: the new load is kept and the
 !>                    body creeps against a drag alpha W du, alpha adapted, until the drag has died
-!>   cut              otherwise the step is halved, down to the smallest one
+!>   cut              otherwise the step is halved, down to the smallest one; a law may ask for a share of it
 !> A step that ends in none of these is never accepted: the state before it is put back.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, error_not_converged, error_singular
+  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_analysis, only: controls_type, basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
@@ -38,8 +38,8 @@ module qsmpm_stepping
   !> How an attempt ended.
   type :: outcome_type
     logical :: accepted = .false.
-    !> The equations are singular before anything has moved: a model without support. A smaller step
-    !> will not help.
+    !> A smaller step will not help: the equations are singular before anything has moved, a model without
+    !> support; or a law is out of order.
     logical :: hopeless = .false.
     integer :: cause = error_not_converged
     character(len=:), allocatable :: reason
@@ -54,6 +54,8 @@ module qsmpm_stepping
     !> Error by the length of the static step; the step was not taken because of it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
+    !> Share of the step that a law would rather have been asked for; 0 for no opinion.
+    real(wp) :: share = 0.0_wp
   end type outcome_type
 
 contains
@@ -97,8 +99,9 @@ contains
     if (.not. solution%converged) then
       call note_failure(solution, outcome)
       record%rejected = record%rejected + 1
-      outcome%hopeless = outcome%cause == error_singular .and. model%state%progress%step == 0
-      if (.not. with_drag .or. outcome%hopeless .or. outcome%too_long) return
+      outcome%hopeless = (outcome%cause == error_singular .and. model%state%progress%step == 0) .or. &
+        outcome%cause == error_user_material
+      if (.not. with_drag .or. outcome%hopeless .or. outcome%too_long .or. outcome%share > 0.0_wp) return
       call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
       call creep(model, step, controls, fraction, record, outcome, error)
       if (allocated(error)) return
@@ -148,6 +151,7 @@ contains
     outcome%out_of_balance = solution%out_of_balance
     outcome%worst_label = solution%worst_label
     outcome%worst_place = solution%worst_place
+    outcome%share = solution%share
   end subroutine note_failure
 
   !> Mass-proximal sub-steps at a load until the drag has died away.
@@ -182,7 +186,7 @@ contains
         record%rejected = record%rejected + 1
         drag = drag_on_failure*drag
         call note_failure(solution, outcome)
-        if (drag > largest_drag) exit
+        if (drag > largest_drag .or. outcome%cause == error_user_material) exit
         cycle
       end if
       record%substeps = record%substeps + 1
@@ -238,6 +242,11 @@ contains
       call note_solve(solution, record)
       if (solution%converged) cycle
       record%rejected = record%rejected + 1
+      if (solution%cause == error_user_material) then
+        call note_failure(solution, outcome)
+        outcome%hopeless = .true.
+        return
+      end if
       if (.not. controls%proximal) exit
       call creep(model, step, controls, model%state%progress%fraction, record, creeping, error)
       if (allocated(error)) return

@@ -1,0 +1,100 @@
+!> What a soil model of the usual kind looks like: stress and state of one point from the start to the end of a
+!> strain increment, and the tangent. UMAT, UDSM, models written in Fortran against this library and callbacks from
+!> C all are soil models; qsmpm_soil_model_law makes a law of one.
+!>
+!> Three dimensions always: components 11,22,33,12,13,23, shear strain gamma = 2 eps, tension positive, effective
+!> stress. The strain increment is the symmetric part of the displacement increment's gradient on the mid
+!> configuration. The model owns its Cauchy stress: nothing is added to it afterwards.
+module qsmpm_soil_model
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: moment_type
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: soil_model_type, soil_increment_type, soil_answer_type
+
+  !> What a model is told of a step of a point.
+  type :: soil_increment_type
+    !> Strain increment (6), and the sum of the increments before, turned with the material (6).
+    real(wp) :: strain(6) = 0.0_wp
+    real(wp) :: strain_start(6) = 0.0_wp
+    !> Rotation of the step, by which stress and strain at the start have been turned (3,3).
+    real(wp) :: rotation(3, 3) = identity
+    !> Deformation gradient at the start and at the end of the step (3,3).
+    real(wp) :: gradient_start(3, 3) = identity
+    real(wp) :: gradient_end(3, 3) = identity
+    !> When the step takes place.
+    type(moment_type) :: moment
+    !> Number of the material point (1 where it has none) and of its cell.
+    integer :: point = 1
+    integer :: cell = 1
+    !> Position, and size of the cell.
+    real(wp) :: place(3) = 0.0_wp
+    real(wp) :: cell_size = 1.0_wp
+    !> Whether the tangent is wanted, and whether it may be the elastic one.
+    logical :: wants_tangent = .true.
+    logical :: elastic_tangent = .false.
+  end type soil_increment_type
+
+  !> What a model says beside stress and state.
+  type :: soil_answer_type
+    !> One of the status_* values of qsmpm_law.
+    integer :: status = 0
+    !> Share of the step that may be tried next, with status_cut; 0 for no opinion.
+    real(wp) :: share = 0.0_wp
+    !> Whether the point yields.
+    logical :: plastic = .false.
+    !> d stress(i) / d strain(j), strictly d(J stress)/(J d strain) (6,6), where wanted.
+    real(wp) :: tangent(6, 6) = 0.0_wp
+    !> What there is to say when the status is not ok.
+    character(len=:), allocatable :: message
+  end type soil_answer_type
+
+  !> A soil model with its parameters. It holds no state.
+  type, abstract :: soil_model_type
+    !> State variables of a point.
+    integer :: state_count = 0
+    !> Whether the tangent is symmetric for every state.
+    logical :: symmetric = .false.
+    !> Whether several threads may call it at once.
+    logical :: thread_safe = .true.
+    !> Whether it reads strain_start; and the deformation gradients. Points then carry 6 and 9 numbers more.
+    logical :: reads_strain = .false.
+    logical :: reads_gradient = .false.
+    !> Young's modulus and shear modulus that scale stabilisation.
+    real(wp) :: stiffness_scale = 0.0_wp
+    real(wp) :: shear_scale = 0.0_wp
+  contains
+    !> State of a point with a given stress.
+    procedure(start_interface), deferred :: start
+    !> One step of one point.
+    procedure(update_interface), deferred :: update
+  end type soil_model_type
+
+  abstract interface
+    !> State of a point with a given stress.
+    subroutine start_interface(self, stress, state)
+      import :: soil_model_type, wp
+      class(soil_model_type), intent(in) :: self
+      !> Cauchy stress (6).
+      real(wp), intent(in) :: stress(6)
+      !> State (state_count).
+      real(wp), intent(out) :: state(:)
+    end subroutine start_interface
+
+    !> One step of one point.
+    subroutine update_interface(self, increment, stress, state, answer)
+      import :: soil_model_type, soil_increment_type, soil_answer_type, wp
+      class(soil_model_type), intent(in) :: self
+      !> The step.
+      type(soil_increment_type), intent(in) :: increment
+      !> Cauchy stress: in at the start and already turned, out at the end (6).
+      real(wp), intent(inout) :: stress(6)
+      !> State: in at the start, out at the end (state_count).
+      real(wp), intent(inout) :: state(:)
+      !> Tangent and status.
+      type(soil_answer_type), intent(inout) :: answer
+    end subroutine update_interface
+  end interface
+end module qsmpm_soil_model
