@@ -13,7 +13,7 @@ module qsmpm_error_report
   public :: error_line, error_warning
 
   !> Limits of the mean scatter and of the mean mismatch at loaded surfaces, as shares.
-  real(wp), parameter, public :: most_scatter = 0.05_wp, most_mismatch = 0.10_wp
+  real(wp), parameter, public :: most_scatter = 0.09_wp, most_mismatch = 0.25_wp
 
 contains
 

@@ -18,6 +18,10 @@ module qsmpm_stress_error
 
   public :: stress_error_type, estimate_stress_error
 
+  !> Surface points of less area than this share of the root mean square of all have no direction of their own:
+  !> slivers that the grid cuts off an outline.
+  real(wp), parameter :: least_area = 1.0e-3_wp
+
   !> The error of a state; all of it as shares of the scale.
   type :: stress_error_type
     !> Root mean square of the stress norm over the volume [stress].
@@ -165,10 +169,12 @@ contains
     type(stress_error_type), intent(inout) :: estimate
     !> Area of the surfaces looked at.
     real(wp), intent(inout) :: covered
-    real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension), mismatch, area
+    real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension), mismatch, area, least
     integer :: i, p
 
+    if (model%state%surface%count == 0) return
     associate (points => model%state%points, surface => model%state%surface)
+      least = least_area*norm2(surface%area_vector)/sqrt(real(surface%count, wp))
       do i = 1, surface%count
         p = neighbour(i)
         if (p == 0) cycle
@@ -176,6 +182,7 @@ contains
         call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), surface%position(:, i), stress)
         call applied_traction(model, i, traction)
         area = norm2(surface%area_vector(:, i))
+        if (area < least) cycle
         mismatch = norm2(across(stress, surface%area_vector(:, i)/area) - traction)/estimate%scale
         estimate%surface_mean = estimate%surface_mean + area*mismatch
         covered = covered + area
