@@ -39,7 +39,7 @@ contains
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
-    !> Domains of the points; used when the space is averaged.
+    !> Domains of the points; used when the space has them.
     type(domains_type), intent(in) :: domains
     !> Integration points in groups.
     type(integration_type), intent(out) :: integration
@@ -49,7 +49,7 @@ contains
     logical, allocatable :: whole(:)
     integer :: g, group, own
 
-    if (space%averaged) then
+    if (space%domains) then
       call cut_domains(space, mesh%cell_count, domains, pieces)
     else
       call whole_points(activation, pieces)
@@ -136,7 +136,7 @@ contains
     do n = pieces%first(group), pieces%first(group + 1) - 1
       p = pieces%point(n)
       q = integration%first(group) + n - pieces%first(group)
-      if (space%averaged) then
+      if (space%domains) then
         call set_average(mesh, space, pieces%low(:, n), pieces%high(:, n), first, count, group, q, integration)
       else
         call set_basis(mesh, space, group, q, points%local(:, p), integration)

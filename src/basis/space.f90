@@ -25,6 +25,8 @@ module qsmpm_space
     logical :: tensor = .false.
     !> Points see the functions averaged over their domains.
     logical :: averaged = .false.
+    !> Points have domains: to average over, or to be cut along the grid lines where cells are integrated.
+    logical :: domains = .false.
     integer :: degree = 1
     integer :: node_count = 0
     !> Splines along each axis; unused for elements.

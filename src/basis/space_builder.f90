@@ -55,6 +55,7 @@ contains
 
     space%tensor = .true.
     space%averaged = averaged
+    space%domains = averaged
     space%degree = degree
     do a = 1, 3
       space%axis(a)%cell_count = cells(a)

@@ -20,11 +20,13 @@ module qsmpm_pictures
 contains
 
   !> Write the material points.
-  subroutine write_points_picture(path, model, error)
+  subroutine write_points_picture(path, model, stress_error, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
     !> The model.
     type(model_type), intent(in) :: model
+    !> Estimated error of the stress of each point (points).
+    real(wp), intent(in) :: stress_error(:)
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
@@ -37,6 +39,8 @@ contains
       call add_reals(vtu, section_point_data, 'displacement', reals)
       call padded(points%stress, 6, reals)
       call add_reals(vtu, section_point_data, 'stress', reals)
+      allocate (reals, source=reshape(stress_error, [1, points%count]))
+      call add_reals(vtu, section_point_data, 'stress_error', reals)
       allocate (reals, source=reshape(points%volume, [1, points%count]))
       call add_reals(vtu, section_point_data, 'volume', reals)
       allocate (reals, source=reshape(points%initial_volume, [1, points%count]))

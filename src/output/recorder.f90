@@ -26,6 +26,8 @@ module qsmpm_recorder
   use qsmpm_restart, only: write_restart
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
+  use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
+  use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
   implicit none
   private
@@ -60,6 +62,9 @@ module qsmpm_recorder
     !> Step of the last picture and of the last restart file of this run, -1 for none.
     integer :: picture_step = -1
     integer :: restart_step = -1
+    !> Error of the stresses of a step, and which step that is, -1 for none.
+    type(stress_error_type) :: estimate
+    integer :: estimate_step = -1
     !> First failure of the log; told at the next accepted step.
     type(error_type), allocatable :: log_error
     !> Where the time went: the last but one line of the log.
@@ -284,12 +289,39 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call write_log(self, 'end of phase '//integer_text(model%state%progress%phase))
+    call tell_stress_error(self, model)
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
+
+  !> Say how far the stresses can be trusted, and warn where they cannot.
+  subroutine tell_stress_error(recorder, model)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+
+    call measure(recorder, model)
+    call recorder%note(error_line(model, recorder%estimate))
+    call error_warning(model, recorder%estimate, text)
+    if (len(text) > 0) call recorder%note(text)
+  end subroutine tell_stress_error
+
+  !> Estimate the error of the stresses unless that is done for this step.
+  subroutine measure(recorder, model)
+    !> The recorder.
+    class(recorder_type), intent(inout) :: recorder
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    if (recorder%estimate_step == model%state%progress%step) return
+    call estimate_stress_error(model, recorder%estimate)
+    recorder%estimate_step = model%state%progress%step
+  end subroutine measure
 
   !> A sentence for the log and for the user.
   subroutine note(self, text)
@@ -331,6 +363,7 @@ contains
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     if (allocated(outcome)) then
       call keep_last_state(recorder, model, outcome, error)
+      if (signal_received() == 0) call tell_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
     end if
@@ -389,28 +422,32 @@ contains
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
+    call measure(recorder, model)
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
-      call write_fields(recorder, recorder%options%whole%model, error)
+      call write_fields(recorder, recorder%options%whole%model, &
+        recorder%estimate%at_point(recorder%options%whole%origin), error)
     else
-      call write_fields(recorder, model, error)
+      call write_fields(recorder, model, recorder%estimate%at_point, error)
     end if
   end subroutine write_pictures
 
   !> Write the pictures and results of a state and their lists.
-  subroutine write_fields(recorder, model, error)
+  subroutine write_fields(recorder, model, stress_error, error)
     !> The recorder.
     class(recorder_type), intent(inout) :: recorder
     !> The model.
     type(model_type), intent(in) :: model
+    !> Estimated error of the stress of each point (points).
+    real(wp), intent(in) :: stress_error(:)
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
     associate (step => model%state%progress%step, directory => recorder%directory)
       call add_picture(recorder%pictures, step, phase_time(model))
       if (model%analysis%output%vtk) then
-        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, error)
+        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, stress_error, error)
         if (allocated(error)) return
         call write_mesh_picture(directory//'/mesh_'//numbered(step)//'.vtu', model, error)
         if (allocated(error)) return
@@ -420,7 +457,7 @@ contains
         if (allocated(error)) return
       end if
       if (.not. model%analysis%output%hdf5) return
-      call write_step_results(directory, model, error)
+      call write_step_results(directory, model, stress_error, recorder%estimate, error)
       if (allocated(error)) return
       call write_results_index(directory, recorder%pictures%steps, error)
     end associate

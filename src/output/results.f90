@@ -13,6 +13,7 @@ module qsmpm_results
   use qsmpm_element, only: vtk_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
+  use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
 
@@ -59,15 +60,18 @@ contains
   end subroutine write_mesh_results
 
   !> Write the fields of a step.
-  subroutine write_step_results(directory, model, error)
+  subroutine write_step_results(directory, model, stress_error, estimate, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
     !> The model.
     type(model_type), intent(in) :: model
+    !> Estimated error of the stress of each point (points), and of the state.
+    real(wp), intent(in) :: stress_error(:)
+    type(stress_error_type), intent(in) :: estimate
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
-    real(wp), allocatable :: reals(:, :)
+    real(wp), allocatable :: reals(:, :), errors(:)
 
     associate (points => model%state%points, progress => model%state%progress)
       call create_image(image)
@@ -75,6 +79,9 @@ contains
       call put_attribute(image, '/step', 'step', progress%step)
       call put_attribute(image, '/step', 'phase', progress%phase)
       call put_attribute(image, '/step', 'load_factor', progress%load_factor)
+      call put_attribute(image, '/step', 'stress_error_mean', estimate%mean)
+      call put_attribute(image, '/step', 'stress_error_largest', estimate%largest)
+      call put_attribute(image, '/step', 'stress_error_surface', estimate%surface_mean)
       call put_group(image, '/step/points')
       call padded(points%position, 3, reals)
       call put_array(image, '/step/points/position', reals)
@@ -82,6 +89,8 @@ contains
       call put_array(image, '/step/points/displacement', reals)
       call padded(points%stress, 6, reals)
       call put_array(image, '/step/points/stress', reals)
+      allocate (errors, source=stress_error)
+      call put_array(image, '/step/points/stress_error', errors)
       call put_array(image, '/step/points/volume', points%volume)
       call put_array(image, '/step/points/initial_volume', points%initial_volume)
       call put_array(image, '/step/points/plastic', points%plastic)

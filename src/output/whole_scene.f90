@@ -39,6 +39,8 @@ module qsmpm_whole_scene
     !> (dimension of the model, nodes).
     type(window_type) :: window
     real(wp), allocatable :: start(:, :)
+    !> Point of the model that each point of the scene is an image of.
+    integer, allocatable :: origin(:)
   end type whole_scene_type
 
 contains
@@ -164,6 +166,7 @@ contains
     end if
     call make_images(whole%expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), &
       model%mesh%dimension, images)
+    whole%origin = images%origin
     grid = grid_of(whole%model%analysis)
     d = whole%model%mesh%dimension
     components = merge(4, 6, d == 2)

@@ -258,6 +258,28 @@ contains
     x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
   end function place_of
 
+  !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
+  pure function inside_cell(mesh, cell, centroid, half) result(shorter)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Middle of the box, in the cell (dimension).
+    real(wp), intent(in) :: centroid(:)
+    !> Half lengths (dimension).
+    real(wp), intent(in) :: half(:)
+    real(wp) :: shorter(size(half)), low, high
+    integer :: a
+
+    associate (nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
+      do a = 1, size(half)
+        low = minval(mesh%coordinates(a, nodes))
+        high = maxval(mesh%coordinates(a, nodes))
+        shorter(a) = max(min(half(a), centroid(a) - low, high - centroid(a)), tiny(1.0_wp))
+      end do
+    end associate
+  end function inside_cell
+
   !> One point for every piece of the body in the sub-cells of a regular pattern.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
     !> The mesh.
@@ -295,8 +317,8 @@ contains
     do k = 1, pieces%count
       call inverse_map(mesh, cell, pieces%centroid(:d, k), local, ok)
       if (.not. ok) local = local_centre(mesh%cell_kind(cell))
-      call add_seed(list, cell, body, local, volume(k), &
-        half_of_box(pieces%extent(:d, k), pieces%measure(k)))
+      call add_seed(list, cell, body, local, volume(k), inside_cell(mesh, cell, pieces%centroid(:d, k), &
+        half_of_box(pieces%extent(:d, k), pieces%measure(k))))
     end do
   end subroutine seed_pieces
 

@@ -62,7 +62,7 @@ contains
     end if
     if (allocated(error)) return
     call take_stresses(step, model%state%points)
-    if (model%space%averaged) call grow_deformation(step%at_points, displacement, &
+    if (model%space%domains) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect
 

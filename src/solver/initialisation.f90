@@ -78,8 +78,8 @@ contains
     if (.not. step%window == model%state%window) call forget(step)
     step%window = model%state%window
     call keep_house(model, step)
-    if (model%space%averaged) call place_domains(model%space, step%activation, model%state%points, step%domains)
-    if (model%space%averaged) call touch_cells(model%space, step%domains, step%activation%touched)
+    if (model%space%domains) call place_domains(model%space, step%activation, model%state%points, step%domains)
+    if (model%space%domains) call touch_cells(model%space, step%domains, step%activation%touched)
     call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, &
       step%activation, model%state%points, step%domains, step%at_points, any(model%laws%pressure_factor > 0.0_wp))
     step%inaccurate_points = 0

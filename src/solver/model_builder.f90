@@ -162,7 +162,7 @@ contains
     type(model_type), intent(inout) :: model
     real(wp), allocatable :: gradient(:, :)
 
-    if (.not. model%space%averaged) return
+    if (.not. model%space%domains) return
     allocate (gradient(4*model%mesh%dimension - 3, model%state%points%count), source=0.0_wp)
     if (model%mesh%dimension == 2) then
       gradient([1, 4, 5], :) = 1.0_wp

@@ -1,8 +1,8 @@
 !> The space of displacements that *METHOD asks for.
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: source_line_type, mesh_grid, basis_standard, basis_fem, basis_gimp, basis_spline2, &
-    basis_spline3, basis_spline2g, quantity_reaction, set_type, select_plane, select_box
+  use qsmpm_analysis, only: source_line_type, mesh_grid, integrate_cells, basis_standard, basis_fem, basis_gimp, &
+    basis_spline2, basis_spline3, basis_spline2g, quantity_reaction, set_type, select_plane, select_box
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
@@ -59,6 +59,8 @@ contains
     call spline_space(model%mesh, cells_of(model%state%window), degree_of(model%analysis%method%basis), &
       any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, kinks, &
       model%state%window%first - 1)
+    ! Splines without averages find their cut cells better by the domains of the points than by the points.
+    model%space%domains = model%space%averaged .or. model%analysis%method%integration == integrate_cells
   end subroutine make_space
 
   !> Lines of the whole grid between which the nodes of a set lie.

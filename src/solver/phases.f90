@@ -14,6 +14,7 @@ module qsmpm_phases
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_histories, only: take_histories
   use qsmpm_hold_test, only: test_hold
+  use qsmpm_loose_pieces, only: describe_loose_pieces
   use qsmpm_grid_window, only: cells_of, operator(==)
   use qsmpm_text, only: integer_text
   implicit none
@@ -99,7 +100,7 @@ contains
         call choose_next_step(model, phase, first, length, outcome)
         call report_step(model, step, phase, observer, record, error)
       else
-        call cut_step(model, phase, first, length, outcome, observer, error)
+        call cut_step(model, step, phase, first, length, outcome, observer, error)
       end if
       if (allocated(error)) return
     end do
@@ -218,9 +219,11 @@ contains
   end function place_text
 
   !> After a rejected step: halve it, or end the run.
-  subroutine cut_step(model, phase, first, length, outcome, observer, error)
+  subroutine cut_step(model, step, phase, first, length, outcome, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
     !> The phase.
     type(phase_type), intent(in) :: phase
     real(wp), intent(in) :: first, length
@@ -231,6 +234,7 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=400) :: text
+    character(len=:), allocatable :: loose, message
 
     model%state%progress%next_step = 0.5_wp*length
     if (outcome%share > 0.0_wp) model%state%progress%next_step = min(largest_cut, outcome%share)*length
@@ -241,10 +245,17 @@ contains
       call observer%note('step cut: '//outcome%reason)
       return
     end if
-    write (text, '(3a,es13.6,3a,es9.2,a,i0,a,3(1x,es11.4))') "phase '", phase%name, &
-      "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': ', outcome%reason, &
-      '; out of balance ', outcome%out_of_balance, ', most at node ', outcome%worst_label, ' at', &
-      outcome%worst_place(:model%mesh%dimension)
-    call fail(error, outcome%cause, trim(text))
+    write (text, '(3a,es13.6,2a)') "phase '", phase%name, "': equilibrium lost beyond load factor ", &
+      model%state%progress%load_factor, ': ', outcome%reason
+    message = trim(text)
+    call describe_loose_pieces(model, step, loose)
+    if (len(loose) > 0) then
+      message = message//'; '//loose
+    else
+      write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
+        outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
+      message = message//trim(text)
+    end if
+    call fail(error, outcome%cause, message)
   end subroutine cut_step
 end module qsmpm_phases

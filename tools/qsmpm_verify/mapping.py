@@ -14,6 +14,14 @@ from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.runner import Run, run_case
 from qsmpm_verify.stability import Test, Trial
 
+# The last line in which a run says how far its stresses are off (src/output/error_report.f90).
+STATED = re.compile(
+    r"^stress error, estimated: mean (?P<mean>\S+) %, largest (?P<largest>\S+) %"
+    r"(?:.*; on loaded surfaces mean (?P<surface_mean>\S+) %, largest (?P<surface_largest>\S+) %)?",
+    re.MULTILINE,
+)
+HONEST = 0.5
+"""Share of a true error that a run must state to have told it."""
 PASS, DEGRADED, TOLD, SILENT, NONE = "pass", "degraded", "fails and says so", "fails silently", "not for it"
 TELLING = re.compile(
     r"^(?!phase \d).*(?:warning|step cut|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
@@ -31,24 +39,49 @@ class Field:
     exit_code: int | None = None
     note: str = ""
     seconds: float = 0.0
+    stated: float = math.nan
 
 
 def log_tells(run: Run) -> str:
     """What the log of a run that ended well has against it; empty when nothing."""
-    try:
-        text = (run.directory / "job.log").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return ""
-    hit = TELLING.search(text)
+    hit = TELLING.search(log_text(run))
     return hit[0].strip() if hit else ""
 
 
-def outcome_of(test: Test, figure: float, told: str) -> str:
-    """The field's word for a run that ended as the test allows."""
+def log_text(run: Run) -> str:
+    """The log of a run; empty when there is none."""
+    try:
+        return (run.directory / "job.log").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def stated_error(log: str, kind: str) -> float:
+    """What a run says of the error of its stresses at its end, "mean" or "largest", a share; NaN when nothing."""
+    hits = list(STATED.finditer(log))
+    if not hits or not kind:
+        return math.nan
+    shares = [hits[-1][name] for name in (kind, f"surface_{kind}")]
+    return max(float(share) / 100 for share in shares if share is not None)
+
+
+def warns_of_stress(log: str) -> bool:
+    """Whether a run warns of its stresses."""
+    return bool(re.search(r"^warning: .*stresses ", log, re.MULTILINE))
+
+
+def outcome_of(test: Test, figure: float, told: str, stated: float = math.nan) -> str:
+    """The field's word for a run that ended as the test allows.
+
+    Where runs estimate what the test measures, the estimate must be half of the figure or more: a warning with a
+    figure that is far too small has told nothing.
+    """
     if abs(figure) <= test.good:
         return PASS
     if abs(figure) <= test.fair:
         return DEGRADED
+    if test.states and not stated >= HONEST * abs(figure):
+        return SILENT
     return TOLD if told else SILENT
 
 
@@ -70,8 +103,11 @@ def deck_field(test: Test, trial: Trial, program: Path, root: Path, fresh: bool)
     if verdict.note or figure is None:
         return Field(test.id, trial.method, SILENT, math.nan, code, verdict.note, run.wall_seconds), run.reused
     told = run.message if code != 0 else log_tells(run)
-    outcome = outcome_of(test, figure, told)
-    return Field(test.id, trial.method, outcome, figure, code, told, run.wall_seconds), run.reused
+    stated = stated_error(log_text(run), test.states)
+    if test.states and code == 0:
+        told = told if warns_of_stress(log_text(run)) else ""
+    outcome = outcome_of(test, figure, told, stated)
+    return Field(test.id, trial.method, outcome, figure, code, told, run.wall_seconds, stated), run.reused
 
 
 class Commands:

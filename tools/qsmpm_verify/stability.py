@@ -10,6 +10,8 @@ methods.toml lists the columns: a name and the words that tests put into their d
     ends = [0]                    exit codes with which the test is answered; others are failures that say so
     good = 1e-3                   up to here the figure passes,
     fair = 5e-2                   up to here it is degraded, beyond it has failed
+    states = "largest"            the figure is an error of the stress, which runs estimate themselves: "mean" or
+                                  "largest". A run that fails says so only if it warns and states half of it or more
     time_limit = 120
     only = ["FEM"]                the methods it is for; skip = [...] those it is not for; skip_reason says why
 
@@ -34,7 +36,7 @@ from qsmpm_verify.families import FamilyError, fill
 
 TEST_KEYS = {
     "id", "title", "asks", "deck", "replace", "ends", "good", "fair", "time_limit", "only", "skip", "skip_reason",
-    "figure", "also", "command", "pattern",
+    "figure", "also", "command", "pattern", "states",
 }  # fmt: skip
 METHOD_KEYS = {"name", "method", "points", "basis", "integration"}
 
@@ -62,6 +64,7 @@ class Test:
     command: tuple[str, ...]
     trials: tuple[Trial, ...]
     skip_reason: str
+    states: str = ""
 
 
 def _read(path: Path) -> dict[str, Any]:
@@ -123,6 +126,8 @@ def load_test(path: Path, methods: list[dict[str, Any]], top: Path) -> Test:
             raise CaseError(f"{where}: a figure needs good and fair")
         if table["good"] > table["fair"]:
             raise CaseError(f"{where}: good is no larger than fair")
+    if table.get("states", "mean") not in ("mean", "largest") or ("states" in table and "figure" not in table):
+        raise CaseError(f"{where}: states is mean or largest, of a figure")
     names = [method["name"] for method in methods]
     for name in (*table.get("only", []), *table.get("skip", []), *table.get("also", {})):
         if name not in names:
@@ -134,6 +139,7 @@ def load_test(path: Path, methods: list[dict[str, Any]], top: Path) -> Test:
     return Test(
         table["id"], table["title"], table["asks"], tuple(table.get("ends", [0])), float(table.get("good", 0.0)),
         float(table.get("fair", 0.0)), figure, tuple(table.get("command", [])), trials, table.get("skip_reason", ""),
+        table.get("states", ""),
     )  # fmt: skip
 
 

@@ -64,12 +64,19 @@ def fill_matrix(tests: Sequence[Test], words: argparse.Namespace) -> Matrix:
     return {(field.test, field.method): field for field in fields}
 
 
+def _number(value: float) -> str:
+    """A figure of the map."""
+    return f"{value:.1e}" if 0 < abs(value) < 1e-2 else f"{value:.3g}"
+
+
 def cell_text(field: Field | None) -> str:
     """A field of the map: its sign, and its figure or how it ended."""
     if field is None:
         return "-"
     if math.isfinite(field.figure):
-        figure = f"{field.figure:.1e}" if 0 < abs(field.figure) < 1e-2 else f"{field.figure:.3g}"
+        figure = _number(field.figure)
+        if field.outcome != PASS and math.isfinite(field.stated):
+            figure += f" ({_number(field.stated)})"
         return SIGNS[field.outcome] + figure
     ending = "no end" if field.exit_code is None else f"exit {field.exit_code}"
     return SIGNS[field.outcome] + ending
@@ -108,15 +115,18 @@ def write_csv(tests: Sequence[Test], matrix: Matrix, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
-        rows.writerow(["test", "method", "outcome", "figure", "exit code", "good", "fair", "deck", "said"])
+        rows.writerow(["test", "method", "outcome", "figure", "stated", "exit code", "good", "fair", "deck", "said"])
         for test in tests:
             for trial in test.trials:
                 field = matrix[test.id, trial.method]
                 figure = f"{field.figure:.6g}" if math.isfinite(field.figure) else ""
+                stated = f"{field.stated:.6g}" if math.isfinite(field.stated) else ""
                 code = "" if field.exit_code is None else str(field.exit_code)
                 deck = " ".join(test.command) or trial.case.name
                 rows.writerow(
-                    [test.id, trial.method, field.outcome, figure, code, test.good, test.fair, deck, field.note]
+                    [
+                        test.id, trial.method, field.outcome, figure, stated, code, test.good, test.fair, deck, field.note
+                    ]  # fmt: skip
                 )
 
 
@@ -134,7 +144,9 @@ def map_page(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, pict
         f"{count_line(matrix)}. No sign: pass; `~` degraded; `!` fails and says so, by its",
     ]
     lines += [
-        "exit code and a message; `X` fails silently: it finishes, its figure is off and its log has nothing on it.",
+        "exit code and a message, or by a warning in its log; `X` fails silently: it finishes, its figure is off and its",
+        "log has nothing on it. In parentheses, where the figure is an error of the stress: what the run itself states that",
+        "error to be ([stress error](methods/stress_error.md)); it says so only if it warns and states half of it or more.",
         "",
     ]
     lines += [*markdown_table(["test", *methods], matrix_rows(methods, tests, matrix)), ""]

@@ -39,6 +39,8 @@ program run_unit_tests
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
+  use test_stress_error, only: collect_stress_error
+  use test_loose_pieces, only: collect_loose_pieces
   use test_grid, only: collect_grid
   use test_grid_window, only: collect_grid_window
   use test_mesh_search, only: collect_mesh_search
@@ -108,6 +110,8 @@ program run_unit_tests
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
+  call register('stress_error', collect_stress_error)
+  call register('loose_pieces', collect_loose_pieces)
   call register('grid', collect_grid)
   call register('grid_window', collect_grid_window)
   call register('mesh_search', collect_mesh_search)

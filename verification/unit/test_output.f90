@@ -176,12 +176,13 @@ contains
 
     call make_model(model)
     call disturb(model)
-    call write_points_picture(directory//'/points.vtu', model, error)
+    call write_points_picture(directory//'/points.vtu', model, [0.1_wp, 0.2_wp, 0.3_wp], error)
     call tests%check('a picture is written', .not. allocated(error))
     if (allocated(error)) return
     call read_text(directory//'/points.vtu', text, error)
     call tests%check('a picture has three points', index(text, 'NumberOfPoints="3"') > 0)
     call tests%check('no temporary file is left', .not. file_exists(directory//'/points.vtu.tmp'))
+    call tests%check('the error of the stresses is in the picture', index(text, 'Name="stress_error"') > 0)
     displacement = block_of(text, 'displacement')
     position = block_of(text, 'position')
     associate (points => model%state%points)

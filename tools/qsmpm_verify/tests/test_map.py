@@ -11,7 +11,7 @@ from unittest import mock
 from qsmpm_verify import stability_map
 from qsmpm_verify.cases import CaseError
 from qsmpm_verify.cli import main
-from qsmpm_verify.mapping import DEGRADED, PASS, SILENT, TOLD, outcome_of
+from qsmpm_verify.mapping import DEGRADED, PASS, SILENT, TOLD, outcome_of, stated_error, warns_of_stress
 from qsmpm_verify.places import STABILITY, TOP
 from qsmpm_verify.stability import load_rows
 
@@ -141,6 +141,41 @@ class Map(unittest.TestCase):
         ):
             self.assertEqual(outcome_of(test, figure, told), outcome)
         self.assertEqual(outcome_of(test, float("nan"), ""), SILENT)
+
+    def test_a_stress_error_is_told_only_by_a_warning_with_an_honest_estimate(self) -> None:
+        line = "stress error, estimated: mean 4 %, largest 30 % at material point 2 at (1, 2)"
+        surface = "; on loaded surfaces mean 1 %, largest 45 % at (1, 2)"
+        warning = "warning: stresses of neighbouring material points differ by 4 %"
+        for case, (log, kind, stated) in enumerate(
+            (
+                (line, "largest", 0.3), (line, "mean", 0.04), (line + surface, "largest", 0.45), (line, "", None),
+                ("nothing", "largest", None), (line + surface + "\n" + line, "largest", 0.3),
+            )
+        ):  # fmt: skip
+            with self.subTest(case):
+                self.assertEqual(str(stated_error(log, kind)), str(float("nan") if stated is None else stated))
+        self.assertTrue(warns_of_stress(line + "\n" + warning))
+        self.assertFalse(warns_of_stress(line + "\nwarning: step cut"))
+        (self.rows / "S01.toml").write_text(ROW.replace("good", 'states = "largest"\ngood'))
+        test = load_rows(self.rows, self.folder, ["S1"])[1][0]
+        for figure, told, stated, outcome in (
+            (0.2, warning, 0.1, TOLD), (0.2, warning, 0.09, SILENT), (0.2, "", 0.3, SILENT),
+            (0.2, warning, float("nan"), SILENT), (0.1, "", 0.0, DEGRADED),
+        ):  # fmt: skip
+            self.assertEqual(outcome_of(test, figure, told, stated), outcome)
+
+    def test_the_estimate_of_a_run_is_read_and_shown(self) -> None:
+        (self.rows / "S01.toml").write_text(ROW.replace("good", 'states = "mean"\ngood'))
+        program = self.folder / "program"
+        said = "stress error, estimated: mean 30 %, largest 31 % at material point 1 at (0, 0)"
+        old = 'echo "warning: far off" >> "$4/job.log"'
+        self.assertIn(old, PROGRAM)
+        program.write_text(PROGRAM.replace(old, f'echo "{said}" >> "$4/job.log"; echo "warning: stresses off" >> "$4/job.log"'))
+        self.call("S1")
+        fields = self.fields()
+        self.assertEqual(fields["S1", "D"]["stated"], "0.3")
+        self.assertEqual(fields["S1", "D"]["outcome"], TOLD)
+        self.assertEqual(fields["S1", "C"]["outcome"], SILENT)
 
     def test_wrong_files_are_told_in_a_sentence(self) -> None:
         for old, new, text in (

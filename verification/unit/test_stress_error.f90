@@ -1,0 +1,223 @@
+!> Tests of the estimate of the stress error: fields it must not see, fields it must see, and how large.
+module test_stress_error
+  use omp_lib, only: omp_set_num_threads, omp_get_max_threads
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
+  use qsmpm_text, only: same_bits
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_stress_error
+
+  !> Rounding of fits to stresses of the order of one in some hundred points.
+  real(wp), parameter :: rounding = 1.0e-12_wp
+  !> Cells of triangles that the body cuts hold points in a row; across a row that is narrower than 0.03 of a cell (the
+  !> root of least_spread) there is no slope: 0.03 times a cell of 0.2 times a slope of 0.6 to 1.5 of the scale.
+  real(wp), parameter :: faded = 4.0e-3_wp
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_stress_error(tests)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+
+    call tests%start('stress_error')
+    call check_linear_fields(tests, 'QUAD4', 'STANDARD', rounding)
+    call check_linear_fields(tests, 'QUAD8', 'STANDARD', rounding)
+    call check_linear_fields(tests, 'TRI3', 'STANDARD', faded)
+    call check_linear_fields(tests, 'TRI6', 'STANDARD', rounding)
+    call check_linear_fields(tests, 'QUAD4', 'SPLINE2G', rounding)
+    call check_linear_fields(tests, 'HEX8', 'STANDARD', rounding)
+    call check_linear_fields(tests, 'WEDGE15', 'STANDARD', faded)
+    call check_checkerboard(tests)
+    call check_surface(tests)
+    call check_few_points(tests)
+    call check_threads(tests)
+    call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
+    model%state%points%stress = 0.0_wp
+    call check_no_stress(tests, model)
+  end subroutine collect_stress_error
+
+  !> A block of two materials in a grid that it does not fit, under a traction on its top.
+  subroutine build(element, basis, box, model)
+    !> Element, basis, and bounds of the lower body.
+    character(len=*), intent(in) :: element, basis, box
+    !> The model with all of its load on it.
+    type(model_type), intent(out) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    logical :: solid
+
+    solid = any(element == [character(len=8) :: 'HEX8', 'WEDGE15'])
+    text = '*MODEL, TYPE='//merge('3D          ', 'PLANE STRAIN', solid)//'|*GRID, ELEMENT='//element// &
+      '|X, 0, 1, 5|Y, 0, 1.5, 8|'
+    if (solid) text = text//'Z, 0, 1, 3|'
+    text = text//'*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=lower|*ELASTIC|1000, 0.3|*MATERIAL, NAME=upper|'// &
+      '*ELASTIC|500, 0.3|*BODY, NAME=a, MATERIAL=lower, SHAPE=BOX|'//box//merge(', 0, 0.9', '        ', solid)// &
+      '|*BODY, NAME=b, MATERIAL=upper, SHAPE=BOX|0, 0.93, 0.81, 1.3'//merge(', 0, 0.9', '        ', solid)
+    if (.not. solid) text = text//'|*SURFACE, NAME=top, TYPE=SEGMENT|0.93, 1.3, 0, 1.3'
+    text = text//'|*METHOD, BASIS='//basis//'|*PHASE, NAME=one|*FIX|base, ALL|'
+    if (.not. solid) text = text//'*TRACTION, SURFACE=top|0, -1|'
+    text = text//'*CONTROLS, STEPS=1|*END PHASE|'
+    call parse_deck('two.inp', joined(text), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) return
+    call start_phase(model)
+    model%state%progress%fraction = 1.0_wp
+  end subroutine build
+
+  !> Stresses linear in space, those of the two materials unlike each other.
+  subroutine make_linear(model)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    real(wp) :: sign
+    integer :: p, k, d
+
+    d = model%mesh%dimension
+    do p = 1, model%state%points%count
+      sign = merge(1.0_wp, -2.0_wp, model%state%points%material(p) == 1)
+      do k = 1, size(model%state%points%stress, 1)
+        model%state%points%stress(k, p) = sign*(0.1_wp*k - 0.3_wp*model%state%points%position(1, p) &
+          + 0.2_wp*k*model%state%points%position(2, p) + 0.05_wp*model%state%points%position(d, p))
+      end do
+    end do
+  end subroutine make_linear
+
+  !> A stress that is linear in each material has no scatter.
+  subroutine check_linear_fields(tests, element, basis, tolerance)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    !> Element and basis.
+    character(len=*), intent(in) :: element, basis
+    !> What is allowed.
+    real(wp), intent(in) :: tolerance
+    type(model_type) :: model
+    type(stress_error_type) :: estimate
+
+    call build(element, basis, '0, 0.93, 0, 0.81', model)
+    call tests%check(element//' '//basis//' is built, of two materials', maxval(model%state%points%material) == 2)
+    if (model%state%points%count == 0) return
+    call make_linear(model)
+    call estimate_stress_error(model, estimate)
+    call tests%close('linear stresses in '//element//' '//basis//' have no scatter', estimate%largest, 0.0_wp, &
+      tolerance)
+    call tests%check('linear stresses in '//element//' '//basis//' have a scale', estimate%scale > 0.1_wp)
+    model%state%points%stress(1, 7) = model%state%points%stress(1, 7) + 0.5_wp*estimate%scale
+    call estimate_stress_error(model, estimate)
+    call tests%check('one point of '//element//' '//basis//' that is off by half of the scale is found', &
+      estimate%worst_point == 7 .and. estimate%largest > 0.3_wp .and. estimate%mean > 0.0_wp)
+  end subroutine check_linear_fields
+
+  !> Stresses that change from cell to cell are off by what they change, cells of one colour up and those of the
+  !> other down: patches of four cells see neither a slope nor a mean of it.
+  subroutine check_checkerboard(tests)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: amplitude = 0.2_wp
+    type(model_type) :: model
+    type(stress_error_type) :: estimate
+    integer :: p, column, row, inner
+
+    call build('QUAD4', 'STANDARD', '0, 1, 0, 0.75', model)
+    associate (points => model%state%points)
+      points%material = 1
+      points%stress = 0.0_wp
+      inner = 0
+      do p = 1, points%count
+        column = int(points%position(1, p)*5.0_wp)
+        row = int(points%position(2, p)*8.0_wp/1.5_wp)
+        points%stress(2, p) = -1.0_wp + amplitude*merge(1, -1, mod(column + row, 2) == 0)
+        if (inner == 0 .and. column == 2 .and. row == 2) inner = p
+      end do
+      call estimate_stress_error(model, estimate)
+      call tests%close('a checkerboard is off by its amplitude', estimate%at_point(inner)*estimate%scale, amplitude, &
+        rounding)
+      call tests%close('a checkerboard is off in the mean by its amplitude and less at the edges', estimate%mean, &
+        amplitude, 0.3_wp*amplitude)
+    end associate
+  end subroutine check_checkerboard
+
+  !> A uniform stress that does not carry the load has no scatter and is found at the loaded surface.
+  subroutine check_surface(tests)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(stress_error_type) :: estimate
+
+    call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
+    model%state%points%stress = 0.0_wp
+    model%state%points%stress(2, :) = -0.8_wp
+    call estimate_stress_error(model, estimate)
+    call tests%close('a uniform stress has no scatter', estimate%largest, 0.0_wp, rounding)
+    call tests%close('a stress of 0.8 under a traction of 1 is a quarter of itself off', estimate%surface_mean, &
+      0.25_wp, rounding)
+    call tests%close('and everywhere alike', estimate%surface_largest, 0.25_wp, rounding)
+    model%state%points%stress(2, :) = -1.0_wp
+    call estimate_stress_error(model, estimate)
+    call tests%close('the stress that carries the load meets it', estimate%surface_largest, 0.0_wp, rounding)
+  end subroutine check_surface
+
+  !> One point a cell, in one row of cells: patches of one or two points.
+  subroutine check_few_points(tests)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(stress_error_type) :: estimate
+
+    call build('QUAD4', 'STANDARD', '0, 0.02, 0, 0.02', model)
+    model%state%points%stress = 0.0_wp
+    model%state%points%stress(1, :) = 1.0_wp
+    call estimate_stress_error(model, estimate)
+    call tests%close('patches of few points keep a uniform stress', estimate%largest, 0.0_wp, rounding)
+    call tests%check('patches of few points give numbers', all(estimate%at_point <= 1.0_wp))
+  end subroutine check_few_points
+
+  !> The same bits for one and for three threads.
+  subroutine check_threads(tests)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(stress_error_type) :: one, three
+    integer :: threads, p
+
+    call build('TRI6', 'STANDARD', '0, 0.93, 0, 0.81', model)
+    do p = 1, model%state%points%count
+      model%state%points%stress(:, p) = [sin(3.0_wp*p), cos(7.0_wp*p), sin(5.0_wp*p), cos(2.0_wp*p)]
+    end do
+    threads = omp_get_max_threads()
+    call omp_set_num_threads(1)
+    call estimate_stress_error(model, one)
+    call omp_set_num_threads(3)
+    call estimate_stress_error(model, three)
+    call omp_set_num_threads(threads)
+    call tests%check('the estimate has the same bits for any number of threads', &
+      all(same_bits(one%at_point, three%at_point)) .and. all(same_bits([one%mean, one%largest, one%surface_mean], &
+      [three%mean, three%largest, three%surface_mean])))
+    call tests%check('stresses at random scatter by more than half', one%mean > 0.5_wp)
+  end subroutine check_threads
+
+  !> A model without stress has no error and no worst point.
+  subroutine check_no_stress(tests, model)
+    !> Gains the checks.
+    type(tests_type), intent(inout) :: tests
+    !> The model.
+    type(model_type), intent(in) :: model
+    type(stress_error_type) :: estimate
+
+    call estimate_stress_error(model, estimate)
+    call tests%check('without stress there is no error', estimate%worst_point == 0 .and. &
+      size(estimate%at_point) == model%state%points%count .and. .not. any(abs(estimate%at_point) > 0.0_wp))
+  end subroutine check_no_stress
+end module test_stress_error
