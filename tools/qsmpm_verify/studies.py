@@ -65,12 +65,13 @@ class Method:
 
 @dataclass(frozen=True)
 class Other:
-    """Stored figures of another code: size, error, seconds."""
+    """Figures of another code, stored or run here: size (NaN where it is not told), error, seconds."""
 
     label: str
     points: tuple[tuple[float, float, float], ...]
     caveat: str
     source: str
+    how: str = "stored"
 
 
 @dataclass(frozen=True)
