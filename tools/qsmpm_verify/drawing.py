@@ -18,11 +18,13 @@ MARKS = "osD^v<>pPX*h"
 
 
 def label_of(method: str, samples: Sequence[Sample]) -> str:
-    """Text of the legend: the method, its fitted order and, where it is of two sizes only, that it is."""
+    """Text of the legend: the method and its fitted order; of two sizes only it is said, a rise of the error has none."""
     own = [s for s in samples if s.method == method]
     fitted = order(own)
     if fitted is None:
         return method
+    if fitted < 0.2:
+        return f"{method}; no order"
     counted = sum(s.good and not s.at_floor for s in own)
     return f"{method}; order {fitted:.1f}" + (" (2 sizes)" if counted == 2 else "")
 
@@ -30,7 +32,7 @@ def label_of(method: str, samples: Sequence[Sample]) -> str:
 def plain_number(value: float) -> str:
     """A tick's text: 0.02, 3 or 10^-5."""
     power = math.floor(math.log10(value) + 1e-9)
-    if -3 < power < 4:
+    if -3 <= power < 4:
         return f"{value:g}"
     return f"$10^{{{power}}}$" if abs(value / 10.0**power - 1) < 1e-6 else ""
 
