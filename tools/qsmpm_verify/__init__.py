@@ -3,7 +3,8 @@
 The command line (cli) hands each verb to a module of its own:
 
 batch      list, run: the cases of verification/cases
-curve      curve, functions: any result against a formula or a table
+curve      curve: any result against a formula or a table
+library    functions, references: the formulas as a list, in full, as the page docs/references.md
 chart      chart: error against cost; studies (their files), sampling (their runs), front (what is worth its cost)
 stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
 view       view: material points by a field; fields (values), stage (VTK)

@@ -228,6 +228,8 @@ def load_file(path: Path, top: Path) -> list[Case]:
 
 def load_all(folder: Path, top: Path) -> dict[str, Case]:
     """Every case of a folder by its full name; references to unknown cases are errors."""
+    if not folder.is_dir():
+        raise CaseError(f"{folder} is not there: call this inside a checkout of QSMPM, or name one in QSMPM_TREE")
     cases: dict[str, Case] = {}
     for path in sorted(folder.glob("*.toml")):
         for case in load_file(path, top):

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import argparse
 import csv
+import math
 import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib.pyplot as plt
-
+from qsmpm_verify import choosing
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
-from qsmpm_verify.front import Sample, choices, front, lasting_errors, order
+from qsmpm_verify.drawing import draw
+from qsmpm_verify.front import Sample, choices, front, lasting_errors
+from qsmpm_verify.pages import markdown_table, write_between
+from qsmpm_verify.peer_points import with_peers
 from qsmpm_verify.places import BUILD, STUDIES, TOP
-from qsmpm_verify.plots import save
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import table
 from qsmpm_verify.sampling import count_runs, sample_study
 from qsmpm_verify.studies import Study, load_studies
 from qsmpm_verify.trouble import RunFailed, Trouble
-
-MARKS = "osD^v<>pPX*h"
-
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
@@ -32,59 +31,9 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the pictures and CSV files")
     verb.add_argument("--markdown", type=Path, help="write charts and tables as a page")
     verb.add_argument("--repeat", type=int, default=1, help="run each this often; the least CPU time counts")
+    verb.add_argument("--peers", action="store_true", help="run Kratos on the scenes it has, beside the methods")
+    verb.add_argument("--table", type=Path, metavar="PAGE", help="write which method for which error into a page, as README.md has it")
     verb.set_defaults(act=act)
-
-
-def label_of(method: str, samples: Sequence[Sample]) -> str:
-    """Text of the legend: the method and its fitted order."""
-    fitted = order([s for s in samples if s.method == method])
-    return method if fitted is None else f"{method}; order {fitted:.1f}"
-
-
-def draw(study: Study, samples: Sequence[Sample], path: Path) -> Path:
-    """Error over CPU seconds: a line a method, other codes hollow and dashed, the front drawn broad."""
-    figure, axes = plt.subplots(figsize=(8.6, 5.2))
-    for place, method in enumerate(study.methods):
-        drawn = [s for s in samples if s.method == method.label and s.good]
-        if drawn:
-            axes.loglog(
-                [s.seconds for s in drawn],
-                [s.error for s in drawn],
-                "-" + MARKS[place % len(MARKS)],
-                color=f"C{place % 10}",
-                ms=5,
-                lw=1.2,
-                label=label_of(method.label, samples),
-            )
-    errors, along = lasting_errors(samples), front(samples)
-    axes.loglog(
-        [samples[i].seconds for i in along],
-        [errors[i] for i in along],
-        "-",
-        color="gold",
-        lw=7,
-        alpha=0.5,
-        zorder=0,
-        label="no run is cheaper and better",
-    )
-    for place, other in enumerate(study.others):
-        size, error, seconds = zip(*other.points)
-        axes.loglog(
-            seconds,
-            error,
-            "--" + MARKS[place % len(MARKS)],
-            color="0.35",
-            mfc="white",
-            ms=5,
-            lw=0.9,
-            label=f"{other.label} (stored)",
-        )
-    axes.set_xlabel("CPU seconds, one core")
-    axes.set_ylabel(study.error.name)
-    axes.set_title(study.title, fontsize=10)
-    axes.grid(alpha=0.3, which="both", lw=0.5)
-    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.01, 1.0))
-    return save(figure, path)
 
 
 def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
@@ -101,9 +50,13 @@ def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
             rows.writerow([study.name, s.method, f"{s.size:g}", *figures, "yes" if i in along else "", s.message])
         for other in study.others:
             for size, error, seconds in other.points:
-                rows.writerow(
-                    [study.name, other.label, f"{size:g}", f"{error:.6g}", "", f"{seconds:.4g}", "", other.caveat]
-                )
+                figures = [size_text(size), f"{error:.6g}", "", f"{seconds:.4g}"]
+                rows.writerow([study.name, other.label, *figures, "", f"{other.how}: {other.caveat}"])
+
+
+def size_text(size: float) -> str:
+    """A size, empty where another program's is not told."""
+    return f"{size:g}" if math.isfinite(size) else ""
 
 
 def error_text(sample: Sample) -> str:
@@ -134,18 +87,22 @@ def choice_rows(samples: Sequence[Sample]) -> list[list[str]]:
     ]  # fmt: skip
 
 
-def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table of a page."""
-    return [
-        "| " + " | ".join(header) + " |",
-        "|" + "---|" * len(header),
-        *("| " + " | ".join(row) + " |" for row in rows),
-    ]
-
-
 def choice_header(study: Study) -> list[str]:
     """Headings of the table of choices."""
     return [f"{study.error.name} at most", "method", study.size, "its error", "CPU s"]
+
+
+def other_header(study: Study) -> list[str]:
+    """Headings of the table of other programs."""
+    return ["program", "figures", study.size, "error", "CPU s"]
+
+
+def other_rows(study: Study) -> list[list[str]]:
+    """Rows of the table of other programs."""
+    return [
+        [o.label, o.how, size_text(size), f"{error:.2e}", f"{seconds:.3g}"]
+        for o in study.others for size, error, seconds in o.points
+    ]  # fmt: skip
 
 
 def study_page(study: Study, samples: Sequence[Sample], picture: str) -> list[str]:
@@ -155,8 +112,7 @@ def study_page(study: Study, samples: Sequence[Sample], picture: str) -> list[st
     lines += [f"![{study.title}]({picture})", "", *markdown_table(choice_header(study), choice_rows(samples)), ""]
     lines += [*markdown_table(run_header(study), run_rows(study, samples)), ""]
     if study.others:
-        rows = [[o.label, f"{p[0]:g}", f"{p[1]:.2e}", f"{p[2]:.3g}"] for o in study.others for p in o.points]
-        lines += ["Other codes, stored figures:", "", *markdown_table(["code", study.size, "error", "CPU s"], rows), ""]
+        lines += ["Other programs:", "", *markdown_table(other_header(study), other_rows(study)), ""]
         lines += [f"- {o.label}: {o.caveat} Source: {o.source}." for o in study.others] + [""]
     return lines
 
@@ -180,7 +136,8 @@ def take_samples(words: argparse.Namespace) -> list[tuple[Study, list[Sample]]]:
         samples = sample_study(study, efforts, program, words.out, words.jobs, words.repeat, words.fresh, progress.tell)
         if samples and not any(s.good for s in samples):
             raise RunFailed(f"study {study.name}: no run of it gave a figure; the first says: {samples[0].message}")
-        taken.append((study, samples))
+        shown = with_peers(study, words.peers, words.out / "peers", lambda line: print(line, file=sys.stderr))
+        taken.append((shown, samples))
     return taken
 
 
@@ -193,7 +150,8 @@ def act(words: argparse.Namespace) -> int:
     """Run the studies, draw and tell."""
     command = command_of(words, "chart", words.studies)
     page = ["# Error and cost", "", f"Written by `{command} --markdown FILE`; do not edit.", *PREFACE, ""]
-    for study, samples in take_samples(words):
+    taken = take_samples(words)
+    for study, samples in taken:
         picture = draw(study, samples, words.charts / f"{study.name}.svg")
         write_csv(study, samples, words.charts / f"{study.name}.csv")
         print(f"\n{study.title}\n")
@@ -206,4 +164,6 @@ def act(words: argparse.Namespace) -> int:
     if words.markdown:
         words.markdown.parent.mkdir(parents=True, exist_ok=True)
         words.markdown.write_text("\n".join(page) + "\n", encoding="utf-8")
+    if words.table:
+        write_between(words.table, "chart", choosing.table_lines(taken, command))
     return 0

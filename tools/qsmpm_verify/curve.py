@@ -7,7 +7,6 @@ read the same way and taken linearly between its rows; the norms count the rows 
 from __future__ import annotations
 
 import argparse
-import inspect
 import json
 import math
 from dataclasses import asdict, dataclass
@@ -18,7 +17,6 @@ import numpy as np
 
 from qsmpm_verify.formula import Formula, read_formula, signed_column
 from qsmpm_verify.plots import first_history
-from qsmpm_verify.reference import REFERENCES
 from qsmpm_verify.results import Array, Curves, ResultError, how_it_ended, read_curves
 from qsmpm_verify.trouble import Trouble
 from qsmpm_verify.units import kind_of, mismatch, wrong_kind
@@ -215,12 +213,6 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.set_defaults(act=act)
 
 
-def add_functions(verbs: argparse._SubParsersAction) -> None:
-    """Words of the verb that lists the formulas."""
-    verb = verbs.add_parser("functions", help="the formulas `curve` and the cases may name")
-    verb.set_defaults(act=lambda words: list_formulas())
-
-
 def act(words: argparse.Namespace) -> int:
     """Compare, print, draw."""
     if words.out and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
@@ -243,11 +235,3 @@ def act(words: argparse.Namespace) -> int:
         words.json.parent.mkdir(parents=True, exist_ok=True)
         words.json.write_text(json.dumps(asdict(norms), indent=1) + "\n", encoding="utf-8")
     return 1 if words.tolerance is not None and not norms.largest_share <= words.tolerance else 0
-
-
-def list_formulas() -> int:
-    """Names, arguments and first lines of the formulas."""
-    for name, function in REFERENCES.items():
-        print(f"{name}({', '.join(inspect.signature(function).parameters)})")
-        print("    " + (inspect.getdoc(function) or "").splitlines()[0])
-    return 0

@@ -88,7 +88,7 @@ def figure(content: str, caption: str) -> str:
 
 def chart_part(words: Namespace) -> tuple[str, int]:
     """The charts and how many runs of them failed."""
-    asked = Namespace(**{**vars(words), "studies": [], "out": words.folder / "studies", "repeat": 1})
+    asked = Namespace(**{**vars(words), "studies": [], "out": words.folder / "studies", "repeat": 1, "peers": False})
     parts, failed = (
         ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE).replace("`", "")) + "</p>\n"],
         0,

@@ -1,10 +1,30 @@
-"""Where things lie in the tree."""
+"""Where things lie in the tree.
 
+The tree is that of QSMPM_TREE when it is set, else the one this package lies in, else the one around the folder the
+command was called from: an installed copy of the package serves any checkout.
+"""
+
+import os
 from pathlib import Path
 
-TOP = Path(__file__).resolve().parents[2]
+
+def is_tree(folder: Path) -> bool:
+    """Whether a folder is the top of a checkout."""
+    return (folder / "verification" / "cases").is_dir()
+
+
+def find_tree() -> Path:
+    """The top of the tree; the current folder when there is none, where every file asked for is then missing."""
+    if named := os.environ.get("QSMPM_TREE"):
+        return Path(named).resolve()
+    own, here = Path(__file__).resolve().parents[2], Path.cwd()
+    return next((folder for folder in (own, here, *here.parents) if is_tree(folder)), here)
+
+
+TOP = find_tree()
 BUILD = TOP / "build"
 PROGRAM = BUILD / "qsmpm"
 CASES = TOP / "verification" / "cases"
 STUDIES = TOP / "verification" / "studies"
+SCENES = STUDIES / "scene"
 STABILITY = TOP / "verification" / "stability"

@@ -15,6 +15,9 @@ from qsmpm_verify.measures import column_stress_error  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
 from qsmpm_verify.results import Curves, ResultError, read_curves, read_points  # noqa: E402
 
+# Text stays text and the same figures give the same file.
+plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
+
 #: Columns that are no history.
 BOOKKEEPING = {
     "phase", "step", "load_factor", "iterations", "out_of_balance", "drag_share", "stabilisation_share",
@@ -40,7 +43,7 @@ def save(figure: plt.Figure, path: Path) -> Path:
     """Write a picture."""
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.tight_layout()
-    figure.savefig(path, dpi=130)
+    figure.savefig(path, dpi=130, metadata={"Date": None} if path.suffix == ".svg" else None)
     plt.close(figure)
     return path
 

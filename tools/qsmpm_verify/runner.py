@@ -56,7 +56,9 @@ def write_deck(case: Case, directory: Path) -> Path:
     return copy
 
 
-def run_case(case: Case, program: Path, root: Path, threads: int = 1, fresh: bool = False) -> Run:
+def run_case(
+    case: Case, program: Path, root: Path, threads: int = 1, fresh: bool = False, options: tuple[str, ...] = ()
+) -> Run:
     """Run one case under root/NAME, or take the run that is there when nothing has changed since.
 
     A crash, a missing deck or a run out of time is told, not raised.
@@ -64,7 +66,7 @@ def run_case(case: Case, program: Path, root: Path, threads: int = 1, fresh: boo
     directory = root / case.name
     results = directory / "results"
     try:
-        key = cache.run_key(deck_text(case), case.deck.parent, program, threads)
+        key = cache.run_key(deck_text(case) + " ".join(options), case.deck.parent, program, threads)
         kept = None if fresh else cache.recall(directory, key)
         if kept is not None:
             return Run(case, results, kept.exit_code, kept.wall_seconds, kept.message, reused=True)
@@ -75,7 +77,7 @@ def run_case(case: Case, program: Path, root: Path, threads: int = 1, fresh: boo
         return Run(case, results, None, 0.0, str(error))
     started = time.monotonic()
     code, message = _execute(
-        [str(program), "run", str(deck), "--out", str(results), "--threads", str(threads)],
+        [str(program), "run", str(deck), "--out", str(results), "--threads", str(threads), *options],
         directory / "terminal.txt", case.time_limit, threads,
     )  # fmt: skip
     if code is not None and code != case.exit_code:

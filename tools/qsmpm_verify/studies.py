@@ -65,12 +65,13 @@ class Method:
 
 @dataclass(frozen=True)
 class Other:
-    """Stored figures of another code: size, error, seconds."""
+    """Figures of another code, stored or run here: size (NaN where it is not told), error, seconds."""
 
     label: str
     points: tuple[tuple[float, float, float], ...]
     caveat: str
     source: str
+    how: str = "stored"
 
 
 @dataclass(frozen=True)
@@ -170,6 +171,8 @@ def load_study(path: Path, top: Path) -> Study:
 
 def load_studies(folder: Path, top: Path, names: list[str]) -> list[Study]:
     """The studies asked for, all when none is named; a path of a file is taken too."""
+    if not folder.is_dir() and not names:
+        raise CaseError(f"{folder} is not there: call this inside a checkout of QSMPM, or name one in QSMPM_TREE")
     known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
     chosen: list[Path] = []
     for name in names or list(known):

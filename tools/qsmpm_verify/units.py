@@ -41,7 +41,8 @@ class Unit:
 
 def _product(text: str, atoms: dict[str, tuple[float, Powers]]) -> Unit | None:
     """The unit of `kN m/s2`; None when a word in it is not known."""
-    factor, powers = 1.0, (0, 0, 0)
+    factor = 1.0
+    powers: Powers = (0, 0, 0)
     for place, part in enumerate(text.replace("^", "").split("/")):
         sign = 1 if place == 0 else -1
         for word in re.split(r"[\s*.]+", part.strip()):

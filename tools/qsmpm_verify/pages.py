@@ -1,0 +1,35 @@
+"""Tables of a page in Markdown, and the parts of a page that a command writes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from qsmpm_verify.trouble import Trouble
+
+
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table of a page; bars inside of cells do not end them."""
+    lines = [[cell.replace("|", "\\|") for cell in row] for row in (header, *rows)]
+    head, *body = ["| " + " | ".join(row) + " |" for row in lines]
+    return [head, "|" + "---|" * len(header), *body]
+
+
+def marks(name: str) -> tuple[str, str]:
+    """The lines between which a verb writes."""
+    return f"<!-- begin qsmpm-verify {name} -->", f"<!-- end qsmpm-verify {name} -->"
+
+
+def write_between(page: Path, name: str, lines: Sequence[str]) -> None:
+    """Replace what stands between the marks of a verb; a page without them is left alone and is trouble."""
+    begin, end = marks(name)
+    pattern = re.compile(re.escape(begin) + r"\n.*?" + re.escape(end), re.DOTALL)
+    try:
+        text = page.read_text(encoding="utf-8")
+    except OSError as error:
+        raise Trouble(f"{page}: {error.strerror}") from error
+    if len(pattern.findall(text)) != 1:
+        raise Trouble(f"{page}: not exactly one part between '{begin}' and '{end}'")
+    body = "\n".join([begin, *lines, end])
+    page.write_text(pattern.sub(lambda _: body, text), encoding="utf-8")
