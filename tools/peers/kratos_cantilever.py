@@ -3,7 +3,8 @@
 
     kratos_cantilever.py [CELL SIZE] [POINTS A CELL, a square number]
 
-Neo-Hookean. The dead load acts at the outermost material points: beyond them it would act on empty cells.
+Neo-Hookean. The dead load acts at the outermost material points: beyond them it would act on empty cells. `down` and
+`inward` are those of these points, `tip_down` and `tip_inward` are carried on to the end of the beam.
 """
 
 import math
@@ -34,6 +35,14 @@ for _ in range(scene.steps):
         ended = str(trouble).strip().splitlines()[0][:80]
         break
 moved = run.values(mpm.MP_DISPLACEMENT)
-end = [moved[run.nearest(LENGTH, (j + 0.5) * dx - 0.5)] for j in range(rows)]
-tell(run, ended, down=-sum(d[1] for d in end) / rows, inward=-sum(d[0] for d in end) / rows,
+
+
+def mean_move(x: float, axis: int) -> float:
+    """Mean displacement of the points of a section of the start."""
+    return sum(moved[run.nearest(x, (j + 0.5) * dx - 0.5)][axis] for j in range(rows)) / rows
+
+
+outermost, before = ([mean_move(LENGTH - share * dx, axis) for axis in (0, 1)] for share in (0.5, 1.5))
+tip = [1.5 * last - 0.5 * other for last, other in zip(outermost, before)]
+tell(run, ended, down=-outermost[1], inward=-outermost[0], tip_down=-tip[1], tip_inward=-tip[0],
      points_left=run.points.NumberOfElements(), loads_left=run.points.NumberOfConditions())

@@ -1,0 +1,121 @@
+"""`peers`: QSMPM held against other programs, CalculiX and Kratos, where they are installed.
+
+The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
+to the other program. Exit code 1 when a figure missed; a program that is not installed is told and fails nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any
+
+from qsmpm_verify import peers_calculix, peers_kratos
+from qsmpm_verify.batch import add_running_words, checked_program
+from qsmpm_verify.chart import command_of, markdown_table
+from qsmpm_verify.peers_compute import Computer, Outcome
+from qsmpm_verify.peers_judge import Finding, as_rows, chart_point, judge_check
+from qsmpm_verify.peers_scenes import Scene, load_scenes
+from qsmpm_verify.places import BUILD, PEERS, TOP
+from qsmpm_verify.progress import Progress
+from qsmpm_verify.report import WORDS, table
+
+HEADER = ["check", "value", "peer's", "difference", "tolerance", "verdict", "CPU s", "peer's CPU s"]
+ABSENT = "not compared"
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("peers", help="the same scenes in CalculiX and Kratos, and the differences")
+    verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); all when none is given")
+    add_running_words(verb, "peers")
+    verb.add_argument("--json", type=Path, default=BUILD / "peers.json", help="file of the figures")
+    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/peers.md is")
+    verb.set_defaults(act=act)
+
+
+def _number(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def verdict_of(finding: Finding) -> str:
+    """One word of the table."""
+    return ABSENT if finding.note and finding.held is None else WORDS[finding.held]
+
+
+def row_of(finding: Finding) -> list[str]:
+    """A line of the table."""
+    return [
+        f"{finding.quantity}: {finding.run} by {finding.against}", _number(finding.value, ".7g"),
+        _number(finding.peer_value, ".7g"), _number(finding.difference, ".1e"), _number(finding.tolerance, ".1e"),
+        verdict_of(finding), _number(finding.seconds, ".2f"), _number(finding.peer_seconds, ".2f"),
+    ]  # fmt: skip
+
+
+def versions() -> list[str]:
+    """A sentence a program: its version, or that it is not there."""
+    found = {"CalculiX (package calculix-ccx)": peers_calculix.version(), "Kratos (tools/setup --peers)": peers_kratos.version()}
+    return [told or f"not installed: {name}; its comparisons are left out" for name, told in found.items()]
+
+
+def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
+    """A scene as lines of the page."""
+    deck = scene.deck.relative_to(TOP)
+    lines = [f"## {scene.title}", "", f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", ""]
+    lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
+    reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
+    notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
+    return [*lines, *(f"- {line}" for line in [*reasons, *notes]), ""]
+
+
+def points_page(points: list[dict[str, Any]]) -> list[str]:
+    """The points for the charts as lines of the page."""
+    rows = [
+        [p["study"], p["label"], f"{p['size']:g}", _number(p["error"], ".2e"), _number(p["seconds"], ".2f"), p["note"]]
+        for p in points
+    ]  # fmt: skip
+    return ["## Error and cost of the other programs", "", "CPU seconds of the whole process.", "",
+            *markdown_table(["study", "program", "size", "error", "CPU s", "note"], rows), ""]  # fmt: skip
+
+
+def page_head(command: str) -> list[str]:
+    """Head of the page."""
+    return [
+        "# QSMPM beside other programs", "",
+        f"Written by `{command} --markdown FILE`; do not edit. {'; '.join(versions())}. CPU seconds are those of whole",
+        "processes on one thread. Where a peer computes on the same mesh it gets nodes, cells, supports and loads from",
+        "QSMPM's results, so that element, rule and equilibrium are compared and nothing else.", "",
+    ]  # fmt: skip
+
+
+def _judge(scene: Scene, outcomes: dict[str, Outcome]) -> tuple[list[Finding], list[dict[str, Any]]]:
+    findings = [found for check in scene.checks if (found := judge_check(scene, check, outcomes)) is not None]
+    points = [made for point in scene.points if (made := chart_point(scene, point, outcomes)) is not None]
+    return findings, points
+
+
+def act(words: argparse.Namespace) -> int:
+    """Run, judge, tell."""
+    scenes = load_scenes(PEERS, TOP, words.scenes)
+    efforts = ("quick", "long") if words.effort in ("long", "all") else ("quick",)
+    program = checked_program(words)
+    progress = Progress(sum(run.effort in efforts for scene in scenes for run in scene.runs.values()))
+    computer = Computer(program, words.out.resolve(), words.fresh, progress.tell)
+    page = page_head(command_of(words, "peers", words.scenes))
+    findings: list[Finding] = []
+    points: list[dict[str, Any]] = []
+    for scene in scenes:
+        own, drawn = _judge(scene, computer.scene(scene, efforts))
+        print(f"\n{scene.title}\n\n{table(HEADER, [row_of(f) for f in own])}")
+        print("".join(f"\n{f.quantity}, {f.run} by {f.against}: {f.note}" for f in own if f.note), end="")
+        findings, points, page = findings + own, points + drawn, page + scene_page(scene, own)
+    words.json.parent.mkdir(parents=True, exist_ok=True)
+    content = {"peers": versions(), "checks": as_rows(findings), "points": points}
+    words.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    if words.markdown:
+        words.markdown.write_text("\n".join([*page, *points_page(points)]).rstrip() + "\n", encoding="utf-8")
+    held, missed = sum(f.held is True for f in findings), sum(f.held is False for f in findings)
+    print("\n" + "\n".join(versions()))
+    print(f"{held} passed, {missed} failed")
+    return 1 if missed else 0
