@@ -58,18 +58,19 @@ contains
       call make_step(model, rate, batch%gradient(:, p), batch%stress_start(:, p), step, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       yields = .false.
-      if (model%softening%active) then
-        call respond_softening(model, batch, p, principal(step%trial), tangent /= tangent_none, &
-          batch%state_start(1, p), response, batch%state(1, p))
-        yields = response%yields
-      else if (model%has_strength) then
-        yields = .not. inside_strength(model, principal(step%trial))
-        if (yields) call respond(model, principal(step%trial), tangent /= tangent_none, response)
+      if (model%has_strength) then
+        if (.not. model%softening%active) then
+          yields = .not. inside_strength(model, principal(step%trial))
+        else
+          call respond_softening(model, batch, p, principal(step%trial), tangent /= tangent_none, &
+            batch%state_start(1, p), response, batch%state(1, p))
+          yields = response%yields
+        end if
       end if
       batch%plastic(p) = merge(1, 0, yields)
       stress = turned(step, step%trial)
-      if (yields) call return_point(merge(1.0_wp, blend, tangent == tangent_elastic), tangent /= tangent_none, step, &
-        response, stress, map, batch%stress(:, p))
+      if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), &
+        tangent /= tangent_none, step, response, stress, map, batch%stress(:, p))
       if (.not. yields) batch%stress(:, p) = stress_order(stress)
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
@@ -214,15 +215,18 @@ contains
     stress = [a(1) + a(2), a(1) - a(2), a(4), a(3)]
   end function stress_order
 
-  !> Stress and tangent of a point that yields.
-  pure subroutine return_point(share, with_map, step, response, mixed, map, stress)
+  !> Return a point to the strength.
+  pure subroutine return_point(model, share, with_map, step, response, mixed, map, stress)
+    !> Moduli and strength.
+    type(principal_model_type), intent(in) :: model
     !> Share of the elastic answer in the tangent.
     real(wp), intent(in) :: share
     !> Whether the tangent is wanted.
     logical, intent(in) :: with_map
     !> The step.
     type(step_type), intent(in) :: step
-    !> Answer of the strength; mixed with the elastic one where the tangent is wanted.
+    !> Answer of the strength: in where it softens, else worked out; out mixed with the trial where the tangent is
+    !> wanted.
     type(response_type), intent(inout) :: response
     !> Stress that enters the tangent, mixed with the trial by `share`.
     real(wp), intent(out) :: mixed(4)
@@ -230,8 +234,10 @@ contains
     real(wp), intent(inout) :: map(4, 4)
     !> Cauchy stress at the end in stress order.
     real(wp), intent(out) :: stress(4)
-    real(wp) :: radius, direction(4)
+    real(wp) :: trial(3), radius, direction(4)
 
+    trial = principal(step%trial)
+    if (.not. model%softening%active) call respond(model, trial, with_map, response)
     radius = sqrt(step%trial(2)**2 + step%trial(3)**2)
     direction = [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp]
     if (radius > 0.0_wp) direction(2:3) = step%trial(2:3)/radius
@@ -239,7 +245,7 @@ contains
     mixed = from_principal(response%stress, direction(2), direction(3))
     stress = stress_order(mixed)
     if (.not. with_map) return
-    call blend_elastic(principal(step%trial), share, response)
+    call blend_elastic(trial, share, response)
     mixed = from_principal(response%stress, direction(2), direction(3))
     map = frame_map(response%derivative, response%quotient(1), direction(2), direction(3))
   end subroutine return_point

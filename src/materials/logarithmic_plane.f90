@@ -61,13 +61,14 @@ contains
       if (batch%status(p) /= status_ok) cycle
       tau = trial%tau
       yields = .false.
-      if (model%softening%active) then
-        call respond_softening(model, batch, p, principal_stresses(trial), tangent /= tangent_none, &
-          batch%state_start(5, p), response, batch%state(5, p))
-        yields = response%yields
-      else if (model%has_strength) then
-        yields = .not. inside_strength(model, principal_stresses(trial))
-        if (yields) call respond(model, principal_stresses(trial), tangent /= tangent_none, response)
+      if (model%has_strength) then
+        if (.not. model%softening%active) then
+          yields = .not. inside_strength(model, principal_stresses(trial))
+        else
+          call respond_softening(model, batch, p, principal_stresses(trial), tangent /= tangent_none, &
+            batch%state_start(5, p), response, batch%state(5, p))
+          yields = response%yields
+        end if
       end if
       if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), trial, &
         tangent /= tangent_none, response, batch%state(:4, p), tau, k)
@@ -181,7 +182,7 @@ contains
     stress = [trial%tau(1) + radius, trial%tau(1) - radius, trial%tau(4)]
   end function principal_stresses
 
-  !> State and stiffness of a point that yields. What `pull_back` needs is left in place of the trial stress.
+  !> Return a point to the strength. What `pull_back` needs is left in place of the trial stress.
   pure subroutine return_point(model, share, trial, with_stiffness, response, b, tau, k)
     !> Moduli and strength.
     type(principal_model_type), intent(in) :: model
@@ -191,7 +192,7 @@ contains
     type(trial_type), intent(inout) :: trial
     !> Whether K is wanted.
     logical, intent(in) :: with_stiffness
-    !> Answer of the strength; mixed with the elastic one where K is wanted.
+    !> Answer of the strength: in where it softens, else worked out; out mixed with the trial where K is wanted.
     type(response_type), intent(inout) :: response
     !> b_e at the end, in stress order.
     real(wp), intent(out) :: b(4)
@@ -199,8 +200,10 @@ contains
     real(wp), intent(out) :: tau(4)
     !> K of the mixed answer; not set when it is not wanted.
     real(wp), intent(inout) :: k(4, 4)
-    real(wp) :: value(3), c, s, radius
+    real(wp) :: principal(3), value(3), c, s, radius
 
+    principal = principal_stresses(trial)
+    if (.not. model%softening%active) call respond(model, principal, with_stiffness, response)
     radius = sqrt(trial%h**2 + trial%o**2)
     c = 1.0_wp
     s = 0.0_wp
@@ -213,7 +216,7 @@ contains
     b = [tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
     tau = from_principal(response%stress, c, s)
     if (.not. with_stiffness) return
-    call blend_elastic(principal_stresses(trial), share, response)
+    call blend_elastic(principal, share, response)
     trial%tau = from_principal(response%stress, c, s)
     call plastic_stiffness(model, response, trial, c, s, k)
   end subroutine return_point

@@ -18,8 +18,7 @@ module qsmpm_mohr_coulomb
   implicit none
   private
 
-  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, try_set, plane, inside, &
-    size_of, return_principal, falling_order, stress_ratio
+  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, return_principal
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter, public :: set_count = 10

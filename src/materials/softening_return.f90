@@ -12,7 +12,7 @@ module qsmpm_softening_return
   use qsmpm_changing_strength, only: return_changing
   use qsmpm_isotropic_function, only: pair_quotients
   use qsmpm_law, only: batch_type, status_failed
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, inside, size_of
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, inside
   use qsmpm_principal_model, only: principal_model_type, response_type
   use qsmpm_softening, only: strength_change_type, softened_strength, band_ratio
   use qsmpm_tensor, only: identity
@@ -113,7 +113,7 @@ contains
     low = kappa_start
     high = huge(1.0_wp)
     kappa = kappa_start
-    noise = 4.0_wp*epsilon(1.0_wp)*ratio*size_of(strength, trial)/(2.0_wp*model%shear)
+    noise = 4.0_wp*epsilon(1.0_wp)*ratio*(maxval(abs(trial)) + strength%sc)/(2.0_wp*model%shear)
     do i = 1, max_corrections
       call evaluate(model, ratio, trial, kappa, strength, state)
       ok = state%slope > least_slope
