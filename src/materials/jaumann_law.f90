@@ -1,6 +1,6 @@
 !> The rate law of the paper: Jaumann rate of the Cauchy stress, strength in Cauchy stress.
 !>
-!> The stress is the state. The step's trial stress comes from qsmpm_jaumann_increment, is returned
+!> The stress is the state; where the strength softens, the plastic shear strain goes with it. The step's trial stress comes from qsmpm_jaumann_increment, is returned
 !> to the strength in principal stresses, and
 !>   Q = det(F) sigma F^-T,
 !>   A dF = det(F) d(sigma) F^-T + tr(l) Q - Q dF^T F^-T,  l = dF F^-1,
@@ -15,6 +15,7 @@ module qsmpm_jaumann_law
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_point_result, only: finish_points
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_softening, only: degree_of, strain_of_degree
   use qsmpm_tensor, only: stress_size
   implicit none
   private
@@ -50,21 +51,24 @@ contains
     law%model = model
     law%dimension = dimension
     law%rate = rate
-    law%state_count = 0
+    law%state_count = merge(1, 0, model%softening%active)
+    law%asks_where = model%softening%by_cell
     law%symmetric = .false.
     law%stiffness_scale = model%young
     law%shear_scale = model%shear
   end subroutine make_jaumann_law
 
-  !> The law has no state beside the stress: state_count is 0 and nothing is set.
+  !> Nothing has yielded.
   pure subroutine start(self, stress, state)
     class(jaumann_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
-    !> Nothing (0).
+    !> Plastic shear strain, where the strength softens (0 or 1).
     real(wp), intent(out) :: state(:)
 
-    state(1:self%state_count) = stress(1:self%state_count)
+    associate (unused => stress)
+    end associate
+    state(1:self%state_count) = 0.0_wp
   end subroutine start
 
   !> Update a batch.
@@ -83,41 +87,43 @@ contains
     call finish_points(batch, tangent)
   end subroutine update
 
-  !> Stress components.
+  !> Stress components, and the degree of softening.
   pure integer function fit_count(self)
     class(jaumann_law_type), intent(in) :: self
 
     fit_count = stress_size(self%dimension) + self%state_count
   end function fit_count
 
-  !> Fields that may be averaged: the Cauchy stress.
+  !> Fields that may be averaged: the Cauchy stress, and the degree of softening, to which cohesion is linear, so
+  !> that the mean of stresses on their strengths lies on the mean strength.
   pure subroutine to_fields(self, stress, state, fields)
     class(jaumann_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
-    !> Nothing (0).
+    !> Plastic shear strain, where the strength softens (0 or 1).
     real(wp), intent(in) :: state(:)
-    !> Cauchy stress (4 or 6).
+    !> Cauchy stress and degree (4 to 7).
     real(wp), intent(out) :: fields(:)
 
-    fields(1:self%fit_count()) = [stress, state(1:self%state_count)]
+    fields(1:size(stress)) = stress
+    if (self%state_count > 0) fields(size(stress) + 1) = degree_of(self%model%softening, state(1))
   end subroutine to_fields
 
   !> Stress of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(jaumann_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
+    !> Cauchy stress and degree (4 to 7).
     real(wp), intent(in) :: fields(:)
     !> V/V0, of which the law is independent.
     real(wp), intent(in) :: volume_ratio
     !> Cauchy stress (4 or 6).
     real(wp), intent(out) :: stress(:)
-    !> Nothing (0).
+    !> Plastic shear strain, where the strength softens (0 or 1).
     real(wp), intent(out) :: state(:)
 
     associate (unused => volume_ratio)
     end associate
     stress = fields(1:size(stress))
-    state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())
+    if (self%state_count > 0) state(1) = strain_of_degree(self%model%softening, fields(size(stress) + 1))
   end subroutine from_fields
 end module qsmpm_jaumann_law

@@ -12,6 +12,7 @@ module qsmpm_jaumann_plane
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, response_type, inside_strength, respond, blend_elastic
+  use qsmpm_softening_return, only: respond_softening
   implicit none
   private
 
@@ -47,6 +48,7 @@ contains
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
     type(step_type) :: step
+    type(response_type) :: response
     real(wp) :: stress(4), map(4, 4)
     logical :: yields
     integer :: p
@@ -56,11 +58,19 @@ contains
       call make_step(model, rate, batch%gradient(:, p), batch%stress_start(:, p), step, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       yields = .false.
-      if (model%has_strength) yields = .not. inside_strength(model, principal(step%trial))
+      if (model%has_strength) then
+        if (.not. model%softening%active) then
+          yields = .not. inside_strength(model, principal(step%trial))
+        else
+          call respond_softening(model, batch, p, principal(step%trial), tangent /= tangent_none, &
+            batch%state_start(1, p), response, batch%state(1, p))
+          yields = response%yields
+        end if
+      end if
       batch%plastic(p) = merge(1, 0, yields)
       stress = turned(step, step%trial)
       if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), &
-        tangent /= tangent_none, step, stress, map, batch%stress(:, p))
+        tangent /= tangent_none, step, response, stress, map, batch%stress(:, p))
       if (.not. yields) batch%stress(:, p) = stress_order(stress)
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
@@ -206,7 +216,7 @@ contains
   end function stress_order
 
   !> Return a point to the strength.
-  pure subroutine return_point(model, share, with_map, step, mixed, map, stress)
+  pure subroutine return_point(model, share, with_map, step, response, mixed, map, stress)
     !> Moduli and strength.
     type(principal_model_type), intent(in) :: model
     !> Share of the elastic answer in the tangent.
@@ -215,17 +225,19 @@ contains
     logical, intent(in) :: with_map
     !> The step.
     type(step_type), intent(in) :: step
+    !> Answer of the strength: in where it softens, else worked out; out mixed with the trial where the tangent is
+    !> wanted.
+    type(response_type), intent(inout) :: response
     !> Stress that enters the tangent, mixed with the trial by `share`.
     real(wp), intent(out) :: mixed(4)
     !> Change of the stress with the trial stress, both turned; not set when it is not wanted.
     real(wp), intent(inout) :: map(4, 4)
     !> Cauchy stress at the end in stress order.
     real(wp), intent(out) :: stress(4)
-    type(response_type) :: response
     real(wp) :: trial(3), radius, direction(4)
 
     trial = principal(step%trial)
-    call respond(model, trial, with_map, response)
+    if (.not. model%softening%active) call respond(model, trial, with_map, response)
     radius = sqrt(step%trial(2)**2 + step%trial(3)**2)
     direction = [0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp]
     if (radius > 0.0_wp) direction(2:3) = step%trial(2:3)/radius

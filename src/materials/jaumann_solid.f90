@@ -11,6 +11,7 @@ module qsmpm_jaumann_solid
   use qsmpm_jaumann_increment, only: increment_type, make_increment
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, response_type, respond, blend_elastic
+  use qsmpm_softening_return, only: respond_softening
   use qsmpm_spectral, only: spectral
   implicit none
   private
@@ -45,7 +46,12 @@ contains
       response%yields = .false.
       if (model%has_strength) then
         call spectral(increment%trial, trial, n)
-        call respond(model, trial, tangent /= tangent_none, response)
+        if (model%softening%active) then
+          call respond_softening(model, batch, p, trial, tangent /= tangent_none, batch%state_start(1, p), response, &
+            batch%state(1, p))
+        else
+          call respond(model, trial, tangent /= tangent_none, response)
+        end if
       end if
       batch%plastic(p) = merge(1, 0, response%yields)
       if (response%yields .and. increment%turns) n = product_of(increment%rotation, n)

@@ -1,6 +1,6 @@
 !> Finite elasto-plasticity with logarithmic strain: Hencky elasticity, strength in tau.
 !>
-!> State is the elastic left Cauchy-Green tensor b_e. With the incremental deformation gradient F
+!> State is the elastic left Cauchy-Green tensor b_e, and the plastic shear strain where the strength softens. With the incremental deformation gradient F
 !>   b = F b_e F^T,   eps = ln(b)/2,   tau_trial = D eps,   tau = return(tau_trial),
 !>   b_e,new = exp(2 D^-1 tau),   Q = tau F^-T / J_n,   sigma = tau / (J_n det F),
 !> J_n the volume ratio at the start. The strength bounds the Kirchhoff stress tau, so that the
@@ -21,6 +21,7 @@ module qsmpm_logarithmic_law
   use qsmpm_logarithmic_solid, only: update_solid
   use qsmpm_point_result, only: finish_points
   use qsmpm_principal_model, only: principal_model_type, elastic_strain
+  use qsmpm_softening, only: degree_of, strain_of_degree
   use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: unpack_symmetric, pack_symmetric, stress_size
   implicit none
@@ -52,8 +53,9 @@ contains
 
     law%model = model
     law%dimension = dimension
-    law%state_count = stress_size(dimension)
-    law%symmetric = model%associated_flow
+    law%state_count = stress_size(dimension) + merge(1, 0, model%softening%active)
+    law%asks_where = model%softening%by_cell
+    law%symmetric = model%associated_flow .and. .not. model%softening%active
     law%stiffness_scale = model%young
     law%shear_scale = model%shear
   end subroutine make_logarithmic_law
@@ -63,13 +65,14 @@ contains
     class(logarithmic_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
-    !> b_e (4 or 6).
+    !> b_e, and the plastic shear strain (4 to 7).
     real(wp), intent(out) :: state(:)
     real(wp) :: values(3), vectors(3, 3)
 
     call spectral(unpack_symmetric(stress), values, vectors)
     values = exp(2.0_wp*elastic_strain(self%model, values))
-    call pack_symmetric(compose(values, vectors), state)
+    state = 0.0_wp
+    call pack_symmetric(compose(values, vectors), state(:size(stress)))
   end subroutine start
 
   !> Update a batch.
@@ -88,40 +91,45 @@ contains
     call finish_points(batch, tangent)
   end subroutine update
 
-  !> Stress order components of ln b_e.
+  !> Stress order components of ln b_e, and the degree of softening.
   pure integer function fit_count(self)
     class(logarithmic_law_type), intent(in) :: self
 
-    fit_count = stress_size(self%dimension)
+    fit_count = self%state_count
   end function fit_count
 
-  !> Fields that may be averaged: ln b_e. The stress follows from it.
+  !> Fields that may be averaged: ln b_e, from which the stress follows, and the degree of softening, to which
+  !> cohesion is linear, so that the mean of stresses on their strengths lies on the mean strength.
   pure subroutine to_fields(self, stress, state, fields)
     class(logarithmic_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
-    !> b_e (4 or 6).
+    !> b_e, and the plastic shear strain (4 to 7).
     real(wp), intent(in) :: state(:)
-    !> ln b_e (4 or 6).
+    !> ln b_e, and the degree of softening (4 to 7).
     real(wp), intent(out) :: fields(:)
 
-    call tensor_logarithm(state(1:self%state_count), fields(1:size(stress)))
+    call tensor_logarithm(state(1:size(stress)), fields(1:size(stress)))
+    if (self%model%softening%active) &
+      fields(size(stress) + 1) = degree_of(self%model%softening, state(size(stress) + 1))
   end subroutine to_fields
 
   !> b_e and Cauchy stress of averaged fields.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
     class(logarithmic_law_type), intent(in) :: self
-    !> ln b_e (4 or 6).
+    !> ln b_e, and the degree of softening (4 to 7).
     real(wp), intent(in) :: fields(:)
     !> V/V0.
     real(wp), intent(in) :: volume_ratio
     !> Cauchy stress (4 or 6).
     real(wp), intent(out) :: stress(:)
-    !> b_e (4 or 6).
+    !> b_e, and the plastic shear strain (4 to 7).
     real(wp), intent(out) :: state(:)
 
-    call tensor_exponential(fields, state)
-    stress = self%model%shear*fields
+    call tensor_exponential(fields(1:size(stress)), state(1:size(stress)))
+    if (self%model%softening%active) &
+      state(size(stress) + 1) = strain_of_degree(self%model%softening, fields(size(stress) + 1))
+    stress = self%model%shear*fields(1:size(stress))
     stress(1:3) = stress(1:3) + 0.5_wp*self%model%lame*sum(fields(1:3))
     stress = stress/volume_ratio
   end subroutine from_fields

@@ -17,6 +17,7 @@ module qsmpm_logarithmic_plane
   use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, response_type, elastic_strain, respond, &
     blend_elastic, inside_strength
+  use qsmpm_softening_return, only: respond_softening
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   implicit none
   private
@@ -48,6 +49,7 @@ contains
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
     type(trial_type) :: trial
+    type(response_type) :: response
     real(wp) :: tau(4), k(4, 4)
     logical :: yields
     integer :: p
@@ -59,9 +61,17 @@ contains
       if (batch%status(p) /= status_ok) cycle
       tau = trial%tau
       yields = .false.
-      if (model%has_strength) yields = outside(model, trial)
+      if (model%has_strength) then
+        if (.not. model%softening%active) then
+          yields = .not. inside_strength(model, principal_stresses(trial))
+        else
+          call respond_softening(model, batch, p, principal_stresses(trial), tangent /= tangent_none, &
+            batch%state_start(5, p), response, batch%state(5, p))
+          yields = response%yields
+        end if
+      end if
       if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), trial, &
-        tangent /= tangent_none, batch%state(:, p), tau, k)
+        tangent /= tangent_none, response, batch%state(:4, p), tau, k)
       batch%plastic(p) = merge(1, 0, yields)
       batch%stress(:, p) = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
@@ -161,16 +171,6 @@ contains
     if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp .and. b(3) > 0.0_wp
   end function positive_definite
 
-  !> Whether the trial stress lies outside the strength.
-  pure logical function outside(model, trial)
-    !> Strength.
-    type(principal_model_type), intent(in) :: model
-    !> The point.
-    type(trial_type), intent(in) :: trial
-
-    outside = .not. inside_strength(model, principal_stresses(trial))
-  end function outside
-
   !> Principal trial stresses: the larger and the smaller one of the plane, 33.
   pure function principal_stresses(trial) result(stress)
     !> The point.
@@ -183,7 +183,7 @@ contains
   end function principal_stresses
 
   !> Return a point to the strength. What `pull_back` needs is left in place of the trial stress.
-  pure subroutine return_point(model, share, trial, with_stiffness, b, tau, k)
+  pure subroutine return_point(model, share, trial, with_stiffness, response, b, tau, k)
     !> Moduli and strength.
     type(principal_model_type), intent(in) :: model
     !> Share of the elastic answer in the stiffness.
@@ -192,17 +192,18 @@ contains
     type(trial_type), intent(inout) :: trial
     !> Whether K is wanted.
     logical, intent(in) :: with_stiffness
+    !> Answer of the strength: in where it softens, else worked out; out mixed with the trial where K is wanted.
+    type(response_type), intent(inout) :: response
     !> b_e at the end, in stress order.
     real(wp), intent(out) :: b(4)
     !> Stress: mean, half difference, shear, 33.
     real(wp), intent(out) :: tau(4)
     !> K of the mixed answer; not set when it is not wanted.
     real(wp), intent(inout) :: k(4, 4)
-    type(response_type) :: response
     real(wp) :: principal(3), value(3), c, s, radius
 
     principal = principal_stresses(trial)
-    call respond(model, principal, with_stiffness, response)
+    if (.not. model%softening%active) call respond(model, principal, with_stiffness, response)
     radius = sqrt(trial%h**2 + trial%o**2)
     c = 1.0_wp
     s = 0.0_wp

@@ -14,6 +14,7 @@ module qsmpm_logarithmic_solid
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   use qsmpm_principal_model, only: principal_model_type, response_type, elastic_stress, elastic_strain, &
     respond, blend_elastic
+  use qsmpm_softening_return, only: respond_softening
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: cofactor, determinant
   implicit none
@@ -53,7 +54,12 @@ contains
       call make_trial(model, batch%gradient(:, p), batch%state_start(:, p), batch%volume_ratio(p), trial, &
         batch%state(:, p), batch%status(p))
       if (batch%status(p) /= status_ok) cycle
-      call respond(model, trial%stress, tangent /= tangent_none, response)
+      if (model%softening%active) then
+        call respond_softening(model, batch, p, trial%stress, tangent /= tangent_none, batch%state_start(7, p), &
+          response, batch%state(7, p))
+      else
+        call respond(model, trial%stress, tangent /= tangent_none, response)
+      end if
       if (response%yields) batch%state(1:6, p) = &
         compose_packed(exp(2.0_wp*elastic_strain(model, response%stress)), trial%direction)
       batch%plastic(p) = merge(1, 0, response%yields)

@@ -6,6 +6,7 @@
 module qsmpm_material_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_softening_parameters, only: softening_parameters_type, softening_fault
   implicit none
   private
 
@@ -27,6 +28,8 @@ module qsmpm_material_parameters
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Largest principal stress, >= 0; huge means no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
+    !> How the strength falls with the plastic shear strain, if it does.
+    type(softening_parameters_type) :: softening
   end type material_parameters_type
 
 contains
@@ -66,7 +69,19 @@ contains
         call fail(error, error_deck, 'tensile strength must not be negative')
       else if (.not. (p%cohesion > 0.0_wp .or. p%friction_angle > 0.0_wp)) then
         call fail(error, error_deck, 'cohesion and friction angle must not both be zero')
+      else if (p%softening%given) then
+        call check_softening(softening_fault(p%softening, p%cohesion, p%friction_angle, p%dilatancy_angle), error)
       end if
     end associate
   end subroutine check_strength
+
+  !> Fail where softening has a fault.
+  pure subroutine check_softening(fault, error)
+    !> The fault, '' for none.
+    character(len=*), intent(in) :: fault
+    !> Set when there is one.
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (len(fault) > 0) call fail(error, error_deck, fault)
+  end subroutine check_softening
 end module qsmpm_material_parameters

@@ -18,20 +18,20 @@ module qsmpm_mohr_coulomb
   implicit none
   private
 
-  public :: mohr_coulomb_type, make_mohr_coulomb, inside, return_principal
+  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, return_principal
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
-  integer, parameter :: set_count = 10
+  integer, parameter, public :: set_count = 10
   !> Planes of each set, simple ones first; 0 fills up.
-  integer, parameter :: set_planes(3, set_count) = reshape( &
+  integer, parameter, public :: set_planes(3, set_count) = reshape( &
     [1, 0, 0, 4, 0, 0, 1, 2, 0, 1, 3, 0, 1, 4, 0, 4, 5, 0, 1, 3, 4, 1, 4, 5, 1, 2, 4, 4, 5, 6], &
     [3, set_count])
 
   !> Round-off allowed in the yield functions and multipliers, relative to the trial stress.
-  real(wp), parameter :: round_off = 1.0e-12_wp
+  real(wp), parameter, public :: round_off = 1.0e-12_wp
   !> A set that misses by less than this is taken when none passes: the trial lies where two
   !> regions meet and nu near 0.5 has amplified round-off.
-  real(wp), parameter :: near_miss = 1.0e-9_wp
+  real(wp), parameter, public :: near_miss = 1.0e-9_wp
 
   !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
   type :: set_type
@@ -45,7 +45,7 @@ module qsmpm_mohr_coulomb
 
   !> Strength parameters and the table of answers.
   type :: mohr_coulomb_type
-    private
+    !> Ratios k and m, uniaxial strength sc, cut-off T, apex c cot phi.
     real(wp) :: k = 1.0_wp
     real(wp) :: m = 1.0_wp
     real(wp) :: sc = 0.0_wp
@@ -70,21 +70,32 @@ contains
     type(mohr_coulomb_type), intent(out) :: model
     integer :: i
 
+    call set_strength(parameters, model)
+    do i = 1, set_count
+      if (any(set_planes(:, i) > 3) .and. .not. model%has_cut_off) cycle
+      call make_set(model, set_planes(:, i), lame, shear, model%sets(i))
+    end do
+  end subroutine make_mohr_coulomb
+
+  !> Strength of checked parameters; the table stays as it is.
+  pure subroutine set_strength(parameters, model)
+    !> What the user said, checked.
+    type(material_parameters_type), intent(in) :: parameters
+    !> Strength.
+    type(mohr_coulomb_type), intent(inout) :: model
+
     model%k = stress_ratio(parameters%friction_angle)
     model%m = stress_ratio(parameters%dilatancy_angle)
     model%sc = 2.0_wp*parameters%cohesion*sqrt(model%k)
     model%has_apex = parameters%friction_angle > 0.0_wp
+    model%apex = huge(1.0_wp)
     if (model%has_apex) model%apex = parameters%cohesion/tan(parameters%friction_angle*pi/180.0_wp)
     ! A cut-off beyond the apex cuts nothing off; one at the apex is the apex.
     model%has_cut_off = parameters%tensile_strength < sqrt(huge(1.0_wp)) &
       .and. parameters%tensile_strength < model%apex*(1.0_wp - round_off)
     if (model%has_cut_off) model%has_apex = .false.
     if (model%has_cut_off) model%cut_off = parameters%tensile_strength
-    do i = 1, set_count
-      if (any(set_planes(:, i) > 3) .and. .not. model%has_cut_off) cycle
-      call make_set(model, set_planes(:, i), lame, shear, model%sets(i))
-    end do
-  end subroutine make_mohr_coulomb
+  end subroutine set_strength
 
   !> Ratio of principal stresses (1 + sin angle)/(1 - sin angle).
   pure real(wp) function stress_ratio(angle)

@@ -8,6 +8,7 @@ module qsmpm_principal_model
   use qsmpm_isotropic_function, only: pair_quotients
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_principal
+  use qsmpm_softening, only: softening_type, make_softening
   use qsmpm_tensor, only: identity
   implicit none
   private
@@ -24,6 +25,8 @@ module qsmpm_principal_model
     logical :: associated_flow = .true.
     logical :: has_strength = .false.
     type(mohr_coulomb_type) :: strength
+    !> How the strength falls; answered by qsmpm_softening_return.
+    type(softening_type) :: softening
   end type principal_model_type
 
   !> Answer to a trial stress, and its derivative.
@@ -55,6 +58,7 @@ contains
     if (.not. model%has_strength) return
     model%associated_flow = &
       .not. parameters%dilatancy_angle < parameters%friction_angle
+    call make_softening(parameters, model%softening)
     call make_mohr_coulomb(parameters, model%lame, model%shear, model%strength)
   end subroutine make_principal_model
 

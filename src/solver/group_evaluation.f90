@@ -153,6 +153,7 @@ contains
       call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
       call load_gradients(integration, d, from, tensor, batch)
       call load_states(integration, points, from, batch)
+      if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (cured) then
         call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
@@ -245,6 +246,16 @@ contains
       end if
     end do
   end subroutine load_states
+
+  !> State variables that other materials have and this one has not stay as they are.
+  pure subroutine pass_states(used, batch)
+    !> State variables of the law.
+    integer, intent(in) :: used
+    !> The points handed to the law.
+    type(batch_type), intent(inout) :: batch
+
+    batch%state(used + 1:, :batch%count) = batch%state_start(used + 1:, :batch%count)
+  end subroutine pass_states
 
   !> Where a run of points is.
   pure subroutine load_places(integration, points, group, from, batch)

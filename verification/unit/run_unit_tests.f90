@@ -16,6 +16,7 @@ program run_unit_tests
   use test_quadrature, only: collect_quadrature
   use test_zero_modes, only: collect_zero_modes
   use test_mohr_coulomb, only: collect_mohr_coulomb
+  use test_softening, only: collect_softening
   use test_logarithmic_law, only: collect_logarithmic_law
   use test_halved_law, only: collect_halved_law
   use test_jaumann_law, only: collect_jaumann_law
@@ -87,6 +88,7 @@ program run_unit_tests
   call register('quadrature', collect_quadrature)
   call register('zero_modes', collect_zero_modes)
   call register('mohr_coulomb', collect_mohr_coulomb)
+  call register('softening', collect_softening)
   call register('logarithmic_law', collect_logarithmic_law)
   call register('halved_law', collect_halved_law)
   call register('jaumann_law', collect_jaumann_law)

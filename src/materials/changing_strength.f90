@@ -1,0 +1,174 @@
+!> Return mapping of qsmpm_mohr_coulomb without its table, for a strength that is not that of the last point, and
+!> the change of the answer with the strength.
+!>
+!> With the active planes N^T s = c and s = trial - D M l, a change of N, M and c changes the multipliers by
+!>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
+module qsmpm_changing_strength
+  use qsmpm_kinds, only: wp
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, set_type, set_count, set_planes, make_set, plane, inside, &
+    round_off, near_miss
+  use qsmpm_softening, only: strength_change_type
+  use qsmpm_tensor, only: determinant, inverse, identity
+  implicit none
+  private
+
+  public :: return_changing
+
+contains
+
+  !> Return a trial stress to a strength.
+  pure subroutine return_changing(strength, change, lame, shear, trial, stress, slope, rate)
+    !> Strength; its table is not looked at.
+    type(mohr_coulomb_type), intent(in) :: strength
+    !> Its derivative by a parameter.
+    type(strength_change_type), intent(in) :: change
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    !> Principal trial stresses, in any order (3).
+    real(wp), intent(in) :: trial(3)
+    !> Principal stresses, in the same order (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress (3,3).
+    real(wp), intent(out) :: slope(3, 3)
+    !> d stress / d parameter at constant trial stress (3).
+    real(wp), intent(out) :: rate(3)
+    real(wp) :: sorted(3), answer(3), by_trial(3, 3), by_parameter(3)
+    integer :: order(3), i
+
+    if (inside(strength, trial)) then
+      stress = trial
+      slope = identity
+      rate = 0.0_wp
+      return
+    end if
+    order(1) = maxloc(trial, dim=1)
+    order(3) = minloc(trial, dim=1, back=.true.)
+    order(2) = 6 - order(1) - order(3)
+    sorted = trial(order)
+    call find_set(strength, change, lame, shear, sorted, answer, by_trial, by_parameter)
+    do i = 1, 3
+      stress(order(i)) = answer(i)
+      rate(order(i)) = by_parameter(i)
+      slope(order, order(i)) = by_trial(:, i)
+    end do
+  end subroutine return_changing
+
+  !> Find the set of active planes of an ordered trial stress that lies outside, working the sets out in turn.
+  pure subroutine find_set(strength, change, lame, shear, trial, stress, slope, rate)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: strength
+    !> Its derivative.
+    type(strength_change_type), intent(in) :: change
+    !> Moduli.
+    real(wp), intent(in) :: lame, shear
+    !> Principal trial stresses, falling (3).
+    real(wp), intent(in) :: trial(3)
+    !> Principal stresses (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress (3,3).
+    real(wp), intent(out) :: slope(3, 3)
+    !> d stress / d parameter (3).
+    real(wp), intent(out) :: rate(3)
+    type(set_type) :: set, nearest
+    real(wp) :: candidate(3), miss, least, scale
+    integer :: i, best
+
+    scale = maxval(abs(trial)) + strength%sc
+    least = huge(1.0_wp)
+    best = 0
+    do i = 1, set_count
+      if (any(set_planes(:, i) > 3) .and. .not. strength%has_cut_off) cycle
+      call make_set(strength, set_planes(:, i), lame, shear, set)
+      candidate = set%slope(:, 1)*trial(1) + set%slope(:, 2)*trial(2) + set%slope(:, 3)*trial(3) + set%shift
+      miss = max(excess(strength, candidate), least_multiplier(set, trial))
+      if (miss >= least) cycle
+      least = miss
+      best = i
+      nearest = set
+      stress = candidate
+      if (miss <= round_off*scale) exit
+    end do
+    if (best == 0 .or. (strength%has_apex .and. least > near_miss*scale)) then
+      stress = strength%apex
+      slope = 0.0_wp
+      rate = change%apex
+    else
+      slope = nearest%slope
+      rate = set_rate(strength, change, lame, shear, set_planes(:, best), nearest, trial, stress)
+    end if
+  end subroutine find_set
+
+  !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb, which is kept to itself so that the
+  !> compiler opens it up where perfect plasticity spends its time.
+  pure real(wp) function excess(strength, stress)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: strength
+    !> Principal stresses in any order (3).
+    real(wp), intent(in) :: stress(3)
+
+    excess = strength%k*maxval(stress) - minval(stress) - strength%sc
+    if (strength%has_cut_off) excess = max(excess, maxval(stress) - strength%cut_off)
+  end function excess
+
+  !> By how much the multipliers of a set are negative; <= 0 where none is.
+  pure real(wp) function least_multiplier(set, trial) result(miss)
+    !> The set.
+    type(set_type), intent(in) :: set
+    !> Principal trial stresses, falling (3).
+    real(wp), intent(in) :: trial(3)
+    integer :: i
+
+    miss = -huge(1.0_wp)
+    do i = 1, set%planes
+      miss = max(miss, -dot_product(set%weights(i, :), trial) - set%offsets(i))
+    end do
+  end function least_multiplier
+
+  !> Change of the answer of a set with the strength.
+  pure function set_rate(strength, change, lame, shear, planes, set, trial, stress) result(rate)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: strength
+    !> Its derivative.
+    type(strength_change_type), intent(in) :: change
+    !> Moduli.
+    real(wp), intent(in) :: lame, shear
+    !> Numbers of the active planes, 0 where there is none (3).
+    integer, intent(in) :: planes(3)
+    !> Their answer.
+    type(set_type), intent(in) :: set
+    !> Principal trial stresses, falling, and stresses (3).
+    real(wp), intent(in) :: trial(3), stress(3)
+    real(wp) :: rate(3)
+    real(wp) :: normals(3, 3), relief(3, 3), system(3, 3), rhs(3), flow(3), limit, drift(3), multiplier
+    integer, parameter :: high(3) = [1, 2, 1]
+    integer :: i, j
+
+    normals = 0.0_wp
+    relief = 0.0_wp
+    drift = 0.0_wp
+    rhs = 0.0_wp
+    do i = 1, set%planes
+      call plane(strength, planes(i), normals(:, i), flow, limit)
+      relief(:, i) = flow + lame*sum(flow)/(2.0_wp*shear)
+      if (planes(i) > 3) cycle
+      rhs(i) = change%k*stress(high(planes(i))) - change%sc
+      multiplier = dot_product(set%weights(i, :), trial) + set%offsets(i)
+      drift = drift + lame*change%m*multiplier/(2.0_wp*shear)
+      drift(high(planes(i))) = drift(high(planes(i))) + change%m*multiplier
+    end do
+    system = identity
+    do j = 1, set%planes
+      do i = 1, set%planes
+        system(i, j) = dot_product(normals(:, i), relief(:, j))
+      end do
+      rhs(j) = rhs(j) - dot_product(normals(:, j), drift)
+    end do
+    system = inverse(system, determinant(system))
+    rate = -drift
+    do i = 1, set%planes
+      rate = rate - relief(:, i)*dot_product(system(i, :set%planes), rhs(:set%planes))
+    end do
+  end function set_rate
+end module qsmpm_changing_strength

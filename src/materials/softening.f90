@@ -1,0 +1,153 @@
+!> Strength that falls with the plastic shear strain kappa.
+!>
+!> Cohesion, friction angle and dilatancy angle go in proportion from the peak to the residual value,
+!>   c(kappa) = c_p + (c_r - c_p) d,   d = min(kappa/kappa_r, 1)   or   d = 1 - exp(-3 kappa/kappa_r),
+!> d the degree of softening. kappa is the strain of a band of the width L in which kappa_r was measured. Strain
+!> that localises does so in one row of cells: a plastic shear strain of a cell of size h counts h/L times, so that
+!> the work of a slip surface per area, L times the area under the curve of c over kappa, is the same for every h
+!> (crack band: Bazant and Oh 1983).
+module qsmpm_softening
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, set_strength
+  use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, regularise_cell
+  implicit none
+  private
+
+  public :: softening_type, strength_change_type, make_softening, degree_of, strain_of_degree, band_ratio, &
+    softened_strength
+
+  !> 3 in exp(-3 kappa/kappa_r): 95 % of the way at kappa_r.
+  real(wp), parameter :: decay = 3.0_wp
+  !> A degree nearer to 1 than this is residual; an exponential law never gets there.
+  real(wp), parameter :: residual_gap = 1.0e-12_wp
+
+  !> Peak and residual strength and the way between.
+  type :: softening_type
+    logical :: active = .false.
+    !> Whether strain counts by the size of the cell.
+    logical :: by_cell = .false.
+    logical :: exponential = .false.
+    !> kappa_r, and the width L.
+    real(wp) :: strain = 1.0_wp
+    real(wp) :: length = 1.0_wp
+    !> Strength at the peak.
+    type(material_parameters_type) :: peak
+    !> Residual less peak values of c, phi, psi; angles in degrees.
+    real(wp) :: fall(3) = 0.0_wp
+  end type softening_type
+
+  !> Derivatives by kappa of k, m, sc and of the apex of qsmpm_mohr_coulomb.
+  type :: strength_change_type
+    real(wp) :: k = 0.0_wp
+    real(wp) :: m = 0.0_wp
+    real(wp) :: sc = 0.0_wp
+    real(wp) :: apex = 0.0_wp
+  end type strength_change_type
+
+contains
+
+  !> Softening of checked parameters.
+  pure subroutine make_softening(parameters, softening)
+    !> What the user said, checked.
+    type(material_parameters_type), intent(in) :: parameters
+    !> The way from peak to residual strength.
+    type(softening_type), intent(out) :: softening
+
+    softening%active = parameters%mohr_coulomb .and. parameters%softening%given
+    if (.not. softening%active) return
+    softening%peak = parameters
+    associate (said => parameters%softening)
+      softening%exponential = said%shape == softening_exponential
+      softening%by_cell = said%regularisation == regularise_cell
+      softening%strain = said%strain
+      if (softening%by_cell) softening%length = said%length
+      softening%fall = [said%cohesion - parameters%cohesion, said%friction_angle - parameters%friction_angle, &
+        said%dilatancy_angle - parameters%dilatancy_angle]
+    end associate
+  end subroutine make_softening
+
+  !> Degree of softening, 0 at the peak and 1 in the residual state.
+  pure real(wp) function degree_of(softening, kappa)
+    !> The softening.
+    type(softening_type), intent(in) :: softening
+    !> Plastic shear strain.
+    real(wp), intent(in) :: kappa
+
+    if (softening%exponential) then
+      degree_of = 1.0_wp - exp(-decay*kappa/softening%strain)
+    else
+      degree_of = min(kappa/softening%strain, 1.0_wp)
+    end if
+  end function degree_of
+
+  !> Change of the degree with kappa.
+  pure real(wp) function degree_change(softening, kappa)
+    !> The softening.
+    type(softening_type), intent(in) :: softening
+    !> Plastic shear strain.
+    real(wp), intent(in) :: kappa
+
+    degree_change = 0.0_wp
+    if (softening%exponential) then
+      degree_change = decay/softening%strain*exp(-decay*kappa/softening%strain)
+    else if (kappa < softening%strain) then
+      degree_change = 1.0_wp/softening%strain
+    end if
+  end function degree_change
+
+  !> The least plastic shear strain of a degree; degrees beyond peak and residual state are taken for those.
+  pure real(wp) function strain_of_degree(softening, degree)
+    !> The softening.
+    type(softening_type), intent(in) :: softening
+    !> Degree.
+    real(wp), intent(in) :: degree
+
+    if (softening%exponential) then
+      strain_of_degree = -softening%strain/decay*log(1.0_wp - max(0.0_wp, min(degree, 1.0_wp - residual_gap)))
+    else
+      strain_of_degree = softening%strain*max(0.0_wp, min(degree, 1.0_wp))
+    end if
+  end function strain_of_degree
+
+  !> How often the strain of a cell counts: h/L.
+  pure real(wp) function band_ratio(softening, cell_size)
+    !> The softening.
+    type(softening_type), intent(in) :: softening
+    !> Size of the cell.
+    real(wp), intent(in) :: cell_size
+
+    band_ratio = 1.0_wp
+    if (softening%by_cell) band_ratio = cell_size/softening%length
+  end function band_ratio
+
+  !> Strength at a plastic shear strain, and its derivative.
+  pure subroutine softened_strength(softening, kappa, strength, change)
+    !> The softening.
+    type(softening_type), intent(in) :: softening
+    !> Plastic shear strain.
+    real(wp), intent(in) :: kappa
+    !> Strength; its table is not touched.
+    type(mohr_coulomb_type), intent(inout) :: strength
+    !> Its derivative.
+    type(strength_change_type), intent(out) :: change
+    type(material_parameters_type) :: now
+    real(wp) :: degree, rate, dc, dphi, dpsi
+
+    degree = degree_of(softening, kappa)
+    now = softening%peak
+    now%cohesion = max(0.0_wp, now%cohesion + degree*softening%fall(1))
+    now%friction_angle = max(0.0_wp, now%friction_angle + degree*softening%fall(2))
+    now%dilatancy_angle = min(now%friction_angle, max(0.0_wp, now%dilatancy_angle + degree*softening%fall(3)))
+    call set_strength(now, strength)
+    rate = degree_change(softening, kappa)
+    dc = rate*softening%fall(1)
+    dphi = rate*softening%fall(2)*pi/180.0_wp
+    dpsi = rate*softening%fall(3)*pi/180.0_wp
+    change%k = 2.0_wp*cos(now%friction_angle*pi/180.0_wp)/(1.0_wp - sin(now%friction_angle*pi/180.0_wp))**2*dphi
+    change%m = 2.0_wp*cos(now%dilatancy_angle*pi/180.0_wp)/(1.0_wp - sin(now%dilatancy_angle*pi/180.0_wp))**2*dpsi
+    change%sc = 2.0_wp*dc*sqrt(strength%k) + now%cohesion/sqrt(strength%k)*change%k
+    if (.not. strength%has_apex) return
+    change%apex = dc/tan(now%friction_angle*pi/180.0_wp) - now%cohesion*dphi/sin(now%friction_angle*pi/180.0_wp)**2
+  end subroutine softened_strength
+end module qsmpm_softening
