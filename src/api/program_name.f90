@@ -4,10 +4,10 @@ module qsmpm_program_name
   implicit none
   private
 
-  public :: program_name, has_feature, api_version
+  public :: program_name, has_feature
 
   !> Version of the interface to C: 10000 major + 100 minor + patch. It grows with every change a caller can see.
-  integer, parameter :: api_version = 100
+  integer, parameter, public :: api_version = 100
 
 contains
 
