@@ -9,7 +9,8 @@ program qsmpm_main
   use qsmpm_error, only: error_type
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type
-  use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck, program_name
+  use qsmpm_program_name, only: program_name
+  use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck
   implicit none
 
   type(string_type), allocatable :: words(:)

@@ -1,13 +1,13 @@
-!> A deck from the file to the results: read, build, record, run. Only the recorder writes, and
-!> nothing is written before deck, model and restart file are known to be good.
+!> A deck from the file to the results: read, create, record, run, by the same procedures that an embedding
+!> program calls. Only the recorder writes, and nothing is written before deck, model and restart file are known to
+!> be good.
 !>
 !> The caller gets an exit code and the sentences that belong on the error output.
 module qsmpm_run
   use omp_lib, only: omp_set_num_threads
   use qsmpm_analysis, only: analysis_type
   use qsmpm_blas_threads, only: set_blas_threads
-  use qsmpm_clock, only: start_clock
-  use qsmpm_deck, only: read_deck, echo_text
+  use qsmpm_deck, only: read_deck
   use qsmpm_display, only: display_plain
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: write_text
@@ -17,20 +17,20 @@ module qsmpm_run
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
-  use qsmpm_phases, only: run_phases, error_stopped
+  use qsmpm_phases, only: error_stopped
+  use qsmpm_problem, only: problem_type
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
-  use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, profile_file, signal_number
-  use qsmpm_restart, only: read_restart, text_fingerprint
+  use qsmpm_recorder, only: recorder_type, profile_file, signal_number
   use qsmpm_run_profile, only: run_profile_type
-  use qsmpm_stopwatch, only: start_stopwatch, turn_to, part_input, part_output
+  use qsmpm_simulation, only: simulation_type
+  use qsmpm_stopwatch, only: turn_to, part_control
   use qsmpm_reduction, only: expansion_type, verdict_type
   use qsmpm_scene, only: reduce_scene
-  use qsmpm_version, only: version, compiler, build_type
   use qsmpm_whole_scene, only: whole_scene_type, begin_whole
   implicit none
   private
 
-  public :: run_request_type, run_deck, check_deck, plan_deck, program_name
+  public :: run_request_type, run_deck, check_deck, plan_deck
 
   !> What is to be run, and how.
   type :: run_request_type
@@ -52,13 +52,6 @@ module qsmpm_run
   integer, parameter :: signal_base = 128
 
 contains
-
-  !> The program's name, version and make.
-  pure function program_name() result(text)
-    character(len=:), allocatable :: text
-
-    text = 'qsmpm '//version//' ('//compiler//', '//build_type//')'
-  end function program_name
 
   !> Read a deck and build its model: the smallest one where the deck leaves it open.
   subroutine load_deck(path, scene, expansion, verdicts, model, warnings, error)
@@ -160,84 +153,63 @@ contains
     character(len=:), allocatable, intent(out) :: report
     !> 0 when the run finished; else the code of the error, or 128 plus the number of the signal.
     integer, intent(out) :: exit_code
-    type(model_type) :: model
-    type(analysis_type) :: scene
-    type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
-    type(recorder_options_type) :: options
+    type(problem_type) :: problem
+    type(simulation_type) :: simulation
     type(error_type), allocatable :: error
-    type(run_profile_type) :: profile
-    character(len=:), allocatable :: echo
+    character(len=:), allocatable :: directory
 
     exit_code = 0
-    call start_clock(options%clock)
-    call start_stopwatch(profile%watch, part_input)
-    call omp_set_num_threads(max(1, request%threads))
-    call set_blas_threads(1)
-    call load_deck(request%deck, scene, expansion, verdicts, model, report, error)
-    if (.not. allocated(error)) call begin_whole(options%whole, scene, expansion, model, error)
+    call problem%read(request%deck, error)
+    report = problem%messages
+    simulation%threads = request%threads
+    if (.not. allocated(error)) call simulation%create(problem, error)
+    if (.not. allocated(error) .and. len(request%restart) > 0) call simulation%load(request%restart, error)
     if (.not. allocated(error)) then
-      call echo_text(scene, echo)
-      options%display = request%display
-      options%banner = program_name()
-      options%fingerprint = text_fingerprint(echo)
-      options%continued = len(request%restart) > 0
-      if (options%continued) then
-        call read_restart(request%restart, model, options%fingerprint, error)
-      end if
+      directory = request%directory
+      if (len(directory) == 0) directory = 'output/'//simulation%model%analysis%job
+      call simulation%record(directory, error, request%display, len(request%restart) > 0)
+      if (allocated(simulation%recorder)) report = ''
     end if
-    if (allocated(error)) then
+    if (allocated(simulation%recorder)) then
+      call run_recorded(request, simulation, error, report, exit_code)
+    else if (allocated(error)) then
       call report_error(report, error, exit_code)
-    else
-      call record_run(request, options, model, echo, profile, report, exit_code)
     end if
+    call simulation%destroy()
   end subroutine run_deck
 
-  !> Run a model with a recorder.
-  subroutine record_run(request, options, model, echo, profile, report, exit_code)
+  !> Run an analysis whose results are written, and tell where the time went.
+  subroutine run_recorded(request, simulation, error, report, exit_code)
     !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> How it is recorded.
-    type(recorder_options_type), intent(in) :: options
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> The resolved deck.
-    character(len=*), intent(in) :: echo
-    !> Time and work of the run, its stopwatch started.
-    type(run_profile_type), intent(inout) :: profile
+    !> The analysis.
+    type(simulation_type), intent(inout) :: simulation
+    !> What is wrong already.
+    type(error_type), allocatable, intent(inout) :: error
     !> Warnings and errors, one a line.
     character(len=:), allocatable, intent(inout) :: report
     !> Unchanged when the run finished.
     integer, intent(inout) :: exit_code
-    type(recorder_type) :: recorder
-    type(error_type), allocatable :: error, outcome
-    character(len=:), allocatable :: directory
+    type(error_type), allocatable :: outcome
 
-    directory = request%directory
-    if (len(directory) == 0) directory = 'output/'//model%analysis%job
-    call turn_to(profile%watch, part_output)
-    call create(recorder, model, directory, options, error)
     if (allocated(error)) then
-      call report_error(report, error, exit_code)
-      return
+      call move_alloc(error, simulation%outcome)
+    else
+      call simulation%run(error)
     end if
-    if (len(report) > 0) call recorder%note(without_last_newline(report))
-    report = ''
-    call write_text(directory//'/'//model%analysis%job//'.echo.inp', echo, outcome)
-    if (.not. allocated(outcome)) call run_phases(model, recorder, profile, outcome)
-    call tell_times(request, directory, profile, recorder, error)
-    if (allocated(error) .and. .not. allocated(outcome)) call move_alloc(error, outcome)
-    call close(recorder, model, error, outcome)
+    call turn_to(simulation%march%step%profile%watch, part_control)
+    call tell_times(request, simulation%march%step%profile, simulation%recorder, error)
+    if (allocated(error) .and. .not. allocated(simulation%outcome)) call move_alloc(error, simulation%outcome)
+    if (allocated(simulation%outcome)) allocate (outcome, source=simulation%outcome)
+    call simulation%finish_record(error)
     if (allocated(error)) call report_error(report, error, exit_code)
     if (allocated(outcome)) call report_error(report, outcome, exit_code)
-  end subroutine record_run
+  end subroutine run_recorded
 
   !> Where the time went: a line of the log and, on request, a table and a file.
-  subroutine tell_times(request, directory, profile, recorder, error)
+  subroutine tell_times(request, profile, recorder, error)
     !> What is to be run.
     type(run_request_type), intent(in) :: request
-    !> Where the results go.
-    character(len=*), intent(in) :: directory
     !> Time and work of the run.
     type(run_profile_type), intent(in) :: profile
     !> The recorder.
@@ -248,7 +220,7 @@ contains
     recorder%times = shares_line(profile, request%threads)
     if (.not. request%profile) return
     call recorder%note(profile_table(profile, request%threads))
-    call write_text(directory//'/'//profile_file, profile_json(profile, request%threads), error)
+    call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
   end subroutine tell_times
 
   !> Add an error to the report and take its exit code.

@@ -16,7 +16,7 @@ module qsmpm_jaumann_solid
   implicit none
   private
 
-  public :: update_solid
+  public :: update_solid, spin_columns, product_of, full, contract, piola_tangent
 
 contains
 
@@ -225,11 +225,29 @@ contains
     real(wp), intent(in) :: det
     !> A (row i, column J, row k, column L).
     real(wp), intent(out) :: a(3, 3, 3, 3)
-    real(wp) :: change(6, 3, 3), q(3, 3)
-    integer :: i, j, k, l
+    real(wp) :: change(6, 3, 3)
 
     call stress_change(model, increment, response, n, stress, change)
-    if (increment%turns) call contract(increment, change)
+    if (increment%turns) call contract(product_of(increment%rotation, increment%mid), &
+      product_of(increment%mid, transpose(increment%rotation)), change)
+    call piola_tangent(stress, inverse, det, change, a)
+  end subroutine point_tangent
+
+  !> A from the change of the stress with dF.
+  pure subroutine piola_tangent(stress, inverse, det, change, a)
+    !> Cauchy stress that enters the tangent.
+    real(wp), intent(in) :: stress(3, 3)
+    !> F^-1.
+    real(wp), intent(in) :: inverse(3, 3)
+    !> det(F).
+    real(wp), intent(in) :: det
+    !> Change of the stress with dF, by row and column.
+    real(wp), intent(in) :: change(6, 3, 3)
+    !> A (row i, column J, row k, column L).
+    real(wp), intent(out) :: a(3, 3, 3, 3)
+    real(wp) :: q(3, 3)
+    integer :: i, j, k, l
+
     call first_piola(stress, inverse, det, q)
     do l = 1, 3
       do k = 1, 3
@@ -241,19 +259,18 @@ contains
         end do
       end do
     end do
-  end subroutine point_tangent
+  end subroutine piola_tangent
 
-  !> From the change with dG to that with dF, dG_ab = (R mid)_ak dF_kL (mid R^T)_Lb.
-  pure subroutine contract(increment, change)
-    !> The step before the return.
-    type(increment_type), intent(in) :: increment
+  !> From the change with dG to that with dF, dG_ab = left_ak dF_kL right_Lb.
+  pure subroutine contract(left, right, change)
+    !> The factors, R mid and mid R^T.
+    real(wp), intent(in) :: left(3, 3)
+    real(wp), intent(in) :: right(3, 3)
     !> In: by dG. Out: by dF.
     real(wp), intent(inout) :: change(6, 3, 3)
-    real(wp) :: left(3, 3), right(3, 3), half(6, 3, 3)
+    real(wp) :: half(6, 3, 3)
     integer :: k, l
 
-    left = product_of(increment%rotation, increment%mid)
-    right = product_of(increment%mid, transpose(increment%rotation))
     do l = 1, 3
       do k = 1, 3
         half(:, k, l) = change(:, 1, l)*left(1, k) + change(:, 2, l)*left(2, k) + change(:, 3, l)*left(3, k)

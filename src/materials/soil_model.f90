@@ -4,7 +4,8 @@
 !>
 !> Three dimensions always: components 11,22,33,12,13,23, shear strain gamma = 2 eps, tension positive, effective
 !> stress. The strain increment is the symmetric part of the displacement increment's gradient on the mid
-!> configuration. The model owns its Cauchy stress: nothing is added to it afterwards.
+!> configuration, in the frame to which stress and strain of the start have been turned (qsmpm_step_turn). The model
+!> owns its Cauchy stress: nothing is added to it afterwards.
 module qsmpm_soil_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: moment_type
@@ -45,7 +46,7 @@ module qsmpm_soil_model
     real(wp) :: share = 0.0_wp
     !> Whether the point yields.
     logical :: plastic = .false.
-    !> d stress(i) / d strain(j), strictly d(J stress)/(J d strain) (6,6), where wanted.
+    !> d stress(i) / d strain(j) of the update (6,6), where wanted.
     real(wp) :: tangent(6, 6) = 0.0_wp
     !> What there is to say when the status is not ok.
     character(len=:), allocatable :: message

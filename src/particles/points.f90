@@ -11,7 +11,7 @@ module qsmpm_points
   private
 
   public :: carried_type, points_type, surface_points_type
-  public :: allocate_carried, allocate_points, allocate_surface_points, set_normals
+  public :: allocate_carried, allocate_points, allocate_surface_points, copy_points, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -95,6 +95,31 @@ contains
     allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
       source=0.0_wp)
   end subroutine allocate_points
+
+  !> Copy material points array by array: those of the same size stay where they are in memory, which an
+  !> assignment of the whole does not promise.
+  pure subroutine copy_points(from, to)
+    !> The points.
+    type(points_type), intent(in) :: from
+    !> Their copy.
+    type(points_type), intent(inout) :: to
+
+    to%count = from%count
+    to%position = from%position
+    to%initial_position = from%initial_position
+    to%local = from%local
+    to%cell = from%cell
+    to%body = from%body
+    to%material = from%material
+    to%volume = from%volume
+    to%initial_volume = from%initial_volume
+    to%weight = from%weight
+    to%stress = from%stress
+    to%state = from%state
+    to%plastic = from%plastic
+    to%half_size = from%half_size
+    to%deformation_gradient = from%deformation_gradient
+  end subroutine copy_points
 
   !> Allocate surface points of no area.
   pure subroutine allocate_surface_points(surface, dimension, count)

@@ -17,7 +17,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_law_factory, only: new_law
-  use qsmpm_law, only: law_type
+  use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
@@ -36,12 +36,14 @@ module qsmpm_model_builder
 contains
 
   !> Build the model of an analysis.
-  subroutine build_model(analysis, model, error)
+  subroutine build_model(analysis, model, error, own)
     type(analysis_type), intent(in) :: analysis
     !> The model.
     type(model_type), intent(out) :: model
     !> error_deck with one fault a line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
+    !> Laws of an embedding program, in the place of those of the deck where allocated (materials).
+    type(law_slot_type), intent(in), optional :: own(:)
     type(fault_list_type) :: faults
 
     model%analysis = analysis
@@ -52,7 +54,7 @@ contains
     call make_mesh(model, faults)
     if (faults%count == 0) call make_sets(model, faults)
     if (faults%count == 0) call make_space(model, faults)
-    call make_laws(model, faults)
+    call make_laws(model, faults, own)
     if (faults%count == 0) call choose_cures(model)
     if (faults%count == 0) call make_points(model, faults)
     if (faults%count == 0) call make_surfaces(model, faults)
@@ -80,11 +82,13 @@ contains
   end subroutine fill_defaults
 
   !> One law a material.
-  subroutine make_laws(model, faults)
+  subroutine make_laws(model, faults, own)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
+    !> Laws of an embedding program (materials).
+    type(law_slot_type), intent(in), optional :: own(:)
     type(material_parameters_type) :: parameters
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
@@ -92,6 +96,12 @@ contains
 
     allocate (model%laws(size(model%analysis%materials)))
     do m = 1, size(model%laws)
+      if (present(own)) then
+        if (allocated(own(m)%law)) then
+          allocate (model%laws(m)%law, source=own(m)%law)
+          cycle
+        end if
+      end if
       associate (material => model%analysis%materials(m), method => model%analysis%method)
         parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
           mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, &

@@ -17,7 +17,7 @@ module qsmpm_model_window
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_points, only: carried_type
+  use qsmpm_points, only: carried_type, copy_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_space, only: node_label, refresh_space
   implicit none
@@ -158,7 +158,6 @@ contains
     !> The window.
     type(window_type), intent(in) :: window
     type(fault_list_type) :: none
-    real(wp), allocatable :: point_force(:, :)
 
     ! What was good for one part of the grid is good for another: there are no faults.
     model%state%window = window
@@ -166,15 +165,14 @@ contains
     call make_mesh(model, none)
     call make_sets(model, none)
     call make_space(model, none)
-    if (allocated(model%loading%point_force)) call move_alloc(model%loading%point_force, point_force)
     call resume_phase(model)
-    if (allocated(point_force)) call move_alloc(point_force, model%loading%point_force)
     model%state%coordinates = model%mesh%coordinates
     if (allocated(model%state%reactions)) deallocate (model%state%reactions)
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine fit_window
 
-  !> Put a state back, with its window.
+  !> Put a state back, with its window. Arrays of the material points stay where they are in memory: embedding
+  !> programs look at them.
   subroutine restore(state, model)
     !> The state.
     type(state_type), intent(in) :: state
@@ -182,7 +180,14 @@ contains
     type(model_type), intent(inout) :: model
 
     call return_to_window(model, state%window)
-    model%state = state
+    call copy_points(state%points, model%state%points)
+    model%state%surface = state%surface
+    model%state%tracers = state%tracers
+    model%state%coordinates = state%coordinates
+    model%state%reactions = state%reactions
+    model%state%window = state%window
+    model%state%plate = state%plate
+    model%state%progress = state%progress
     call place_mesh(model)
   end subroutine restore
 

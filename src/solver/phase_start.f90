@@ -58,7 +58,8 @@ contains
     call set_normals(model%state%surface, changed)
   end subroutine begin_supports
 
-  !> Loads and constraints of the model's current phase, by going through all phases up to it.
+  !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
+  !> points are an embedding program's and stay.
   subroutine resume_phase(model)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -79,6 +80,7 @@ contains
     end do
     allocate (loading%open_edge(model%mesh%cell_count))
     call find_open_edges(model%mesh, loading%held, loading%open_edge)
+    if (allocated(model%loading%point_force)) call move_alloc(model%loading%point_force, loading%point_force)
     model%loading = loading
   end subroutine resume_phase
 

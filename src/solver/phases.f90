@@ -20,7 +20,8 @@ module qsmpm_phases
   implicit none
   private
 
-  public :: run_phases, error_stopped
+  public :: march_type, run_phases, begin_march, march_step, end_phase, end_march, is_finished, phase_is_complete
+  public :: error_stopped
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
@@ -30,6 +31,18 @@ module qsmpm_phases
   real(wp), parameter :: largest_cut = 0.9_wp
   !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
   real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
+
+  !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
+  type :: march_type
+    !> Scratch of the step: pattern and factors of the equations, times.
+    type(step_type) :: step
+    !> The loads of the present phase are in force.
+    logical :: begun = .false.
+    !> The observer knows that the present phase has ended.
+    logical :: told = .false.
+    !> Share of the phase that no step goes beyond.
+    real(wp) :: limit = 1.0_wp
+  end type march_type
 
 contains
 
@@ -43,37 +56,118 @@ contains
     type(run_profile_type), intent(inout) :: profile
     !> Not converged, a lost point, singular equations, or error_stopped.
     type(error_type), allocatable, intent(out) :: error
-    type(step_type) :: step
-    integer :: phase
+    type(march_type) :: march
 
-    step%told = model%state%window
-    step%profile = profile
-    call turn_to(step%profile%watch, part_control)
-    do phase = model%state%progress%phase, size(model%analysis%phases)
-      if (model%state%progress%phase == phase .and. model%state%progress%fraction > 0.0_wp) then
-        call resume_phase(model)
-      else
-        model%state%progress%phase = phase
-        call start_phase(model)
-      end if
-      call run_phase(model, step, model%analysis%phases(phase), observer, error)
-      if (allocated(error)) exit
-      call turn_to(step%profile%watch, part_output)
-      call observer%phase_done(model, error)
-      call turn_to(step%profile%watch, part_control)
+    call begin_march(model, profile, march)
+    do while (.not. is_finished(model, march))
+      call march_step(model, march, observer, error)
       if (allocated(error)) exit
     end do
-    call end_system(step%system)
-    call turn_to(step%profile%watch, part_control)
-    profile = step%profile
+    call end_march(march, profile)
   end subroutine run_phases
 
-  !> Step through one phase.
-  subroutine run_phase(model, step, phase, observer, error)
+  !> Make ready to step on from where the model stands.
+  subroutine begin_march(model, profile, march)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Time and work so far.
+    type(run_profile_type), intent(in) :: profile
+    !> The run.
+    type(march_type), intent(inout) :: march
+
+    march%step%told = model%state%window
+    march%step%profile = profile
+    march%begun = .false.
+    march%told = .false.
+    call turn_to(march%step%profile%watch, part_control)
+  end subroutine begin_march
+
+  !> Give back what the solver holds, and the times.
+  subroutine end_march(march, profile)
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Time and work of the run.
+    type(run_profile_type), intent(inout) :: profile
+
+    call end_system(march%step%system)
+    call turn_to(march%step%profile%watch, part_control)
+    profile = march%step%profile
+  end subroutine end_march
+
+  !> Whether the last phase has ended and the observer knows.
+  pure logical function is_finished(model, march)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(in) :: march
+
+    is_finished = model%state%progress%phase > size(model%analysis%phases)
+    if (model%state%progress%phase == size(model%analysis%phases)) is_finished = march%begun .and. march%told
+  end function is_finished
+
+  !> Whether the present phase is at its end.
+  pure logical function phase_is_complete(model)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    phase_is_complete = .not. model%state%progress%fraction < 1.0_wp - closeness
+  end function phase_is_complete
+
+  !> One accepted step: the first one of a phase begins it, the last one ends it. Where a run is resumed at the
+  !> end of the last phase, only this is told.
+  subroutine march_step(model, march, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. march%begun) then
+      if (model%state%progress%fraction > 0.0_wp) then
+        call resume_phase(model)
+      else
+        call start_phase(model)
+      end if
+      march%begun = .true.
+    end if
+    if (phase_is_complete(model)) then
+      if (.not. march%told) call end_phase(model, march, observer, error)
+      if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
+      model%state%progress%phase = model%state%progress%phase + 1
+      march%told = .false.
+      call start_phase(model)
+    end if
+    call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
+    if (allocated(error)) return
+    if (phase_is_complete(model)) call end_phase(model, march, observer, error)
+  end subroutine march_step
+
+  !> Tell the observer that the phase has ended.
+  subroutine end_phase(model, march, observer, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    !> What went wrong, unallocated when nothing did.
+    type(error_type), allocatable, intent(out) :: error
+
+    march%told = .true.
+    call turn_to(march%step%profile%watch, part_output)
+    call observer%phase_done(model, error)
+    call turn_to(march%step%profile%watch, part_control)
+  end subroutine end_phase
+
+  !> Try until a step is accepted.
+  subroutine reach_step(model, march, phase, observer, error)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
     !> The phase.
     type(phase_type), intent(in) :: phase
     !> Listener of the run.
@@ -82,29 +176,29 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
-    real(wp) :: first, length
+    real(wp) :: first, length, last
 
     first = 1.0_wp/phase%controls%steps
     if (.not. model%state%progress%next_step > 0.0_wp) model%state%progress%next_step = first
-    do while (model%state%progress%fraction < 1.0_wp - closeness)
+    do
       if (observer%stop_requested()) then
         call fail(error, error_stopped, 'stopped on request')
         return
       end if
       length = model%state%progress%next_step
       record = step_record_type()
-      call take_step(model, step, phase%controls, end_of_step(model%state%progress%fraction, length, first), &
-        observer, record, outcome, error)
+      last = min(march%limit, end_of_step(model%state%progress%fraction, length, first))
+      call take_step(model, march%step, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
         call choose_next_step(model, phase, first, length, outcome)
-        call report_step(model, step, phase, observer, record, error)
-      else
-        call cut_step(model, step, phase, first, length, outcome, observer, error)
+        call report_step(model, march%step, phase, observer, record, error)
+        return
       end if
+      call cut_step(model, march%step, phase, first, length, outcome, observer, error)
       if (allocated(error)) return
     end do
-  end subroutine run_phase
+  end subroutine reach_step
 
   !> End of the next step: on a multiple of the first step length where one is near, and never
   !> beyond the phase.

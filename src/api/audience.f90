@@ -1,0 +1,69 @@
+!> The listeners of a run that an embedding program steps: the recorder, where results are written, and one of the
+!> program's own. The record of the last step is kept.
+module qsmpm_audience
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type, step_record_type
+  implicit none
+  private
+
+  public :: audience_type
+
+  !> Those who listen, while a call into the library lasts.
+  type, extends(observer_type) :: audience_type
+    class(observer_type), pointer :: recorder => null()
+    class(observer_type), pointer :: own => null()
+    !> How the last accepted step went.
+    type(step_record_type) :: last
+  contains
+    procedure :: accepted
+    procedure :: phase_done
+    procedure :: note
+    procedure :: stop_requested
+  end type audience_type
+
+contains
+
+  !> A step was accepted.
+  subroutine accepted(self, model, record, error)
+    class(audience_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(step_record_type), intent(in) :: record
+    type(error_type), allocatable, intent(out) :: error
+
+    self%last = record
+    if (associated(self%recorder)) call self%recorder%accepted(model, record, error)
+    if (allocated(error)) return
+    if (associated(self%own)) call self%own%accepted(model, record, error)
+  end subroutine accepted
+
+  !> A phase has ended.
+  subroutine phase_done(self, model, error)
+    class(audience_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    if (associated(self%recorder)) call self%recorder%phase_done(model, error)
+    if (allocated(error)) return
+    if (associated(self%own)) call self%own%phase_done(model, error)
+  end subroutine phase_done
+
+  !> A sentence for the log.
+  subroutine note(self, text)
+    class(audience_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    if (associated(self%recorder)) call self%recorder%note(text)
+    if (associated(self%own)) call self%own%note(text)
+  end subroutine note
+
+  !> Whether one of them wants the run to stop.
+  logical function stop_requested(self)
+    class(audience_type), intent(inout) :: self
+
+    stop_requested = .false.
+    if (associated(self%recorder)) stop_requested = self%recorder%stop_requested()
+    if (stop_requested .or. .not. associated(self%own)) return
+    stop_requested = self%own%stop_requested()
+  end function stop_requested
+end module qsmpm_audience

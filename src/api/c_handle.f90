@@ -1,0 +1,181 @@
+!> What a handle of the C interface stands for, and texts on their way from and to C.
+module qsmpm_c_handle
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, &
+    c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_display, only: step_text
+  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_problem, only: problem_type
+  use qsmpm_simulation, only: simulation_type
+  use qsmpm_snapshot, only: snapshot_type
+  implicit none
+  private
+
+  public :: handle_type, logger_type, find_handle, keep_error, text_from, put_text
+
+  !> Status of a call with a handle that is null.
+  integer(c_int), parameter, public :: status_no_handle = 7
+  !> What a logger hears: nothing, sentences, sentences and steps.
+  integer, parameter :: level_notes = 1, level_steps = 2
+
+  !> The listener of a C program.
+  type, extends(observer_type) :: logger_type
+    type(c_funptr) :: procedure = c_null_funptr
+    type(c_ptr) :: user = c_null_ptr
+    integer :: level = level_steps
+  contains
+    procedure :: accepted
+    procedure :: phase_done
+    procedure :: note
+    procedure :: stop_requested
+  end type logger_type
+
+  !> What a handle stands for.
+  type :: handle_type
+    type(problem_type) :: problem
+    type(simulation_type) :: simulation
+    type(snapshot_type) :: snapshot
+    type(logger_type) :: logger
+    !> How the last call that can fail ended.
+    integer :: code = 0
+    character(len=:), allocatable :: message
+  end type handle_type
+
+  abstract interface
+    !> Hear a sentence.
+    subroutine c_logger(user, text) bind(c)
+      import :: c_ptr, c_char
+      type(c_ptr), value :: user
+      character(kind=c_char), intent(in) :: text(*)
+    end subroutine c_logger
+  end interface
+
+  interface
+    !> strlen(3).
+    function c_strlen(text) bind(c, name='strlen') result(length)
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: text
+      integer(c_size_t) :: length
+    end function c_strlen
+  end interface
+
+contains
+
+  !> What a handle stands for; null for null.
+  subroutine find_handle(pointer, handle)
+    !> The handle.
+    type(c_ptr), intent(in) :: pointer
+    !> What it stands for.
+    type(handle_type), pointer, intent(out) :: handle
+
+    nullify (handle)
+    if (c_associated(pointer)) call c_f_pointer(pointer, handle)
+  end subroutine find_handle
+
+  !> Keep how a call ended; its code is the status.
+  integer(c_int) function keep_error(handle, error) result(status)
+    !> The handle.
+    type(handle_type), intent(inout) :: handle
+    !> The error of the call.
+    type(error_type), allocatable, intent(in) :: error
+
+    handle%code = 0
+    handle%message = ''
+    if (allocated(error)) then
+      handle%code = error%code
+      handle%message = error%message
+    end if
+    status = int(handle%code, c_int)
+  end function keep_error
+
+  !> Text of a C string; empty for null.
+  subroutine text_from(pointer, text)
+    !> The string.
+    type(c_ptr), intent(in) :: pointer
+    !> The text.
+    character(len=:), allocatable, intent(out) :: text
+    character(kind=c_char), pointer :: characters(:)
+    integer :: i, length
+
+    length = 0
+    if (c_associated(pointer)) length = int(c_strlen(pointer))
+    allocate (character(len=length) :: text)
+    if (length == 0) return
+    call c_f_pointer(pointer, characters, [length])
+    do i = 1, length
+      text(i:i) = characters(i)
+    end do
+  end subroutine text_from
+
+  !> Put a text into a buffer, cut off where it is too long; its length is the result.
+  integer(c_int) function put_text(text, pointer, length) result(needed)
+    !> The text.
+    character(len=*), intent(in) :: text
+    !> The buffer; may be null to ask for the length.
+    type(c_ptr), intent(in) :: pointer
+    !> Its size with the null character.
+    integer(c_int), intent(in) :: length
+    character(kind=c_char), pointer :: characters(:)
+    integer :: i, n
+
+    needed = int(len(text), c_int)
+    if (.not. c_associated(pointer) .or. length < 1) return
+    call c_f_pointer(pointer, characters, [length])
+    n = min(len(text), int(length) - 1)
+    do i = 1, n
+      characters(i) = text(i:i)
+    end do
+    characters(n + 1) = c_null_char
+  end function put_text
+
+  !> Tell of an accepted step.
+  subroutine accepted(self, model, record, error)
+    class(logger_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(step_record_type), intent(in) :: record
+    type(error_type), allocatable, intent(out) :: error
+
+    if (self%level >= level_steps) call say(self, step_text(model, record))
+  end subroutine accepted
+
+  !> The end of a phase is heard from the steps.
+  subroutine phase_done(self, model, error)
+    class(logger_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine phase_done
+
+  !> Tell a sentence.
+  subroutine note(self, text)
+    class(logger_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    if (self%level >= level_notes) call say(self, text)
+  end subroutine note
+
+  !> The program stops by not asking for the next step.
+  logical function stop_requested(self)
+    class(logger_type), intent(inout) :: self
+
+    associate (unused => self)
+    end associate
+    stop_requested = .false.
+  end function stop_requested
+
+  !> Call the program's procedure.
+  subroutine say(logger, text)
+    !> The listener.
+    class(logger_type), intent(in) :: logger
+    !> The text.
+    character(len=*), intent(in) :: text
+    procedure(c_logger), pointer :: call_back
+
+    if (.not. c_associated(logger%procedure)) return
+    call c_f_procpointer(logger%procedure, call_back)
+    call call_back(logger%user, text//c_null_char)
+  end subroutine say
+end module qsmpm_c_handle

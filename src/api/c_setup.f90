@@ -1,0 +1,260 @@
+!> C interface: handles, decks, materials, errors (include/qsmpm.h).
+module qsmpm_c_setup
+  use, intrinsic :: iso_c_binding, only: c_associated, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle
+  use qsmpm_callback_model, only: callback_model_type, c_model_options_type
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_program_name, only: api_version, has_feature, program_name
+  implicit none
+  private
+
+contains
+
+  !> Version of this interface: 10000 major + 100 minor + patch.
+  function c_api_version() bind(c, name='qsmpm_api_version') result(number)
+    integer(c_int) :: number
+
+    number = int(api_version, c_int)
+  end function c_api_version
+
+  !> Name, version and make of the library; the result is the length of the text.
+  function c_version(buffer, length) bind(c, name='qsmpm_version') result(needed)
+    !> Where the text goes.
+    type(c_ptr), value :: buffer
+    !> Its size.
+    integer(c_int), value :: length
+    integer(c_int) :: needed
+
+    needed = put_text(program_name(), buffer, length)
+  end function c_version
+
+  !> 1 where something optional is there, else 0.
+  function c_has(feature) bind(c, name='qsmpm_has') result(answer)
+    !> Its name.
+    type(c_ptr), value :: feature
+    integer(c_int) :: answer
+    character(len=:), allocatable :: name
+
+    call text_from(feature, name)
+    answer = merge(1_c_int, 0_c_int, has_feature(name))
+  end function c_has
+
+  !> A new handle.
+  function c_create(pointer) bind(c, name='qsmpm_create') result(status)
+    !> The handle; null with a status.
+    type(c_ptr), intent(out) :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    integer :: failed
+
+    pointer = c_null_ptr
+    status = int(error_other, c_int)
+    allocate (handle, stat=failed)
+    if (failed /= 0) return
+    handle%message = ''
+    pointer = c_loc(handle)
+    status = 0
+  end function c_create
+
+  !> Give a handle and all that it holds back; it is null afterwards.
+  function c_destroy(pointer) bind(c, name='qsmpm_destroy') result(status)
+    !> The handle; null is none.
+    type(c_ptr), intent(inout) :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+
+    status = 0
+    call find_handle(pointer, handle)
+    pointer = c_null_ptr
+    if (.not. associated(handle)) return
+    call handle%simulation%destroy()
+    deallocate (handle)
+  end function c_destroy
+
+  !> Sentence of the last call that failed, empty after one that did not; the result is its length.
+  function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Where the text goes.
+    type(c_ptr), value :: buffer
+    !> Its size.
+    integer(c_int), value :: length
+    integer(c_int) :: needed
+    type(handle_type), pointer :: handle
+
+    call find_handle(pointer, handle)
+    if (associated(handle)) then
+      needed = put_text(handle%message, buffer, length)
+    else
+      needed = put_text('the handle is null', buffer, length)
+    end if
+  end function c_error
+
+  !> What the reader of the deck has to say, one sentence a line; the result is its length.
+  function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Where the text goes.
+    type(c_ptr), value :: buffer
+    !> Its size.
+    integer(c_int), value :: length
+    integer(c_int) :: needed
+    type(handle_type), pointer :: handle
+    character(len=:), allocatable :: text
+
+    text = ''
+    call find_handle(pointer, handle)
+    if (associated(handle)) then
+      if (allocated(handle%problem%messages)) text = handle%problem%messages
+    end if
+    needed = put_text(text, buffer, length)
+  end function c_messages
+
+  !> Read a deck from its file.
+  function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its path.
+    type(c_ptr), value :: path
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(path, name)
+    call handle%problem%read(name, error)
+    status = keep_error(handle, error)
+  end function c_read_deck
+
+  !> Read a deck that is at hand as text.
+  function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its text, lines ended by newline.
+    type(c_ptr), value :: deck
+    !> Name of the job.
+    type(c_ptr), value :: job
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(deck, text)
+    call text_from(job, name)
+    call handle%problem%parse(text, name, error)
+    status = keep_error(handle, error)
+  end function c_parse_deck
+
+  !> Give a material of the deck a model of the program's own, before initialise.
+  function c_set_material(pointer, material, options, start, update, user) bind(c, name='qsmpm_set_material') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Name of the material in the deck.
+    type(c_ptr), value :: material
+    !> What the model is like.
+    type(c_model_options_type), intent(in) :: options
+    !> State of a point with a given stress; null for zeros.
+    type(c_funptr), value :: start
+    !> One step of one point.
+    type(c_funptr), value :: update
+    !> Handed to both.
+    type(c_ptr), value :: user
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+    type(callback_model_type) :: model
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(material, name)
+    if (.not. c_associated(update)) then
+      call fail(error, error_other, "the model of material '"//name//"' is null")
+    else
+      call fill(options, model)
+      model%start_procedure = start
+      model%update_procedure = update
+      model%user = user
+      call handle%problem%set_material(name, model, error)
+    end if
+    status = keep_error(handle, error)
+  end function c_set_material
+
+  !> Copy what the model is like.
+  pure subroutine fill(options, model)
+    !> As C says it.
+    type(c_model_options_type), intent(in) :: options
+    !> The model.
+    type(callback_model_type), intent(inout) :: model
+
+    model%state_count = max(0, int(options%state_count))
+    model%symmetric = options%symmetric /= 0
+    model%thread_safe = options%thread_safe /= 0
+    model%reads_strain = options%reads_strain /= 0
+    model%reads_gradient = options%reads_gradient /= 0
+    model%stiffness_scale = options%stiffness_scale
+    model%shear_scale = options%shear_scale
+  end subroutine fill
+
+  !> Threads that the analysis may use.
+  function c_set_threads(pointer, threads) bind(c, name='qsmpm_set_threads') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> From 1.
+    integer(c_int), value :: threads
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    handle%simulation%threads = max(1, int(threads))
+    status = keep_error(handle, error)
+  end function c_set_threads
+
+  !> A procedure that hears sentences.
+  function c_set_logger(pointer, logger, user) bind(c, name='qsmpm_set_logger') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> It; null for none.
+    type(c_funptr), value :: logger
+    !> Handed to it.
+    type(c_ptr), value :: user
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    handle%logger%procedure = logger
+    handle%logger%user = user
+    status = keep_error(handle, error)
+  end function c_set_logger
+
+  !> What the logger hears.
+  function c_set_verbosity(pointer, level) bind(c, name='qsmpm_set_verbosity') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> 0 nothing, 1 sentences, 2 sentences and steps.
+    integer(c_int), value :: level
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    handle%logger%level = int(level)
+    status = keep_error(handle, error)
+  end function c_set_verbosity
+end module qsmpm_c_setup

@@ -1,0 +1,360 @@
+!> C interface: stepping, results, states, and the load program (include/qsmpm.h).
+module qsmpm_c_stepping
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, status_no_handle
+  use qsmpm_error, only: error_type
+  implicit none
+  private
+
+contains
+
+  !> Mesh, seed and make ready to step.
+  function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%create(handle%problem, error)
+    status = keep_error(handle, error)
+  end function c_initialise
+
+  !> One accepted load step.
+  function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%advance(handle%logger, error)
+    status = keep_error(handle, error)
+  end function c_advance
+
+  !> Step to the end of the last stage.
+  function c_run(pointer) bind(c, name='qsmpm_run') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%run(handle%logger, error)
+    status = keep_error(handle, error)
+  end function c_run
+
+  !> Step to a share of the present stage, or of the coming one between stages.
+  function c_advance_to(pointer, share) bind(c, name='qsmpm_advance_to') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Above the present share, to 1.
+    real(c_double), value :: share
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%advance_to(share, handle%logger, error)
+    status = keep_error(handle, error)
+  end function c_advance_to
+
+  !> 1 when the last stage has ended, else 0.
+  function c_finished(pointer) bind(c, name='qsmpm_finished') result(answer)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: answer
+    type(handle_type), pointer :: handle
+
+    answer = 0
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    if (handle%simulation%finished()) answer = 1
+  end function c_finished
+
+  !> From now on, write results to a directory.
+  function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its name.
+    type(c_ptr), value :: path
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(path, name)
+    call handle%simulation%record(name, error)
+    status = keep_error(handle, error)
+  end function c_record
+
+  !> Write the whole state to a file.
+  function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its name.
+    type(c_ptr), value :: path
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(path, name)
+    call handle%simulation%save(name, error)
+    status = keep_error(handle, error)
+  end function c_save
+
+  !> Read a state back that was saved with the same stages.
+  function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its name.
+    type(c_ptr), value :: path
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(path, name)
+    call handle%simulation%load(name, error)
+    status = keep_error(handle, error)
+  end function c_load
+
+  !> Close what is written.
+  function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%finish_record(error)
+    status = keep_error(handle, error)
+  end function c_finish_record
+
+  !> Copy state, loads and stages, in memory.
+  function c_keep(pointer) bind(c, name='qsmpm_keep') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%keep(handle%snapshot, error)
+    status = keep_error(handle, error)
+  end function c_keep
+
+  !> Put the copy back.
+  function c_put_back(pointer) bind(c, name='qsmpm_put_back') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%put_back(handle%snapshot, error)
+    status = keep_error(handle, error)
+  end function c_put_back
+
+  !> Add a stage behind the last one.
+  function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Its name.
+    type(c_ptr), value :: name
+    !> Load steps it is first cut into.
+    integer(c_int), value :: steps
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call handle%simulation%add_stage(text, int(steps), error)
+    status = keep_error(handle, error)
+  end function c_add_stage
+
+  !> End the present stage where it stands.
+  function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%end_stage(error)
+    status = keep_error(handle, error)
+  end function c_end_stage
+
+  !> Load factor at the end of the coming stage.
+  function c_set_load_factor(pointer, factor) bind(c, name='qsmpm_set_load_factor') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Above 0.
+    real(c_double), value :: factor
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%set_load_factor(factor, error)
+    status = keep_error(handle, error)
+  end function c_set_load_factor
+
+  !> Load steps of the coming stage.
+  function c_set_steps(pointer, steps) bind(c, name='qsmpm_set_steps') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> From 1.
+    integer(c_int), value :: steps
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%set_steps(int(steps), error)
+    status = keep_error(handle, error)
+  end function c_set_steps
+
+  !> Gravity at the end of the coming stage.
+  function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> It multiplies the unit weights.
+    real(c_double), intent(in) :: vector(3)
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%set_gravity(vector, error)
+    status = keep_error(handle, error)
+  end function c_set_gravity
+
+  !> Dead traction on a surface at the end of the coming stage.
+  function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Name of the surface.
+    type(c_ptr), value :: surface
+    !> Force per undeformed area.
+    real(c_double), intent(in) :: vector(3)
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(surface, name)
+    call handle%simulation%set_traction(name, vector, error)
+    status = keep_error(handle, error)
+  end function c_set_traction
+
+  !> Pressure on a surface at the end of the coming stage.
+  function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Name of the surface.
+    type(c_ptr), value :: surface
+    !> Against the body.
+    real(c_double), value :: pressure
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(surface, name)
+    call handle%simulation%set_pressure(name, pressure, error)
+    status = keep_error(handle, error)
+  end function c_set_pressure
+
+  !> Displacement of a node set over the coming stage.
+  function c_set_displacement(pointer, set, component, value) bind(c, name='qsmpm_set_displacement') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Name of the set.
+    type(c_ptr), value :: set
+    !> 1, 2 or 3.
+    integer(c_int), value :: component
+    !> The displacement.
+    real(c_double), value :: value
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(set, name)
+    call handle%simulation%set_displacement(name, int(component), value, error)
+    status = keep_error(handle, error)
+  end function c_set_displacement
+
+  !> Components of a node set that are held from the coming stage on.
+  function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Name of the set.
+    type(c_ptr), value :: set
+    !> Not 0 where held.
+    integer(c_int), intent(in) :: fixed(3)
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: name
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(set, name)
+    call handle%simulation%set_fixity(name, fixed /= 0, error)
+    status = keep_error(handle, error)
+  end function c_set_fixity
+end module qsmpm_c_stepping

@@ -1,0 +1,210 @@
+!> C interface: values and names (include/qsmpm.h).
+module qsmpm_c_values
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_named_values, only: value_names, value_shape, get_values, set_values, view_values
+  implicit none
+  private
+
+contains
+
+  !> Components and number of the values of a name.
+  function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> The name.
+    type(c_ptr), value :: name
+    !> Components of one.
+    integer(c_int), intent(out) :: rows
+    !> How many.
+    integer(c_int), intent(out) :: columns
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    integer :: components, number
+
+    rows = 0
+    columns = 0
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call value_shape(handle%simulation, text, components, number, error)
+    rows = int(components, c_int)
+    columns = int(number, c_int)
+    status = keep_error(handle, error)
+  end function c_shape
+
+  !> How many numbers the values of a name are: components times number.
+  function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> The name.
+    type(c_ptr), value :: name
+    !> How many.
+    integer(c_int), intent(out) :: number
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    integer :: rows, columns
+
+    number = 0
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call value_shape(handle%simulation, text, rows, columns, error)
+    number = int(rows*columns, c_int)
+    status = keep_error(handle, error)
+  end function c_count
+
+  !> Copy values.
+  function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> The name.
+    type(c_ptr), value :: name
+    !> Where to.
+    type(c_ptr), value :: values
+    !> How many numbers there is room for, as count says.
+    integer(c_int), value :: number
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    real(c_double), pointer :: buffer(:)
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call c_f_pointer(values, buffer, [max(0, int(number))])
+    if (.not. c_associated(values)) nullify (buffer)
+    if (associated(buffer)) call get_values(handle%simulation, text, buffer, error)
+    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    status = keep_error(handle, error)
+  end function c_get
+
+  !> Set values.
+  function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> The name.
+    type(c_ptr), value :: name
+    !> From where.
+    type(c_ptr), value :: values
+    !> How many numbers, as count says.
+    integer(c_int), value :: number
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    real(c_double), pointer :: buffer(:)
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call c_f_pointer(values, buffer, [max(0, int(number))])
+    if (.not. c_associated(values)) nullify (buffer)
+    if (associated(buffer)) call set_values(handle%simulation, text, buffer, error)
+    if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
+    status = keep_error(handle, error)
+  end function c_set
+
+  !> Look at values where they lie in memory, until destroy or initialise.
+  function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> The name.
+    type(c_ptr), value :: name
+    !> Where they are; null with a status.
+    type(c_ptr), intent(out) :: values
+    !> Components of one.
+    integer(c_int), intent(out) :: rows
+    !> How many.
+    integer(c_int), intent(out) :: columns
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+    real(c_double), pointer :: there(:, :)
+
+    values = c_null_ptr
+    rows = 0
+    columns = 0
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(name, text)
+    call view_values(handle%simulation, text, there, error)
+    if (associated(there)) then
+      rows = size(there, 1, c_int)
+      columns = size(there, 2, c_int)
+      if (size(there) > 0) values = c_loc(there(1, 1))
+    end if
+    status = keep_error(handle, error)
+  end function c_view
+
+  !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
+  function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> value, history, stage, surface, set, material or body.
+    type(c_ptr), value :: kind
+    !> Its number.
+    integer(c_int), value :: number
+    !> Where the name goes.
+    type(c_ptr), value :: buffer
+    !> Its size.
+    integer(c_int), value :: length
+    integer(c_int) :: needed
+    type(handle_type), pointer :: handle
+    character(len=:), allocatable :: text, name
+
+    needed = -1
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call text_from(kind, text)
+    call find_name(handle, text, int(number), name)
+    if (allocated(name)) needed = put_text(name, buffer, length)
+  end function c_name
+
+  !> Name of one of a kind, unallocated when there is none.
+  pure subroutine find_name(handle, kind, number, name)
+    !> The handle.
+    type(handle_type), intent(in) :: handle
+    !> The kind.
+    character(len=*), intent(in) :: kind
+    !> Its number.
+    integer, intent(in) :: number
+    !> Its name.
+    character(len=:), allocatable, intent(out) :: name
+
+    if (number < 1) return
+    if (kind == 'value') then
+      if (number <= size(value_names)) name = trim(value_names(number))
+      return
+    end if
+    if (.not. handle%simulation%ready) return
+    associate (scene => handle%simulation%scene, sets => handle%simulation%model%mesh%node_sets)
+      select case (kind)
+      case ('history')
+        if (number <= size(scene%histories)) name = scene%histories(number)%name
+      case ('stage')
+        if (number <= size(scene%phases)) name = scene%phases(number)%name
+      case ('surface')
+        if (number <= size(scene%surfaces)) name = scene%surfaces(number)%name
+      case ('material')
+        if (number <= size(scene%materials)) name = scene%materials(number)%name
+      case ('body')
+        if (number <= size(scene%bodies)) name = scene%bodies(number)%name
+      case ('set')
+        if (number <= size(sets)) name = sets(number)%name
+      end select
+    end associate
+  end subroutine find_name
+end module qsmpm_c_values

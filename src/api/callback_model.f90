@@ -1,0 +1,148 @@
+!> A soil model whose update is a procedure of the embedding program, called through the C interface. What it is told
+!> and what it answers are interoperable copies of the types of `qsmpm_soil_model`; include/qsmpm.h says the same in C.
+module qsmpm_callback_model
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, c_null_char, &
+    c_null_funptr, c_null_ptr, c_ptr
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_broken, status_ok
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  implicit none
+  private
+
+  public :: callback_model_type, c_model_options_type
+
+  !> Longest sentence of a model.
+  integer, parameter :: message_length = 256
+
+  !> What the program says of its model.
+  type, bind(c) :: c_model_options_type
+    integer(c_int) :: state_count = 0
+    integer(c_int) :: symmetric = 0
+    integer(c_int) :: thread_safe = 0
+    integer(c_int) :: reads_strain = 0
+    integer(c_int) :: reads_gradient = 0
+    real(c_double) :: stiffness_scale = 0.0_c_double
+    real(c_double) :: shear_scale = 0.0_c_double
+  end type c_model_options_type
+
+  !> soil_increment_type.
+  type, bind(c) :: c_increment_type
+    real(c_double) :: strain(6), strain_start(6), rotation(3, 3), gradient_start(3, 3), gradient_end(3, 3)
+    integer(c_int) :: phase, step
+    real(c_double) :: start, duration
+    integer(c_int) :: point, cell
+    real(c_double) :: place(3), cell_size
+    integer(c_int) :: wants_tangent, elastic_tangent
+  end type c_increment_type
+
+  !> soil_answer_type without the status, which is the result of the call.
+  type, bind(c) :: c_answer_type
+    integer(c_int) :: plastic
+    real(c_double) :: share
+    real(c_double) :: tangent(6, 6)
+    character(kind=c_char) :: message(message_length)
+  end type c_answer_type
+
+  !> The model.
+  type, extends(soil_model_type) :: callback_model_type
+    type(c_funptr) :: update_procedure = c_null_funptr
+    !> May be null: the state then starts at zero.
+    type(c_funptr) :: start_procedure = c_null_funptr
+    type(c_ptr) :: user = c_null_ptr
+  contains
+    procedure :: start
+    procedure :: update
+  end type callback_model_type
+
+  abstract interface
+    !> One step of one point: a status.
+    function c_update(user, increment, stress, state, answer) bind(c) result(status)
+      import :: c_ptr, c_double, c_int, c_increment_type, c_answer_type
+      type(c_ptr), value :: user
+      type(c_increment_type), intent(in) :: increment
+      real(c_double), intent(inout) :: stress(6)
+      real(c_double), intent(inout) :: state(*)
+      type(c_answer_type), intent(inout) :: answer
+      integer(c_int) :: status
+    end function c_update
+
+    !> State of a point with a given stress.
+    subroutine c_start(user, stress, state) bind(c)
+      import :: c_ptr, c_double
+      type(c_ptr), value :: user
+      real(c_double), intent(in) :: stress(6)
+      real(c_double), intent(inout) :: state(*)
+    end subroutine c_start
+  end interface
+
+contains
+
+  !> State of a point with a given stress.
+  subroutine start(self, stress, state)
+    class(callback_model_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+    procedure(c_start), pointer :: call_back
+    real(c_double) :: copy(max(1, size(state)))
+
+    copy = 0.0_c_double
+    if (c_associated(self%start_procedure)) then
+      call c_f_procpointer(self%start_procedure, call_back)
+      call call_back(self%user, stress, copy)
+    end if
+    state = copy(:size(state))
+  end subroutine start
+
+  !> One step of one point.
+  subroutine update(self, increment, stress, state, answer)
+    class(callback_model_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_answer_type), intent(inout) :: answer
+    procedure(c_update), pointer :: call_back
+    type(c_answer_type) :: told
+    real(c_double) :: copy(max(1, size(state)))
+
+    copy(:size(state)) = state
+    told%plastic = 0
+    told%share = 0.0_c_double
+    told%tangent = 0.0_c_double
+    told%message = c_null_char
+    call c_f_procpointer(self%update_procedure, call_back)
+    answer%status = int(call_back(self%user, as_c(increment), stress, copy, told))
+    if (answer%status < status_ok .or. answer%status > status_broken) answer%status = status_broken
+    state = copy(:size(state))
+    answer%share = told%share
+    answer%plastic = told%plastic /= 0
+    answer%tangent = told%tangent
+    if (answer%status /= status_ok) answer%message = message_of(told%message)
+  end subroutine update
+
+  !> The step as C sees it.
+  pure function as_c(increment) result(told)
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    type(c_increment_type) :: told
+
+    told = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &
+      increment%gradient_end, increment%moment%phase, increment%moment%step, increment%moment%start, &
+      increment%moment%duration, increment%point, increment%cell, increment%place, increment%cell_size, &
+      merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent))
+  end function as_c
+
+  !> Text up to the null character.
+  pure function message_of(characters) result(text)
+    !> The characters.
+    character(kind=c_char), intent(in) :: characters(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(characters)
+      if (characters(i) == c_null_char) exit
+      text = text//characters(i)
+    end do
+    if (len(text) == 0) text = 'the material of the program gives no reason'
+  end function message_of
+end module qsmpm_callback_model

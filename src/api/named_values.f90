@@ -1,0 +1,296 @@
+!> Values of an analysis by name: how many, a copy, a view where they lie in memory, and setters for what may be set.
+!> All are double precision; those of points have the components of a point together, one point after the other.
+module qsmpm_named_values
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_histories, only: take_histories
+  use qsmpm_model, only: model_type
+  use qsmpm_simulation, only: simulation_type
+  use qsmpm_text, only: string_type, nearest_word, integer_text
+  implicit none
+  private
+
+  public :: value_shape, get_values, view_values, set_values
+
+  integer, parameter :: name_length = 24
+  !> What there is; those up to `view_count` can be viewed.
+  character(len=name_length), parameter , public :: value_names(30) = [character(len=name_length) :: &
+    'point_position', 'point_initial_position', 'point_stress', 'point_state', 'point_volume', &
+    'point_initial_volume', 'point_weight', &
+    'point_displacement', 'point_force', 'point_plastic', 'point_body', 'point_material', &
+    'node_position', 'node_reaction', 'gravity', 'histories', &
+    'stage', 'step', 'share', 'load_factor', 'finished', 'coming_stage', 'dimension', &
+    'external_work', 'internal_work', &
+    'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
+  integer, parameter :: view_count = 7
+
+contains
+
+  !> Components and number of the values of a name.
+  subroutine value_shape(simulation, name, rows, columns, error)
+    !> The analysis.
+    type(simulation_type), intent(in) :: simulation
+    !> One of value_names.
+    character(len=*), intent(in) :: name
+    !> Components of one, and how many.
+    integer, intent(out) :: rows, columns
+    !> Set when there is no such name or no model.
+    type(error_type), allocatable, intent(out) :: error
+
+    rows = 0
+    columns = 0
+    call check_name(simulation, name, error)
+    if (allocated(error)) return
+    rows = 1
+    columns = 1
+    associate (model => simulation%model)
+      select case (name)
+      case ('point_position', 'point_initial_position', 'point_displacement', 'point_force')
+        rows = model%mesh%dimension
+        columns = model%state%points%count
+      case ('point_stress')
+        rows = size(model%state%points%stress, 1)
+        columns = model%state%points%count
+      case ('point_state')
+        rows = size(model%state%points%state, 1)
+        columns = model%state%points%count
+      case ('point_volume', 'point_initial_volume', 'point_weight', 'point_plastic', 'point_body', 'point_material')
+        columns = model%state%points%count
+      case ('node_position')
+        rows = model%mesh%dimension
+        columns = model%mesh%node_count
+      case ('node_reaction')
+        rows = model%mesh%dimension
+        columns = model%space%node_count
+      case ('gravity')
+        rows = 3
+      case ('histories')
+        columns = size(model%analysis%histories)
+      end select
+    end associate
+  end subroutine value_shape
+
+  !> Copy values.
+  subroutine get_values(simulation, name, values, error)
+    !> The analysis.
+    type(simulation_type), intent(in) :: simulation
+    !> One of value_names.
+    character(len=*), intent(in) :: name
+    !> As many as value_shape says.
+    real(wp), intent(out) :: values(:)
+    !> Set when there is no such name or their number is another.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: histories(:)
+    integer :: rows, columns
+
+    values = 0.0_wp
+    call value_shape(simulation, name, rows, columns, error)
+    if (.not. allocated(error)) call check_size(name, size(values), rows*columns, error)
+    if (allocated(error)) return
+    associate (points => simulation%model%state%points, loading => simulation%model%loading)
+      select case (name)
+      case ('point_position')
+        values = pack(points%position, .true.)
+      case ('point_initial_position')
+        values = pack(points%initial_position, .true.)
+      case ('point_displacement')
+        values = pack(points%position - points%initial_position, .true.)
+      case ('point_stress')
+        values = pack(points%stress, .true.)
+      case ('point_state')
+        values = pack(points%state, .true.)
+      case ('point_force')
+        if (allocated(loading%point_force)) values = pack(loading%point_force, .true.)
+      case ('point_volume')
+        values = points%volume
+      case ('point_initial_volume')
+        values = points%initial_volume
+      case ('point_weight')
+        values = points%weight
+      case ('point_plastic')
+        values = real(points%plastic, wp)
+      case ('point_body')
+        values = real(points%body, wp)
+      case ('point_material')
+        values = real(points%material, wp)
+      case ('node_position')
+        values = pack(simulation%model%state%coordinates, .true.)
+      case ('node_reaction')
+        values = pack(simulation%model%state%reactions, .true.)
+      case ('gravity')
+        values = loading%gravity_start + simulation%model%state%progress%fraction* &
+          (loading%gravity_final - loading%gravity_start)
+      case ('histories')
+        call take_histories(simulation%model, histories)
+        values = histories
+      case default
+        values(1) = single_value(simulation, name)
+      end select
+    end associate
+  end subroutine get_values
+
+  !> A value that is one number.
+  real(wp) function single_value(simulation, name) result(value)
+    !> The analysis.
+    type(simulation_type), intent(in) :: simulation
+    !> Its name.
+    character(len=*), intent(in) :: name
+
+    value = 0.0_wp
+    associate (progress => simulation%model%state%progress, last => simulation%last)
+      select case (name)
+      case ('stage')
+        value = real(progress%phase, wp)
+      case ('step')
+        value = real(progress%step, wp)
+      case ('share')
+        value = progress%fraction
+      case ('load_factor')
+        value = progress%load_factor
+      case ('finished')
+        value = merge(1.0_wp, 0.0_wp, simulation%finished())
+      case ('coming_stage')
+        value = real(simulation%coming_stage(), wp)
+      case ('dimension')
+        value = real(simulation%model%mesh%dimension, wp)
+      case ('external_work')
+        value = progress%external_work
+      case ('internal_work')
+        value = progress%internal_work
+      case ('iterations')
+        value = real(last%iterations, wp)
+      case ('out_of_balance')
+        value = last%out_of_balance
+      case ('equations')
+        value = real(last%equations, wp)
+      case ('rejected')
+        value = real(last%rejected, wp)
+      case ('step_error')
+        value = last%step_error
+      end select
+    end associate
+  end function single_value
+
+  !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
+  !> is there.
+  subroutine view_values(simulation, name, values, error)
+    !> The analysis.
+    type(simulation_type), intent(in), target :: simulation
+    !> One of the first view_count of value_names.
+    character(len=*), intent(in) :: name
+    !> (components, points)
+    real(wp), pointer, intent(out) :: values(:, :)
+    !> Set when there is no such name, or it is made only when asked for.
+    type(error_type), allocatable, intent(out) :: error
+
+    nullify (values)
+    call check_name(simulation, name, error)
+    if (.not. allocated(error) .and. .not. any(value_names(:view_count) == name)) &
+      call fail(error, error_other, "'"//name//"' has no place in memory: get a copy")
+    if (allocated(error)) return
+    associate (points => simulation%model%state%points)
+      select case (name)
+      case ('point_position')
+        values => simulation%model%state%points%position
+      case ('point_initial_position')
+        values => simulation%model%state%points%initial_position
+      case ('point_stress')
+        values => simulation%model%state%points%stress
+      case ('point_state')
+        values => simulation%model%state%points%state
+      case ('point_volume')
+        values(1:1, 1:points%count) => simulation%model%state%points%volume
+      case ('point_initial_volume')
+        values(1:1, 1:points%count) => simulation%model%state%points%initial_volume
+      case ('point_weight')
+        values(1:1, 1:points%count) => simulation%model%state%points%weight
+      end select
+    end associate
+  end subroutine view_values
+
+  !> Set values: point_stress, with the state that belongs to it; point_state; point_force.
+  subroutine set_values(simulation, name, values, error)
+    !> The analysis.
+    type(simulation_type), intent(inout) :: simulation
+    !> The name.
+    character(len=*), intent(in) :: name
+    !> As many as value_shape says.
+    real(wp), intent(in) :: values(:)
+    !> Set when they cannot be set, or are not that many finite numbers.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: rows, columns
+
+    call value_shape(simulation, name, rows, columns, error)
+    if (.not. allocated(error)) call check_size(name, size(values), rows*columns, error)
+    if (.not. allocated(error) .and. .not. all(abs(values) <= huge(1.0_wp))) &
+      call fail(error, error_other, "a value of '"//name//"' is not a finite number")
+    if (allocated(error)) return
+    select case (name)
+    case ('point_stress')
+      call start_stresses(simulation%model, reshape(values, [rows, columns]))
+    case ('point_state')
+      simulation%model%state%points%state(:, :) = reshape(values, [rows, columns])
+    case ('point_force')
+      call simulation%set_point_force(reshape(values, [rows, columns]), error)
+    case default
+      call fail(error, error_other, "'"//name//"' cannot be set")
+    end select
+  end subroutine set_values
+
+  !> Give the points a stress, as an initial stress is given: it belongs to their present volume.
+  subroutine start_stresses(model, stress)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Cauchy stress (4 or 6, points).
+    real(wp), intent(in) :: stress(:, :)
+    integer :: p
+
+    associate (points => model%state%points)
+      points%stress(:, :) = stress
+      points%initial_volume(:) = points%volume
+      do p = 1, points%count
+        associate (law => model%laws(points%material(p))%law)
+          call law%start(points%stress(:, p), points%state(:law%state_count, p))
+        end associate
+      end do
+    end associate
+  end subroutine start_stresses
+
+  !> Set when there is no model or no such name.
+  subroutine check_name(simulation, name, error)
+    !> The analysis.
+    type(simulation_type), intent(in) :: simulation
+    !> The name.
+    character(len=*), intent(in) :: name
+    !> Says what it may have been.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type) :: names(size(value_names))
+    character(len=:), allocatable :: near
+    integer :: i
+
+    if (.not. simulation%ready) then
+      call fail(error, error_other, 'there is no model: create it first')
+      return
+    end if
+    if (any(value_names == name)) return
+    do i = 1, size(names)
+      names(i)%text = trim(value_names(i))
+    end do
+    near = nearest_word(name, names)
+    if (len(near) > 0) near = ' (did you mean '//near//'?)'
+    call fail(error, error_other, "there are no values '"//name//"'"//near)
+  end subroutine check_name
+
+  !> Set when the numbers differ.
+  pure subroutine check_size(name, given, wanted, error)
+    !> The name.
+    character(len=*), intent(in) :: name
+    !> Size of the caller's array and what it is to be.
+    integer, intent(in) :: given, wanted
+    !> Says both.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (given /= wanted) call fail(error, error_other, "'"//name//"' are "//integer_text(wanted)// &
+      ' numbers, not '//integer_text(given))
+  end subroutine check_size
+end module qsmpm_named_values

@@ -1,0 +1,255 @@
+!> A problem: what is to be analysed, before there is a model of it. It comes from a deck file, from the text of a
+!> deck in memory, or from an analysis that the program has filled in itself; and the program may give materials
+!> laws of its own.
+module qsmpm_problem
+  use qsmpm_analysis, only: analysis_type, three_dimensional
+  use qsmpm_clock, only: clock_type, start_clock
+  use qsmpm_deck, only: read_deck, parse_deck, echo_text
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_law, only: law_type, law_slot_type
+  use qsmpm_messages, only: message_list_type, message_text
+  use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, part_input
+  use qsmpm_text, only: string_type, integer_text, nearest_word
+  implicit none
+  private
+
+  public :: problem_type, own_material_type, own_laws
+
+  !> A law that the embedding program gives to a material: a law for one dimension, or a soil model, for any.
+  type :: own_material_type
+    character(len=:), allocatable :: name
+    class(law_type), allocatable :: law
+    class(soil_model_type), allocatable :: model
+  end type own_material_type
+
+  !> What is to be analysed.
+  type :: problem_type
+    !> The scene as the deck says it, with all defaults.
+    type(analysis_type) :: scene
+    !> Warnings of the reader, one a line; with an error also what is wrong.
+    character(len=:), allocatable :: messages
+    !> Whether `scene` has been read.
+    logical :: given = .false.
+    type(own_material_type), allocatable :: materials(:)
+    !> Clocks since the reading began.
+    type(clock_type) :: clock
+    type(stopwatch_type) :: watch
+  contains
+    procedure :: read => read_problem
+    procedure :: parse => parse_problem
+    procedure :: take => take_scene
+    procedure, private :: set_law
+    procedure, private :: set_model
+    !> Give a material a law of the program's own: an extension of law_type or of soil_model_type.
+    generic :: set_material => set_law, set_model
+  end type problem_type
+
+contains
+
+  !> Read a deck from its file.
+  subroutine read_problem(self, path, error)
+    !> The problem; own materials given before stay.
+    class(problem_type), intent(inout) :: self
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> What is wrong with the deck; the single faults are in `messages`.
+    type(error_type), allocatable, intent(out) :: error
+    type(message_list_type) :: messages
+
+    call begin(self)
+    call read_deck(path, self%scene, messages, error)
+    call finish(self, messages, error)
+  end subroutine read_problem
+
+  !> Read a deck that is at hand as text.
+  subroutine parse_problem(self, text, name, error)
+    !> The problem; own materials given before stay.
+    class(problem_type), intent(inout) :: self
+    !> Text of the deck, lines ended by new_line.
+    character(len=*), intent(in) :: text
+    !> Name of the job and, with a path, the start of relative paths in the deck.
+    character(len=*), intent(in) :: name
+    !> What is wrong with the deck; the single faults are in `messages`.
+    type(error_type), allocatable, intent(out) :: error
+    type(message_list_type) :: messages
+
+    call begin(self)
+    call parse_deck(name, text, self%scene, messages, error)
+    call finish(self, messages, error)
+  end subroutine parse_problem
+
+  !> Take an analysis that the program has filled in. It is written as a deck and read again, so that it is checked
+  !> and completed like one, and faults name the lines of that deck.
+  subroutine take_scene(self, scene, error)
+    !> The problem; own materials given before stay.
+    class(problem_type), intent(inout) :: self
+    !> The analysis: lists and texts allocated, as another problem's scene has them.
+    type(analysis_type), intent(in) :: scene
+    !> What is wrong with it; the single faults are in `messages`.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text, name
+
+    call echo_text(scene, text)
+    name = 'analysis'
+    if (allocated(scene%job)) name = scene%job
+    call self%parse(text, name, error)
+  end subroutine take_scene
+
+  !> Start the clocks.
+  subroutine begin(self)
+    !> The problem.
+    class(problem_type), intent(inout) :: self
+
+    self%given = .false.
+    call start_clock(self%clock)
+    call start_stopwatch(self%watch, part_input)
+    if (.not. allocated(self%materials)) allocate (self%materials(0))
+  end subroutine begin
+
+  !> Keep what the reader has to say.
+  subroutine finish(self, messages, error)
+    !> The problem.
+    class(problem_type), intent(inout) :: self
+    !> Errors and warnings.
+    type(message_list_type), intent(in) :: messages
+    !> What is wrong with the deck.
+    type(error_type), allocatable, intent(in) :: error
+
+    self%messages = message_text(messages)
+    self%given = .not. allocated(error)
+  end subroutine finish
+
+  !> Give a material a law for points of one dimension.
+  subroutine set_law(self, material, law, error)
+    !> The problem.
+    class(problem_type), intent(inout) :: self
+    !> Name of the material in the deck.
+    character(len=*), intent(in) :: material
+    !> The law; a copy is kept.
+    class(law_type), intent(in) :: law
+    !> Set when the name is empty.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call find_place(self, material, place, error)
+    if (.not. allocated(error)) allocate (self%materials(place)%law, source=law)
+  end subroutine set_law
+
+  !> Give a material a soil model.
+  subroutine set_model(self, material, model, error)
+    !> The problem.
+    class(problem_type), intent(inout) :: self
+    !> Name of the material in the deck.
+    character(len=*), intent(in) :: material
+    !> The model; a copy is kept.
+    class(soil_model_type), intent(in) :: model
+    !> Set when the name is empty.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: place
+
+    call find_place(self, material, place, error)
+    if (.not. allocated(error)) allocate (self%materials(place)%model, source=model)
+  end subroutine set_model
+
+  !> Empty place of a material in the list, the former one where it is given again.
+  subroutine find_place(self, material, place, error)
+    !> The problem.
+    class(problem_type), intent(inout) :: self
+    !> Name of the material.
+    character(len=*), intent(in) :: material
+    !> Its place.
+    integer, intent(out) :: place
+    !> Set when the name is empty.
+    type(error_type), allocatable, intent(out) :: error
+    type(own_material_type), allocatable :: longer(:)
+    integer :: i
+
+    place = 0
+    if (len_trim(material) == 0) then
+      call fail(error, error_other, 'a material of the program wants the name it has in the deck')
+      return
+    end if
+    if (.not. allocated(self%materials)) allocate (self%materials(0))
+    do i = 1, size(self%materials)
+      if (self%materials(i)%name == material) place = i
+    end do
+    if (place == 0) then
+      place = size(self%materials) + 1
+      allocate (longer(place))
+      do i = 1, place - 1
+        call move_alloc(self%materials(i)%name, longer(i)%name)
+        call move_alloc(self%materials(i)%law, longer(i)%law)
+        call move_alloc(self%materials(i)%model, longer(i)%model)
+      end do
+      call move_alloc(longer, self%materials)
+      self%materials(place)%name = trim(material)
+    end if
+    if (allocated(self%materials(place)%law)) deallocate (self%materials(place)%law)
+    if (allocated(self%materials(place)%model)) deallocate (self%materials(place)%model)
+  end subroutine find_place
+
+  !> The program's laws in the order of the materials of an analysis.
+  subroutine own_laws(materials, analysis, laws, error)
+    !> The program's materials.
+    type(own_material_type), intent(in) :: materials(:)
+    !> What is modelled.
+    type(analysis_type), intent(in) :: analysis
+    !> (materials of the analysis)
+    type(law_slot_type), allocatable, intent(out) :: laws(:)
+    !> Set when a name is not in the deck or a law is for another dimension.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, m, dimension
+
+    allocate (laws(size(analysis%materials)))
+    dimension = merge(3, 2, analysis%model == three_dimensional)
+    do i = 1, size(materials)
+      m = place_of_material(analysis, materials(i)%name)
+      if (m == 0) then
+        call fail(error, error_other, unknown_text(analysis, materials(i)%name))
+        return
+      end if
+      if (allocated(laws(m)%law)) deallocate (laws(m)%law)
+      if (allocated(materials(i)%law)) then
+        if (materials(i)%law%dimension /= dimension) then
+          call fail(error, error_other, "the law given to material '"//materials(i)%name//"' is for "// &
+            integer_text(materials(i)%law%dimension)//' dimensions, the model has '//integer_text(dimension))
+          return
+        end if
+        allocate (laws(m)%law, source=materials(i)%law)
+      end if
+    end do
+  end subroutine own_laws
+
+  !> Number of a material, 0 when there is none of the name.
+  pure integer function place_of_material(analysis, name)
+    !> What is modelled.
+    type(analysis_type), intent(in) :: analysis
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    integer :: m
+
+    place_of_material = 0
+    do m = 1, size(analysis%materials)
+      if (analysis%materials(m)%name == name) place_of_material = m
+    end do
+  end function place_of_material
+
+  !> The sentence for an unknown material.
+  pure function unknown_text(analysis, name) result(text)
+    !> What is modelled.
+    type(analysis_type), intent(in) :: analysis
+    !> Name that is not there.
+    character(len=*), intent(in) :: name
+    character(len=:), allocatable :: text, near
+    type(string_type) :: names(size(analysis%materials))
+    integer :: m
+
+    do m = 1, size(names)
+      names(m)%text = analysis%materials(m)%name
+    end do
+    text = "a law is given to material '"//name//"', but the deck has none of that name"
+    near = nearest_word(name, names)
+    if (len(near) > 0) text = text//' (did you mean '//near//'?)'
+  end function unknown_text
+end module qsmpm_problem

@@ -1,0 +1,40 @@
+!> Settings that belong to the process, not to a model: threads of OpenMP and of OpenBLAS. They are set on the way
+!> into the library and put back on the way out, so that an embedding program keeps its own.
+module qsmpm_process_settings
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+  use qsmpm_blas_threads, only: blas_threads, set_blas_threads
+  implicit none
+  private
+
+  public :: settings_type, enter_library, leave_library
+
+  !> The settings of the embedding program.
+  type :: settings_type
+    integer :: threads = 1
+    integer :: blas_threads = 1
+  end type settings_type
+
+contains
+
+  !> Set those of the library.
+  subroutine enter_library(threads, settings)
+    !> Threads that a model may use.
+    integer, intent(in) :: threads
+    !> The settings so far.
+    type(settings_type), intent(out) :: settings
+
+    settings%threads = omp_get_max_threads()
+    settings%blas_threads = blas_threads()
+    call omp_set_num_threads(max(1, threads))
+    call set_blas_threads(1)
+  end subroutine enter_library
+
+  !> Put back those of the program.
+  subroutine leave_library(settings)
+    !> The settings.
+    type(settings_type), intent(in) :: settings
+
+    call omp_set_num_threads(settings%threads)
+    call set_blas_threads(settings%blas_threads)
+  end subroutine leave_library
+end module qsmpm_process_settings

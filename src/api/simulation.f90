@@ -1,0 +1,270 @@
+!> An analysis in the hands of a program, with its load program: stages are added, given their loads before they
+!> begin, and ended before their time (`qsmpm_stages`). Values are had by name (`qsmpm_named_values`) or directly from
+!> `model`.
+module qsmpm_simulation
+  use qsmpm_kinds, only: wp
+  use qsmpm_audience, only: audience_type
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_phase_start, only: resume_phase
+  use qsmpm_phases, only: end_phase, phase_is_complete
+  use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_displacement, &
+    change_fixity, cut_stage
+  use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: simulation_type
+
+  !> An analysis whose loads the program may change.
+  type, extends(stepped_analysis_type) :: simulation_type
+  contains
+    procedure :: coming_stage
+    procedure :: add_stage
+    procedure :: end_stage
+    procedure :: set_load_factor
+    procedure :: set_steps
+    procedure :: set_gravity
+    procedure :: set_traction
+    procedure :: set_pressure
+    procedure :: set_displacement
+    procedure :: set_fixity
+    procedure :: set_point_force
+  end type simulation_type
+
+contains
+
+  !> Number of the stage that begins next, 0 when none is to come.
+  pure integer function coming_stage(self)
+    !> The analysis.
+    class(simulation_type), intent(in) :: self
+
+    coming_stage = 0
+    if (.not. self%ready) return
+    associate (progress => self%model%state%progress)
+      coming_stage = progress%phase + 1
+      if (.not. self%march%begun .and. .not. progress%fraction > 0.0_wp) coming_stage = progress%phase
+    end associate
+    if (coming_stage > size(self%scene%phases)) coming_stage = 0
+  end function coming_stage
+
+  !> The coming stage, or an error.
+  subroutine find_coming(self, number, error)
+    !> The analysis.
+    class(simulation_type), intent(in) :: self
+    !> Its number.
+    integer, intent(out) :: number
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+
+    number = 0
+    call need_model(self, error)
+    if (allocated(error)) return
+    number = self%coming_stage()
+    if (number == 0) call fail(error, error_other, 'no stage is to come: add one, then give it its loads')
+  end subroutine find_coming
+
+  !> Add a stage behind the last one. Loads and fixities stay as they are until they are changed.
+  subroutine add_stage(self, name, steps, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Name, which no other stage has.
+    character(len=*), intent(in) :: name
+    !> Load steps it is first cut into.
+    integer, intent(in) :: steps
+    !> Set when name or steps are not good.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (.not. allocated(error)) call append_stage(self%scene, name, steps, error)
+    if (.not. allocated(error)) call self%adopt(error)
+  end subroutine add_stage
+
+  !> End the present stage where it stands: its loads are those reached.
+  subroutine end_stage(self, error)
+    !> The analysis.
+    class(simulation_type), intent(inout), target :: self
+    !> Set when no stage is under way.
+    type(error_type), allocatable, intent(out) :: error
+    type(audience_type) :: audience
+    logical :: under_way
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    under_way = self%march%begun .or. self%model%state%progress%fraction > 0.0_wp
+    if (phase_is_complete(self%model) .or. .not. under_way) then
+      call fail(error, error_other, 'no stage is under way')
+      return
+    end if
+    associate (progress => self%model%state%progress)
+      call cut_stage(self%scene, progress%phase, progress%fraction)
+      call self%adopt(error)
+      if (allocated(error)) return
+      progress%fraction = 1.0_wp
+    end associate
+    call resume_phase(self%model)
+    self%march%begun = .true.
+    if (allocated(self%recorder)) audience%recorder => self%recorder
+    if (allocated(self%outcome)) deallocate (self%outcome)
+    call end_phase(self%model, self%march, audience, error)
+  end subroutine end_stage
+
+  !> Load factor at the end of the coming stage, by which all its loads are multiplied.
+  subroutine set_load_factor(self, factor, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Above 0.
+    real(wp), intent(in) :: factor
+    !> Set when it is not, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error) .and. .not. factor > 0.0_wp) &
+      call fail(error, error_other, 'the load factor of a stage is above 0')
+    if (allocated(error)) return
+    self%scene%phases(number)%load_factor = factor
+    call self%adopt(error)
+  end subroutine set_load_factor
+
+  !> Load steps that the coming stage is first cut into.
+  subroutine set_steps(self, steps, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> From 1.
+    integer, intent(in) :: steps
+    !> Set when there is none, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error) .and. steps < 1) &
+      call fail(error, error_other, integer_text(steps)//' load steps are none')
+    if (allocated(error)) return
+    self%scene%phases(number)%controls%steps = steps
+    call self%adopt(error)
+  end subroutine set_steps
+
+  !> Gravity at the end of the coming stage.
+  subroutine set_gravity(self, vector, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> It multiplies the unit weights (3).
+    real(wp), intent(in) :: vector(3)
+    !> Set when no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers(vector, error)
+    if (allocated(error)) return
+    call change_gravity(self%scene%phases(number), vector)
+    call self%adopt(error)
+  end subroutine set_gravity
+
+  !> Dead traction on a surface at the end of the coming stage.
+  subroutine set_traction(self, surface, vector, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> Force per undeformed area (3).
+    real(wp), intent(in) :: vector(3)
+    !> Set when there is no such surface, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers(vector, error)
+    if (.not. allocated(error)) call change_traction(self%scene, number, surface, vector, error)
+    if (.not. allocated(error)) call self%adopt(error)
+  end subroutine set_traction
+
+  !> Pressure on a surface at the end of the coming stage.
+  subroutine set_pressure(self, surface, pressure, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> Force per present area, positive against the body.
+    real(wp), intent(in) :: pressure
+    !> Set when there is no such surface, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers([pressure], error)
+    if (.not. allocated(error)) call change_pressure(self%scene, number, surface, pressure, error)
+    if (.not. allocated(error)) call self%adopt(error)
+  end subroutine set_pressure
+
+  !> Displacement of a node set over the coming stage.
+  subroutine set_displacement(self, set, component, value, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Name of the set.
+    character(len=*), intent(in) :: set
+    !> 1, 2 or 3.
+    integer, intent(in) :: component
+    !> Displacement in the stage.
+    real(wp), intent(in) :: value
+    !> Set when there is no such set or component, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers([value], error)
+    if (.not. allocated(error)) &
+      call change_displacement(self%model, self%scene%phases(number), set, component, value, error)
+    if (.not. allocated(error)) call self%adopt(error)
+  end subroutine set_displacement
+
+  !> Components of a node set that are held from the coming stage on; none frees it.
+  subroutine set_fixity(self, set, fixed, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> Name of the set.
+    character(len=*), intent(in) :: set
+    !> Held components (3).
+    logical, intent(in) :: fixed(3)
+    !> Set when there is no such set, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call change_fixity(self%model, self%scene%phases(number), set, fixed, error)
+    if (.not. allocated(error)) call self%adopt(error)
+  end subroutine set_fixity
+
+  !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
+  subroutine set_point_force(self, force, error)
+    !> The analysis.
+    class(simulation_type), intent(inout) :: self
+    !> (dimension, points)
+    real(wp), intent(in) :: force(:, :)
+    !> Set when there are not as many as points.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (.not. allocated(error)) call need_numbers(reshape(force, [size(force)]), error)
+    if (allocated(error)) return
+    if (any(shape(force) /= [self%model%mesh%dimension, self%model%state%points%count])) then
+      call fail(error, error_other, 'forces on the points want '//integer_text(self%model%mesh%dimension)// &
+        ' components for each of '//integer_text(self%model%state%points%count)//' points')
+      return
+    end if
+    if (.not. allocated(self%model%loading%point_force)) &
+      allocate (self%model%loading%point_force(size(force, 1), size(force, 2)))
+    self%model%loading%point_force(:, :) = force
+  end subroutine set_point_force
+
+  !> Set when a value is not a number.
+  pure subroutine need_numbers(values, error)
+    !> The values.
+    real(wp), intent(in) :: values(:)
+    !> Set when one is infinite or not a number.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. all(abs(values) <= huge(1.0_wp))) call fail(error, error_other, 'a value is not a finite number')
+  end subroutine need_numbers
+end module qsmpm_simulation

@@ -1,0 +1,87 @@
+!> A copy of an analysis between two steps, in memory: to try a load and take it back.
+module qsmpm_snapshot
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_kept_state, only: kept_state_type, keep, restore
+  use qsmpm_model, only: model_type, loading_type
+  use qsmpm_phases, only: march_type
+  implicit none
+  private
+
+  public :: snapshot_type, take_snapshot, put_back
+
+  !> State, loads and stages.
+  type :: snapshot_type
+    !> Whether there is one.
+    logical :: taken = .false.
+    type(kept_state_type), private :: state
+    type(loading_type), private :: loading
+    !> Positions and volumes that displacements and strains count from.
+    real(wp), allocatable, private :: initial_position(:, :), initial_volume(:)
+    type(phase_type), allocatable, private :: phases(:), model_phases(:)
+    logical, private :: begun = .false., told = .false.
+  end type snapshot_type
+
+contains
+
+  !> Copy.
+  subroutine take_snapshot(model, phases, march, snapshot)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Stages of the scene.
+    type(phase_type), intent(in) :: phases(:)
+    !> The run.
+    type(march_type), intent(in) :: march
+    !> The copy.
+    type(snapshot_type), intent(out) :: snapshot
+
+    call keep(model, snapshot%state)
+    snapshot%loading = model%loading
+    allocate (snapshot%initial_position, source=model%state%points%initial_position)
+    allocate (snapshot%initial_volume, source=model%state%points%initial_volume)
+    call copy_phases(phases, snapshot%phases)
+    call copy_phases(model%analysis%phases, snapshot%model_phases)
+    snapshot%begun = march%begun
+    snapshot%told = march%told
+    snapshot%taken = .true.
+  end subroutine take_snapshot
+
+  !> Put a copy back, of the same model.
+  subroutine put_back(snapshot, model, phases, march)
+    !> The copy.
+    type(snapshot_type), intent(in) :: snapshot
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Stages of the scene.
+    type(phase_type), allocatable, intent(inout) :: phases(:)
+    !> The run.
+    type(march_type), intent(inout) :: march
+
+    call copy_phases(snapshot%phases, phases)
+    call copy_phases(snapshot%model_phases, model%analysis%phases)
+    ! A window that is laid again resolves the loads, so they come last.
+    model%state%progress%phase = min(model%state%progress%phase, size(phases))
+    call restore(snapshot%state, model)
+    model%loading = snapshot%loading
+    model%state%points%initial_position = snapshot%initial_position
+    model%state%points%initial_volume = snapshot%initial_volume
+    march%begun = snapshot%begun
+    march%told = snapshot%told
+  end subroutine put_back
+
+  !> Copy stages one by one.
+  subroutine copy_phases(from, to)
+    !> The stages.
+    type(phase_type), intent(in) :: from(:)
+    !> Their copy.
+    type(phase_type), allocatable, intent(inout) :: to(:)
+    type(phase_type), allocatable :: copy(:)
+    integer :: i
+
+    allocate (copy(size(from)))
+    do i = 1, size(from)
+      copy(i) = from(i)
+    end do
+    call move_alloc(copy, to)
+  end subroutine copy_phases
+end module qsmpm_snapshot

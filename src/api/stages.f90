@@ -1,0 +1,405 @@
+!> The load program in the hands of an embedding program: stages (the phases of a deck) are added, changed before
+!> they begin, and ended before their time. They are data of the scene, so that the resolved deck, the fingerprint of
+!> restart files and a window that is laid anew all know of them.
+module qsmpm_stages
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &
+    initial_k0
+  use qsmpm_analysis_lists, only: append
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_model, only: model_type
+  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_scene, only: reduce_scene
+  use qsmpm_text, only: string_type, nearest_word, integer_text
+  implicit none
+  private
+
+  public :: append_stage, change_gravity, change_traction, change_pressure, change_displacement, change_fixity, &
+    cut_stage, adopt_stages
+
+contains
+
+  !> Add a stage in which nothing changes yet; its controls are those of the last one.
+  subroutine append_stage(scene, name, steps, error)
+    !> The scene.
+    type(analysis_type), intent(inout) :: scene
+    !> Name, which no other stage has.
+    character(len=*), intent(in) :: name
+    !> Load steps.
+    integer, intent(in) :: steps
+    !> Set when the name is taken or empty, or there is no step.
+    type(error_type), allocatable, intent(out) :: error
+    type(phase_type) :: phase
+    integer :: i
+
+    if (len_trim(name) == 0) then
+      call fail(error, error_other, 'a stage wants a name')
+    else if (steps < 1) then
+      call fail(error, error_other, "stage '"//trim(name)//"': "//integer_text(steps)//' load steps are none')
+    end if
+    if (allocated(error)) return
+    do i = 1, size(scene%phases)
+      if (scene%phases(i)%name == trim(name)) then
+        call fail(error, error_other, "there is already a stage '"//trim(name)//"'")
+        return
+      end if
+    end do
+    phase%name = trim(name)
+    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+      phase%hold_test%at(0))
+    if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
+    phase%controls%steps = steps
+    call append(scene%phases, phase)
+  end subroutine append_stage
+
+  !> Gravity at the end of a stage, per unit of its load factor.
+  subroutine change_gravity(phase, vector)
+    !> The stage.
+    type(phase_type), intent(inout) :: phase
+    !> Gravity (3).
+    real(wp), intent(in) :: vector(3)
+
+    phase%gravity%given = .true.
+    phase%gravity%vector = vector
+  end subroutine change_gravity
+
+  !> Dead traction on a surface at the end of a stage, per unit of its load factor.
+  subroutine change_traction(scene, number, surface, vector, error)
+    !> The scene.
+    type(analysis_type), intent(inout) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> Force per undeformed area (3).
+    real(wp), intent(in) :: vector(3)
+    !> Set when there is no such surface.
+    type(error_type), allocatable, intent(out) :: error
+    type(traction_type) :: traction
+    integer :: i, p
+
+    call check_surface(scene, surface, error)
+    if (allocated(error)) return
+    ! Who carries it stays as it was said last.
+    do p = 1, number
+      do i = 1, size(scene%phases(p)%tractions)
+        associate (known => scene%phases(p)%tractions(i))
+          if (known%surface == surface .and. .not. known%follows) traction%carrier = known%carrier
+        end associate
+      end do
+    end do
+    traction%surface = surface
+    traction%vector = vector
+    call put_traction(scene%phases(number), traction)
+  end subroutine change_traction
+
+  !> Pressure on a surface at the end of a stage, per unit of its load factor.
+  subroutine change_pressure(scene, number, surface, pressure, error)
+    !> The scene.
+    type(analysis_type), intent(inout) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> Force per present area, positive against the body.
+    real(wp), intent(in) :: pressure
+    !> Set when there is no such surface.
+    type(error_type), allocatable, intent(out) :: error
+    type(traction_type) :: traction
+
+    call check_surface(scene, surface, error)
+    if (allocated(error)) return
+    traction%surface = surface
+    traction%follows = .true.
+    traction%pressure = pressure
+    call put_traction(scene%phases(number), traction)
+  end subroutine change_pressure
+
+  !> Put a load on a surface in the place of a former one of its kind, or behind the others.
+  subroutine put_traction(phase, traction)
+    !> The stage.
+    type(phase_type), intent(inout) :: phase
+    !> The load.
+    type(traction_type), intent(in) :: traction
+    integer :: i
+
+    do i = 1, size(phase%tractions)
+      if (phase%tractions(i)%surface /= traction%surface) cycle
+      if (phase%tractions(i)%follows .neqv. traction%follows) cycle
+      phase%tractions(i) = traction
+      return
+    end do
+    call append(phase%tractions, traction)
+  end subroutine put_traction
+
+  !> Displacement of a node set over a stage, per unit of its load factor.
+  subroutine change_displacement(model, phase, set, component, value, error)
+    !> The model, for the names of its sets.
+    type(model_type), intent(in) :: model
+    !> The stage.
+    type(phase_type), intent(inout) :: phase
+    !> Name of the set.
+    character(len=*), intent(in) :: set
+    !> 1, 2 or 3.
+    integer, intent(in) :: component
+    !> The displacement.
+    real(wp), intent(in) :: value
+    !> Set when there is no such set or component, or the set is held in this stage.
+    type(error_type), allocatable, intent(out) :: error
+    type(prescription_type) :: prescription
+    integer :: i
+
+    call check_set(model, set, error)
+    if (.not. allocated(error) .and. (component < 1 .or. component > model%mesh%dimension)) &
+      call fail(error, error_other, 'component '//integer_text(component)//' is not one of the model')
+    if (allocated(error)) return
+    do i = 1, size(phase%fixities)
+      if (phase%fixities(i)%set == set .and. phase%fixities(i)%fixed(component)) call fail(error, error_other, &
+        "set '"//set//"' is held and moved in stage '"//phase%name//"'")
+    end do
+    if (allocated(error)) return
+    prescription%set = set
+    prescription%component = component
+    prescription%value = value
+    do i = 1, size(phase%prescriptions)
+      if (phase%prescriptions(i)%set /= set .or. phase%prescriptions(i)%component /= component) cycle
+      phase%prescriptions(i) = prescription
+      return
+    end do
+    call append(phase%prescriptions, prescription)
+  end subroutine change_displacement
+
+  !> Components of a node set that are held from a stage on.
+  subroutine change_fixity(model, phase, set, fixed, error)
+    !> The model, for the names of its sets.
+    type(model_type), intent(in) :: model
+    !> The stage.
+    type(phase_type), intent(inout) :: phase
+    !> Name of the set.
+    character(len=*), intent(in) :: set
+    !> Held components; none frees the set (3).
+    logical, intent(in) :: fixed(3)
+    !> Set when there is no such set.
+    type(error_type), allocatable, intent(out) :: error
+    type(fixity_type) :: fixity
+    integer :: i
+
+    call check_set(model, set, error)
+    if (allocated(error)) return
+    fixity%set = set
+    fixity%fixed = fixed
+    do i = 1, size(phase%fixities)
+      if (phase%fixities(i)%set /= set) cycle
+      phase%fixities(i) = fixity
+      return
+    end do
+    call append(phase%fixities, fixity)
+  end subroutine change_fixity
+
+  !> Let a stage end where it stands: its loads become those reached, its displacements those done.
+  subroutine cut_stage(scene, number, share)
+    !> The scene.
+    type(analysis_type), intent(inout) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Share of the stage that is done.
+    real(wp), intent(in) :: share
+    real(wp) :: factor, kept
+    integer :: i
+
+    ! A stage of which nothing is done keeps its load factor, which must not be 0.
+    kept = merge(share, 1.0_wp, share > 0.0_wp)
+    associate (phase => scene%phases(number))
+      factor = kept*phase%load_factor
+      if (phase%gravity%given .and. phase%initial%kind /= initial_k0) then
+        phase%gravity%vector = reached(gravity_before(scene, number), &
+          phase%load_factor*phase%gravity%vector, share)/factor
+      else if (phase%gravity%given) then
+        phase%gravity%vector = phase%gravity%vector/kept
+      end if
+      do i = 1, size(phase%tractions)
+        associate (traction => phase%tractions(i))
+          if (traction%follows) then
+            traction%pressure = reached(pressure_before(scene, number, traction%surface), &
+              phase%load_factor*traction%pressure, share)/factor
+          else
+            traction%vector = reached(traction_before(scene, number, traction%surface), &
+              phase%load_factor*traction%vector, share)/factor
+          end if
+        end associate
+      end do
+      do i = 1, size(phase%prescriptions)
+        phase%prescriptions(i)%value = phase%prescriptions(i)%value*share/kept
+      end do
+      phase%load_factor = factor
+    end associate
+  end subroutine cut_stage
+
+  !> Linear between two values.
+  elemental function reached(start, final, share) result(value)
+    real(wp), intent(in) :: start, final, share
+    real(wp) :: value
+
+    value = start + share*(final - start)
+  end function reached
+
+  !> Gravity at the end of the stages before one.
+  pure function gravity_before(scene, number) result(vector)
+    !> The scene.
+    type(analysis_type), intent(in) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    real(wp) :: vector(3)
+    integer :: p
+
+    vector = 0.0_wp
+    do p = 1, number - 1
+      if (scene%phases(p)%gravity%given) vector = scene%phases(p)%load_factor*scene%phases(p)%gravity%vector
+    end do
+  end function gravity_before
+
+  !> Dead traction at the end of the stages before one.
+  pure function traction_before(scene, number, surface) result(vector)
+    !> The scene.
+    type(analysis_type), intent(in) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    real(wp) :: vector(3)
+    integer :: p, i
+
+    vector = 0.0_wp
+    do p = 1, number - 1
+      do i = 1, size(scene%phases(p)%tractions)
+        associate (traction => scene%phases(p)%tractions(i))
+          if (traction%surface == surface .and. .not. traction%follows) &
+            vector = scene%phases(p)%load_factor*traction%vector
+        end associate
+      end do
+    end do
+  end function traction_before
+
+  !> Pressure at the end of the stages before one.
+  pure function pressure_before(scene, number, surface) result(pressure)
+    !> The scene.
+    type(analysis_type), intent(in) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    real(wp) :: pressure
+    integer :: p, i
+
+    pressure = 0.0_wp
+    do p = 1, number - 1
+      do i = 1, size(scene%phases(p)%tractions)
+        associate (traction => scene%phases(p)%tractions(i))
+          if (traction%surface == surface .and. traction%follows) &
+            pressure = scene%phases(p)%load_factor*traction%pressure
+        end associate
+      end do
+    end do
+  end function pressure_before
+
+  !> Give the model the stages of the scene. A reduced model takes them only where its reductions hold with them too.
+  subroutine adopt_stages(scene, expansion, model, error)
+    !> The scene with its new stages.
+    type(analysis_type), intent(in) :: scene
+    !> The way from the model to the scene.
+    type(expansion_type), intent(in) :: expansion
+    !> The model; unchanged with an error.
+    type(model_type), intent(inout) :: model
+    !> Set when the scene with these stages is not what the model is good for.
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: reduced
+    type(expansion_type) :: now
+    type(verdict_type), allocatable :: verdicts(:)
+
+    if (size(expansion%steps) == 0) then
+      call take_phases(scene, model)
+      return
+    end if
+    call reduce_scene(scene, reduced, now, verdicts)
+    if (.not. same_steps(expansion, now)) then
+      call fail(error, error_other, 'with these loads the scene is not what it was reduced to; name the type '// &
+        'of the model instead of *MODEL, TYPE=AUTO')
+      return
+    end if
+    call take_phases(reduced, model)
+  end subroutine adopt_stages
+
+  !> Copy the stages.
+  subroutine take_phases(analysis, model)
+    !> Where they come from.
+    type(analysis_type), intent(in) :: analysis
+    !> The model.
+    type(model_type), intent(inout) :: model
+    type(phase_type), allocatable :: phases(:)
+    integer :: p
+
+    allocate (phases(size(analysis%phases)))
+    do p = 1, size(phases)
+      phases(p) = analysis%phases(p)
+    end do
+    call move_alloc(phases, model%analysis%phases)
+  end subroutine take_phases
+
+  !> Whether two scenes were reduced in the same way.
+  pure logical function same_steps(a, b)
+    !> Both ways.
+    type(expansion_type), intent(in) :: a, b
+
+    same_steps = size(a%steps) == size(b%steps)
+    if (same_steps) same_steps = all(a%steps%kind == b%steps%kind .and. a%steps%axis == b%steps%axis)
+  end function same_steps
+
+  !> Whether there is such a surface.
+  subroutine check_surface(scene, surface, error)
+    !> The scene.
+    type(analysis_type), intent(in) :: scene
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type) :: names(size(scene%surfaces))
+    integer :: i
+
+    do i = 1, size(names)
+      names(i)%text = scene%surfaces(i)%name
+      if (names(i)%text == surface) return
+    end do
+    call fail(error, error_other, "there is no surface '"//surface//"'"//suggestion(surface, names))
+  end subroutine check_surface
+
+  !> Whether there is such a node set.
+  subroutine check_set(model, set, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Name of the set.
+    character(len=*), intent(in) :: set
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type) :: names(size(model%mesh%node_sets))
+    integer :: i
+
+    if (find_set(model%mesh%node_sets, set) > 0) return
+    do i = 1, size(names)
+      names(i)%text = model%mesh%node_sets(i)%name
+    end do
+    call fail(error, error_other, "there is no node set '"//set//"'"//suggestion(set, names))
+  end subroutine check_set
+
+  !> The nearest known word as a question.
+  pure function suggestion(word, known) result(text)
+    !> The unknown word.
+    character(len=*), intent(in) :: word
+    !> Known words.
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: text
+
+    text = nearest_word(word, known)
+    if (len(text) > 0) text = ' (did you mean '//text//'?)'
+  end function suggestion
+end module qsmpm_stages

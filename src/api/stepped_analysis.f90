@@ -1,0 +1,460 @@
+!> One analysis that a program holds and steps: made, advanced, written, saved, put back. There is no state outside the
+!> object, so that any number of them may live and take turns in one process; each gives the bytes of a run of its own.
+!>
+!> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
+module qsmpm_stepped_analysis
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, phase_type
+  use qsmpm_audience, only: audience_type
+  use qsmpm_clock, only: clock_type, cpu_seconds
+  use qsmpm_deck, only: echo_text
+  use qsmpm_display, only: display_quiet
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_file, only: write_text
+  use qsmpm_law, only: law_slot_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_number_text, only: without_last_newline
+  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, phase_is_complete
+  use qsmpm_problem, only: problem_type, own_laws
+  use qsmpm_process_settings, only: settings_type, enter_library, leave_library
+  use qsmpm_program_name, only: program_name
+  use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
+  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_restart, only: read_restart, write_restart, text_fingerprint
+  use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_scene, only: reduce_scene
+  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back
+  use qsmpm_stages, only: adopt_stages
+  use qsmpm_stopwatch, only: turn_to, part_output, part_control
+  use qsmpm_whole_scene, only: begin_whole, is_reduced
+  implicit none
+  private
+
+  public :: stepped_analysis_type, need_model
+
+  !> Shares of a stage closer than this are the same.
+  real(wp), parameter :: closeness = 1.0e-9_wp
+
+  !> An analysis in the hands of a program.
+  type :: stepped_analysis_type
+    !> The scene as it was written, with the stages added since.
+    type(analysis_type) :: scene
+    !> What is modelled of it: mesh, material points, loads. To be looked at; changed by the procedures below.
+    type(model_type) :: model
+    !> Threads it may use; the results do not depend on them.
+    integer :: threads = 1
+    !> How the last accepted step went.
+    type(step_record_type) :: last
+    !> There is a model.
+    logical :: ready = .false.
+    !> What was found about reductions of the scene.
+    type(verdict_type), allocatable :: verdicts(:)
+    !> Where results are written, while they are.
+    type(recorder_type), allocatable :: recorder
+    !> Time and work so far.
+    type(march_type) :: march
+    type(expansion_type), private :: expansion
+    type(phase_type), allocatable, private :: adopted(:)
+    type(clock_type), private :: clock
+    !> What the reader of the deck had to say.
+    character(len=:), allocatable :: messages
+    !> Why the last step was not reached.
+    type(error_type), allocatable :: outcome
+  contains
+    procedure :: create
+    procedure :: destroy
+    procedure, private :: advance_alone, advance_told
+    !> One accepted load step.
+    generic :: advance => advance_alone, advance_told
+    procedure, private :: advance_to_alone, advance_to_told
+    !> Step to a share of the present or coming stage.
+    generic :: advance_to => advance_to_alone, advance_to_told
+    procedure, private :: run_alone, run_told
+    !> Step to the end of the last stage.
+    generic :: run => run_alone, run_told
+    procedure :: finished
+    procedure :: record
+    procedure :: finish_record
+    procedure :: save => save_state
+    procedure :: load => load_state
+    procedure :: keep
+    procedure :: put_back => put_back_kept
+    procedure :: adopt
+  end type stepped_analysis_type
+
+contains
+
+  !> Mesh, seed and make ready to step.
+  subroutine create(self, problem, error)
+    !> The analysis; a former one is given up.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> What is to be analysed.
+    type(problem_type), intent(in) :: problem
+    !> Set when the deck or a material of the program is not good.
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: analysis
+    type(settings_type) :: settings
+    type(law_slot_type), allocatable :: laws(:)
+    type(run_profile_type) :: profile
+
+    call self%destroy()
+    if (.not. problem%given) then
+      call fail(error, error_other, 'there is no problem: read a deck first')
+      return
+    end if
+    call enter_library(self%threads, settings)
+    self%clock = problem%clock
+    profile%watch = problem%watch
+    self%messages = problem%messages
+    self%scene = problem%scene
+    call reduce_scene(self%scene, analysis, self%expansion, self%verdicts)
+    call own_laws(problem%materials, analysis, laws, error)
+    if (.not. allocated(error)) call build_model(analysis, self%model, error, laws)
+    if (.not. allocated(error)) then
+      self%scene%method = self%model%analysis%method
+      self%scene%materials = self%model%analysis%materials
+      call copy_phases(self%scene%phases, self%adopted)
+      call begin_march(self%model, profile, self%march)
+      self%ready = .true.
+    end if
+    call leave_library(settings)
+  end subroutine create
+
+  !> Give everything back. The results that are written are closed; use finish_record to hear of faults in that.
+  subroutine destroy(self)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    type(error_type), allocatable :: error
+    type(run_profile_type) :: profile
+    type(model_type) :: empty
+    type(march_type) :: at_rest
+
+    if (.not. self%ready) return
+    call self%finish_record(error)
+    call end_march(self%march, profile)
+    self%march = at_rest
+    self%model = empty
+    self%ready = .false.
+    if (allocated(self%outcome)) deallocate (self%outcome)
+  end subroutine destroy
+
+  !> Copy stages one by one.
+  subroutine copy_phases(from, to)
+    !> The stages.
+    type(phase_type), intent(in) :: from(:)
+    !> Their copy.
+    type(phase_type), allocatable, intent(inout) :: to(:)
+    type(phase_type), allocatable :: copy(:)
+    integer :: i
+
+    allocate (copy(size(from)))
+    do i = 1, size(from)
+      copy(i) = from(i)
+    end do
+    call move_alloc(copy, to)
+  end subroutine copy_phases
+
+  !> Set when there is no model.
+  subroutine need_model(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(in) :: self
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. self%ready) call fail(error, error_other, 'there is no model: create it first')
+  end subroutine need_model
+
+  !> Whether the last stage has ended.
+  pure logical function finished(self)
+    !> The analysis.
+    class(stepped_analysis_type), intent(in) :: self
+
+    finished = .false.
+    if (self%ready) finished = is_finished(self%model, self%march)
+  end function finished
+
+  !> One accepted load step.
+  subroutine advance_alone(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Why there is none; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call step_on(self, 1.0_wp, error)
+  end subroutine advance_alone
+
+  !> One accepted load step, with a listener.
+  subroutine advance_told(self, observer, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Listener of the program.
+    class(observer_type), intent(inout) :: observer
+    !> Why there is none; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call step_on(self, 1.0_wp, error, observer)
+  end subroutine advance_told
+
+  !> Step to a share of the present stage, or of the coming one between stages.
+  subroutine advance_to_alone(self, share, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Share of the stage, above the present one, to 1.
+    real(wp), intent(in) :: share
+    !> Why it is not reached; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call step_to(self, share, error)
+  end subroutine advance_to_alone
+
+  !> Step to a share of a stage, with a listener.
+  subroutine advance_to_told(self, share, observer, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Share of the stage, above the present one, to 1.
+    real(wp), intent(in) :: share
+    !> Listener of the program.
+    class(observer_type), intent(inout) :: observer
+    !> Why it is not reached; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call step_to(self, share, error, observer)
+  end subroutine advance_to_told
+
+  !> Step to the end of the last stage.
+  subroutine run_alone(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Why it is not reached; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    do while (.not. (allocated(error) .or. self%finished()))
+      call step_on(self, 1.0_wp, error)
+    end do
+  end subroutine run_alone
+
+  !> Step to the end of the last stage, with a listener.
+  subroutine run_told(self, observer, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Listener of the program.
+    class(observer_type), intent(inout) :: observer
+    !> Why it is not reached; the state is then that of the last accepted step.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    do while (.not. (allocated(error) .or. self%finished()))
+      call step_on(self, 1.0_wp, error, observer)
+    end do
+  end subroutine run_told
+
+  !> Steps to a share of a stage.
+  subroutine step_to(self, share, error, observer)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Share of the stage.
+    real(wp), intent(in) :: share
+    !> Why it is not reached.
+    type(error_type), allocatable, intent(out) :: error
+    !> Listener of the program.
+    class(observer_type), intent(inout), optional :: observer
+    real(wp) :: done
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    done = self%model%state%progress%fraction
+    if (phase_is_complete(self%model)) done = 0.0_wp
+    if (.not. (share > done + closeness .and. share <= 1.0_wp)) then
+      call fail(error, error_other, 'the share of the stage to reach is not above the present one, to 1')
+      return
+    end if
+    do
+      call step_on(self, share, error, observer)
+      if (allocated(error) .or. self%model%state%progress%fraction >= share - closeness) exit
+    end do
+  end subroutine step_to
+
+  !> One accepted step that goes no further than a share of its stage.
+  subroutine step_on(self, limit, error, observer)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout), target :: self
+    !> Share of the stage.
+    real(wp), intent(in) :: limit
+    !> Why there is none.
+    type(error_type), allocatable, intent(out) :: error
+    !> Listener of the program.
+    class(observer_type), intent(inout), optional, target :: observer
+    type(audience_type) :: audience
+    type(settings_type) :: settings
+
+    call need_model(self, error)
+    if (.not. allocated(error) .and. self%finished()) &
+      call fail(error, error_other, 'the analysis is finished: no stage is to come')
+    if (allocated(error)) return
+    if (allocated(self%recorder)) audience%recorder => self%recorder
+    if (present(observer)) audience%own => observer
+    call enter_library(self%threads, settings)
+    self%march%limit = limit
+    call march_step(self%model, self%march, audience, error)
+    call leave_library(settings)
+    self%last = audience%last
+    if (allocated(self%outcome)) deallocate (self%outcome)
+    if (allocated(error)) allocate (self%outcome, source=error)
+  end subroutine step_on
+
+  !> From now on, write what a run of the command line writes.
+  subroutine record(self, directory, error, display, continued)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Where to; it is made when it is not there. What an earlier run left is replaced.
+    character(len=*), intent(in) :: directory
+    !> Set when something cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    !> One of the display_* values of qsmpm_display; quiet unless given.
+    integer, intent(in), optional :: display
+    !> The state was loaded, and the directory holds what was written up to it.
+    logical, intent(in), optional :: continued
+    type(recorder_options_type) :: options
+    character(len=:), allocatable :: echo
+
+    call need_model(self, error)
+    if (.not. allocated(error) .and. allocated(self%recorder)) &
+      call fail(error, error_other, 'results are already written to '//self%recorder%directory)
+    if (allocated(error)) return
+    options%display = display_quiet
+    if (present(display)) options%display = display
+    if (present(continued)) options%continued = continued
+    options%clock = self%clock
+    options%banner = program_name()
+    call echo_text(self%scene, echo)
+    options%fingerprint = text_fingerprint(echo)
+    call begin_whole(options%whole, self%scene, self%expansion, self%model, error)
+    if (allocated(error)) return
+    call turn_to(self%march%step%profile%watch, part_output)
+    allocate (self%recorder)
+    call create_recorder(self%recorder, self%model, directory, options, error)
+    if (allocated(error)) then
+      deallocate (self%recorder)
+    else
+      if (len(self%messages) > 0) call self%recorder%note(without_last_newline(self%messages))
+      call write_text(directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
+    end if
+    call turn_to(self%march%step%profile%watch, part_control)
+  end subroutine record
+
+  !> Close what is written; the log says how the last step ended.
+  subroutine finish_record(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Set when something could not be written.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(self%recorder)) return
+    call close(self%recorder, self%model, error, self%outcome)
+    deallocate (self%recorder)
+  end subroutine finish_record
+
+  !> Write the whole state to a file.
+  subroutine save_state(self, path, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(in) :: self
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> Set when it is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: echo
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    call echo_text(self%scene, echo)
+    call write_restart(path, self%model, text_fingerprint(echo), &
+      self%model%state%progress%cpu_seconds + cpu_seconds(self%clock), error)
+  end subroutine save_state
+
+  !> Read a state back that was saved with the same stages.
+  subroutine load_state(self, path, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Name of the file.
+    character(len=*), intent(in) :: path
+    !> Set when it is damaged or belongs to another deck; the state is then unchanged.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: echo
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    call echo_text(self%scene, echo)
+    call read_restart(path, self%model, text_fingerprint(echo), error)
+    if (allocated(error)) return
+    self%march%begun = .false.
+    self%march%told = .false.
+  end subroutine load_state
+
+  !> Copy state, loads and stages.
+  subroutine keep(self, snapshot, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(in) :: self
+    !> The copy.
+    type(snapshot_type), intent(out) :: snapshot
+    !> Set when there is no model.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (.not. allocated(error)) call take_snapshot(self%model, self%scene%phases, self%march, snapshot)
+  end subroutine keep
+
+  !> Put a copy of this analysis back.
+  subroutine put_back_kept(self, snapshot, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> The copy.
+    type(snapshot_type), intent(in) :: snapshot
+    !> Set when there is no copy or no model.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (.not. allocated(error) .and. .not. snapshot%taken) call fail(error, error_other, 'no state has been kept')
+    if (allocated(error)) return
+    call put_back(snapshot, self%model, self%scene%phases, self%march)
+    call copy_phases(self%scene%phases, self%adopted)
+    if (allocated(self%outcome)) deallocate (self%outcome)
+    call tell_recorder(self, error)
+  end subroutine put_back_kept
+
+  !> Take over stages that were changed in `scene`; those that have begun must not be. Put back with an error.
+  subroutine adopt(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Set when the model is not good for them.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    call adopt_stages(self%scene, self%expansion, self%model, error)
+    if (allocated(error)) then
+      call copy_phases(self%adopted, self%scene%phases)
+      return
+    end if
+    call copy_phases(self%scene%phases, self%adopted)
+    call tell_recorder(self, error)
+  end subroutine adopt
+
+  !> The results that are written follow the stages.
+  subroutine tell_recorder(self, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Set when the resolved deck cannot be written.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: echo
+
+    if (.not. allocated(self%recorder)) return
+    call echo_text(self%scene, echo)
+    self%recorder%options%fingerprint = text_fingerprint(echo)
+    if (is_reduced(self%recorder%options%whole)) &
+      call copy_phases(self%scene%phases, self%recorder%options%whole%model%analysis%phases)
+    call write_text(self%recorder%directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
+  end subroutine tell_recorder
+end module qsmpm_stepped_analysis

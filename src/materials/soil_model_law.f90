@@ -1,0 +1,321 @@
+!> A law of a soil model: what UMAT, UDSM, users' Fortran models and callbacks have in common.
+!>
+!> A point's strain increment and rotation come from qsmpm_step_turn; stress and strain of the start are turned
+!> before the model is asked, and its stress is the Cauchy stress of the end. Then
+!>   Q = det(F) sigma F^-T,   A = dQ/dF by the model's tangent.
+!> A is as good as the tangent is; qsmpm_step_turn says of which models it is exact otherwise. Points carry the
+!> deformation gradient (9) and the strain (6) in front of the model's own state when the model reads them. Models
+!> that are not thread safe are asked one at a time.
+module qsmpm_soil_model_law
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_point_result, only: finish_points
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_step_turn, only: step_turn_type, make_step_turn, turned_stress, turned_strain, step_tangent
+  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, unpack_symmetric, pack_gradient, stress_size
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: soil_model_law_type, make_soil_model_law
+
+  !> Components of a packed gradient of the plane and of space in the nine of space.
+  integer, parameter :: in_plane(5) = [1, 2, 4, 5, 9], in_space(9) = [1, 2, 3, 4, 5, 6, 7, 8, 9]
+
+  !> The law.
+  type, extends(law_type) :: soil_model_law_type
+    class(soil_model_type), allocatable :: model
+    !> Name of the material, for messages.
+    character(len=:), allocatable :: name
+    !> State variables before the strain, and before the model's own.
+    integer :: before_strain = 0
+    integer :: before_own = 0
+  contains
+    procedure :: start
+    procedure :: update
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+  end type soil_model_law_type
+
+contains
+
+  !> Law of a soil model.
+  subroutine make_soil_model_law(model, dimension, law)
+    !> The model.
+    class(soil_model_type), intent(in) :: model
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The law.
+    type(soil_model_law_type), intent(out) :: law
+
+    allocate (law%model, source=model)
+    law%name = ''
+    law%dimension = dimension
+    law%before_strain = merge(9, 0, model%reads_gradient)
+    law%before_own = law%before_strain + merge(6, 0, model%reads_strain)
+    law%state_count = law%before_own + model%state_count
+    law%asks_where = .true.
+    law%symmetric = model%symmetric
+    law%stiffness_scale = model%stiffness_scale
+    law%shear_scale = model%shear_scale
+  end subroutine make_soil_model_law
+
+  !> State of a point with a given stress, undeformed.
+  subroutine start(self, stress, state)
+    class(soil_model_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+    real(wp) :: full_stress(6)
+
+    full_stress = 0.0_wp
+    full_stress(:size(stress)) = stress
+    state(:self%before_own) = 0.0_wp
+    if (self%before_strain > 0) state([1, 5, 9]) = 1.0_wp
+    if (self%model%thread_safe) then
+      call self%model%start(full_stress, state(self%before_own + 1:self%state_count))
+    else
+      !$omp critical (qsmpm_soil_model)
+      call self%model%start(full_stress, state(self%before_own + 1:self%state_count))
+      !$omp end critical (qsmpm_soil_model)
+    end if
+  end subroutine start
+
+  !> Update a batch.
+  subroutine update(self, batch, tangent)
+    class(soil_model_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> One of tangent_none, tangent_consistent, tangent_elastic.
+    integer, intent(in) :: tangent
+    integer :: p
+
+    do p = 1, batch%count
+      call update_point(self, batch, p, tangent)
+    end do
+    call finish_points(batch, tangent)
+  end subroutine update
+
+  !> Update a point; it is left half done with a status other than ok.
+  subroutine update_point(self, batch, p, tangent)
+    class(soil_model_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Number of the point.
+    integer, intent(in) :: p
+    !> Which tangent is wanted.
+    integer, intent(in) :: tangent
+    type(step_turn_type) :: turn
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    real(wp) :: f(3, 3), stress(6), det
+    logical :: ok
+
+    batch%plastic(p) = 0
+    batch%status(p) = status_cut
+    f = unpack_gradient(batch%gradient(:, p))
+    det = determinant(f)
+    if (.not. ieee_is_finite(det)) return
+    ok = det > 0.0_wp
+    if (ok) call make_step_turn(f, turn, ok)
+    if (.not. ok) return
+    stress = 0.0_wp
+    stress(:size(batch%stress, 1)) = batch%stress_start(:, p)
+    stress = turned_stress(turn, stress)
+    call describe_step(self, batch, p, turn, f, increment)
+    increment%wants_tangent = tangent /= tangent_none
+    increment%elastic_tangent = tangent == tangent_elastic
+    call ask_model(self, increment, stress, batch%state_start(:, p), batch%state(:, p), answer)
+    batch%status(p) = answer%status
+    if (answer%status == status_ok) call check_answer(increment, stress, batch%state(:self%state_count, p), answer)
+    if (answer%status /= status_ok) then
+      call report(self, increment, answer, batch, p)
+      return
+    end if
+    batch%plastic(p) = merge(1, 0, answer%plastic)
+    batch%stress(:, p) = stress(:size(batch%stress, 1))
+    call finish_point(self, batch, p, tangent, turn, f, det, stress, answer%tangent)
+  end subroutine update_point
+
+  !> What the model is told beside stress and state.
+  subroutine describe_step(self, batch, p, turn, f, increment)
+    class(soil_model_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(in) :: batch
+    !> Number of the point in the batch.
+    integer, intent(in) :: p
+    !> The step.
+    type(step_turn_type), intent(in) :: turn
+    !> Incremental deformation gradient.
+    real(wp), intent(in) :: f(3, 3)
+    !> What the model is told.
+    type(soil_increment_type), intent(inout) :: increment
+
+    increment%strain = turn%strain
+    increment%rotation = turn%rotation
+    increment%gradient_end = f
+    if (self%before_strain > 0) then
+      increment%gradient_start = unpack_gradient(batch%state_start(1:9, p))
+      increment%gradient_end = matmul(f, increment%gradient_start)
+    end if
+    if (self%before_own > self%before_strain) increment%strain_start = turned_strain(turn, &
+      batch%state_start(self%before_strain + 1:self%before_own, p))
+    increment%moment = batch%moment
+    if (.not. allocated(batch%number)) return
+    increment%point = max(1, batch%number(p))
+    increment%cell = max(1, batch%cell(p))
+    increment%place(:self%dimension) = batch%place(:self%dimension, p)
+    increment%cell_size = batch%cell_size(p)
+  end subroutine describe_step
+
+  !> Ask the model; one thread at a time where it wants that.
+  subroutine ask_model(self, increment, stress, state_start, state, answer)
+    class(soil_model_law_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress: in at the start, turned, out at the end (6).
+    real(wp), intent(inout) :: stress(6)
+    !> State at the start (state_count or more).
+    real(wp), intent(in) :: state_start(:)
+    !> State at the end (state_count or more).
+    real(wp), intent(inout) :: state(:)
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+
+    state = state_start
+    if (self%before_strain > 0) call pack_gradient(increment%gradient_end, state(1:9))
+    if (self%before_own > self%before_strain) state(self%before_strain + 1:self%before_own) = &
+      increment%strain_start + increment%strain
+    associate (own => state(self%before_own + 1:self%state_count))
+      if (self%model%thread_safe) then
+        call self%model%update(increment, stress, own, answer)
+      else
+        !$omp critical (qsmpm_soil_model)
+        call self%model%update(increment, stress, own, answer)
+        !$omp end critical (qsmpm_soil_model)
+      end if
+    end associate
+  end subroutine ask_model
+
+  !> A model that says all is well must have given numbers.
+  subroutine check_answer(increment, stress, state, answer)
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Stress and state at the end.
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(in) :: state(:)
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+    character(len=:), allocatable :: what
+
+    what = ''
+    if (increment%wants_tangent) then
+      if (.not. all(ieee_is_finite(answer%tangent))) what = 'a tangent'
+    end if
+    if (.not. all(ieee_is_finite(state))) what = 'a state'
+    if (.not. all(ieee_is_finite(stress))) what = 'a stress'
+    if (len(what) == 0) return
+    answer%status = status_failed
+    answer%message = 'the model returns '//what//' that is not a number'
+  end subroutine check_answer
+
+  !> Pass on why a point could not be updated, and where it is.
+  subroutine report(self, increment, answer, batch, p)
+    class(soil_model_law_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> What the model says.
+    type(soil_answer_type), intent(in) :: answer
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Number of the point in the batch.
+    integer, intent(in) :: p
+    character(len=:), allocatable :: place
+
+    batch%status(p) = answer%status
+    if (answer%share > 0.0_wp .and. (answer%share < batch%share .or. .not. batch%share > 0.0_wp)) &
+      batch%share = answer%share
+    place = 'cell '//integer_text(increment%cell)
+    if (allocated(batch%number)) then
+      if (batch%number(p) > 0) place = 'material point '//integer_text(batch%number(p))
+    end if
+    batch%message = 'the model refuses the step'
+    if (allocated(answer%message)) batch%message = answer%message
+    batch%message = "material '"//self%name//"': "//batch%message//'; '//place//', phase '// &
+      integer_text(increment%moment%phase)//', step '//integer_text(increment%moment%step)
+  end subroutine report
+
+  !> Q and A of a point.
+  subroutine finish_point(self, batch, p, tangent, turn, f, det, stress, modulus)
+    class(soil_model_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> Number of the point, and which tangent is wanted.
+    integer, intent(in) :: p
+    integer, intent(in) :: tangent
+    !> The step.
+    type(step_turn_type), intent(in) :: turn
+    !> Incremental deformation gradient and its determinant.
+    real(wp), intent(in) :: f(3, 3)
+    real(wp), intent(in) :: det
+    !> Cauchy stress at the end (6).
+    real(wp), intent(in) :: stress(6)
+    !> d stress / d strain (6,6).
+    real(wp), intent(in) :: modulus(6, 6)
+    real(wp) :: back(3, 3), a(9, 9)
+    logical :: symmetric
+
+    back = inverse(f, det)
+    call pack_gradient(det*matmul(unpack_symmetric(stress), transpose(back)), batch%piola(:, p))
+    if (tangent == tangent_none) return
+    symmetric = self%symmetric .or. tangent == tangent_elastic
+    call step_tangent(turn, stress, modulus, symmetric, back, det, a)
+    if (symmetric) a = 0.5_wp*(a + transpose(a))
+    if (self%dimension == 2) then
+      batch%tangent(:, :, p) = a(in_plane, in_plane)
+    else
+      batch%tangent(:, :, p) = a(in_space, in_space)
+    end if
+  end subroutine finish_point
+
+  !> Stress and state components.
+  pure integer function fit_count(self)
+    class(soil_model_law_type), intent(in) :: self
+
+    fit_count = stress_size(self%dimension) + self%state_count
+  end function fit_count
+
+  !> Fields that may be averaged: the Cauchy stress and the state.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(soil_model_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> State (state_count or more).
+    real(wp), intent(in) :: state(:)
+    !> Fields (fit_count).
+    real(wp), intent(out) :: fields(:)
+
+    fields(1:self%fit_count()) = [stress, state(1:self%state_count)]
+  end subroutine to_fields
+
+  !> Stress and state of averaged fields.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(soil_model_law_type), intent(in) :: self
+    !> Fields (fit_count).
+    real(wp), intent(in) :: fields(:)
+    !> V/V0, of which the law is independent.
+    real(wp), intent(in) :: volume_ratio
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(out) :: stress(:)
+    !> State (state_count or more).
+    real(wp), intent(out) :: state(:)
+
+    associate (unused => volume_ratio)
+    end associate
+    stress = fields(1:size(stress))
+    state(1:self%state_count) = fields(size(stress) + 1:self%fit_count())
+  end subroutine from_fields
+end module qsmpm_soil_model_law
