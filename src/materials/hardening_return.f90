@@ -1,0 +1,439 @@
+!> Backward Euler return of the hardening soil model to its surfaces, in ordered principal stresses
+!> s1 >= s2 >= s3, compression positive.
+!>
+!> Unknowns are the stresses, the plastic shear strains g of the plane 13 and h of the plane that meets it at
+!> an edge (12 where s2 = s3, 23 where s1 = s2), and the plastic volume strain v of the cap. With the flow
+!> m = ((1 - sin psi)/2, -(1 + sin psi)/2) of a plane and that of the cap n,
+!>   s - s_trial + D (g m13 + h m_edge + v n) = 0,  s1 - s3 = Y(s3, gamma + g + h),
+!>   s2 = s3 or s1 = s2,  cap(s) = P(v).
+!> Surfaces that are not active leave their equation for a multiplier of zero. Newton's method finds the
+!> unknowns of a set of surfaces; which set it is follows from the signs. Where that fails, every set is tried,
+!> and then the trial is walked to from the last elastic stress on the way, each answer the start of the next.
+module qsmpm_hardening_return
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_hardening_surfaces, only: surfaces_type, shear_limit, mobilised_dilatancy, cap_size, cap_growth
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: return_type, solve_return, is_outside, stress_derivative
+
+  integer, parameter :: size_of_system = 6, most_steps = 30, most_halvings = 8, most_changes = 8
+  !> Edges.
+  integer, parameter, public :: no_edge = 0, low_edge = 1, high_edge = 2
+  !> Relative change at which the next Newton step would change nothing; round-off of stresses.
+  real(wp), parameter :: small_change = 1.0e-8_wp, round_off = 1.0e-11_wp
+
+  !> A return: its data, its set of surfaces, its unknowns.
+  type :: return_type
+    !> Trial stress, moduli of the step, history at the start: gamma and P.
+    real(wp) :: trial(3) = 0.0_wp, lame = 0.0_wp, shear = 0.0_wp, gamma = 0.0_wp, size_of = 0.0_wp
+    logical :: slips = .false., caps = .false.
+    integer :: edge = no_edge
+    !> s1, s2, s3, g, h, v.
+    real(wp) :: unknown(6) = 0.0_wp
+    real(wp) :: jacobian(6, 6) = 0.0_wp
+  end type return_type
+
+contains
+
+  !> Whether the trial lies outside the surfaces.
+  pure logical function is_outside(surfaces, r)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(in) :: r
+    real(wp) :: slip, cap
+
+    call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
+    is_outside = max(slip, cap) > tolerance(surfaces, r)
+  end function is_outside
+
+  !> Stress that counts as none.
+  pure real(wp) function tolerance(surfaces, r)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(in) :: r
+
+    tolerance = round_off*(maxval(abs(r%trial)) + surfaces%least*surfaces%reference)
+  end function tolerance
+
+  !> How far a stress lies outside the two surfaces.
+  pure subroutine excess(surfaces, r, stress, strain, volume, slip, cap)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(in) :: r
+    !> Ordered stress (3).
+    real(wp), intent(in) :: stress(3)
+    !> Plastic shear strain and plastic volume strain of the cap in the step.
+    real(wp), intent(in) :: strain, volume
+    !> Excess over the shear surface and over the cap.
+    real(wp), intent(out) :: slip, cap
+    real(wp) :: limit, one, two
+
+    call shear_limit(surfaces, stress(3), r%gamma + strain, limit, one, two)
+    slip = stress(1) - stress(3) - limit
+    call cap_growth(surfaces, r%size_of, volume, limit, one)
+    cap = cap_size(surfaces, stress) - limit
+  end subroutine excess
+
+  !> Find the stress of a trial that lies outside.
+  pure subroutine solve_return(surfaces, r, found)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether it was found.
+    logical, intent(out) :: found
+
+    r%unknown(1:3) = r%trial
+    r%unknown(4:6) = 0.0_wp
+    call choose_first_set(surfaces, r)
+    call follow_signs(surfaces, r, found)
+    if (.not. found) call try_all_sets(surfaces, r, found)
+    if (.not. found) call walk_to_trial(surfaces, r, found)
+  end subroutine solve_return
+
+  !> The surfaces that the trial lies outside of.
+  pure subroutine choose_first_set(surfaces, r)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    real(wp) :: slip, cap, gap
+
+    call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
+    r%slips = slip > tolerance(surfaces, r)
+    r%caps = cap > tolerance(surfaces, r)
+    r%edge = no_edge
+    if (.not. r%slips) return
+    gap = small_change*(r%trial(1) - r%trial(3))
+    if (r%trial(2) - r%trial(3) <= gap) then
+      r%edge = low_edge
+    else if (r%trial(1) - r%trial(2) <= gap) then
+      r%edge = high_edge
+    end if
+  end subroutine choose_first_set
+
+  !> Newton's method, changing the set as the signs of its answer say.
+  pure subroutine follow_signs(surfaces, r, found)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether an admissible answer was found.
+    logical, intent(out) :: found
+    integer :: i
+    logical :: changed
+
+    do i = 1, most_changes
+      call newton(surfaces, r, found)
+      if (.not. found) return
+      call change_set(surfaces, r, changed)
+      if (.not. changed) return
+    end do
+    found = .false.
+  end subroutine follow_signs
+
+  !> Let go of surfaces with negative multipliers and take up those that are passed.
+  pure subroutine change_set(surfaces, r, changed)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether the set is another one.
+    logical, intent(out) :: changed
+    real(wp) :: slip, cap, small, tiny_strain
+
+    small = 10.0_wp*tolerance(surfaces, r)
+    tiny_strain = small/r%shear
+    associate (s => r%unknown(1:3), g => r%unknown(4), h => r%unknown(5), v => r%unknown(6))
+      changed = .true.
+      if (r%edge /= no_edge .and. min(g, h) < -tiny_strain) then
+        r%edge = no_edge
+        h = 0.0_wp
+      else if (r%edge == no_edge .and. r%slips .and. s(2) < s(3) - small) then
+        r%edge = low_edge
+      else if (r%edge == no_edge .and. r%slips .and. s(2) > s(1) + small) then
+        r%edge = high_edge
+      else if (r%slips .and. g + h < -tiny_strain) then
+        r%slips = .false.
+        g = 0.0_wp
+      else if (r%caps .and. v < -tiny_strain) then
+        r%caps = .false.
+        v = 0.0_wp
+      else
+        call excess(surfaces, r, s, g + h, v, slip, cap)
+        changed = (.not. r%slips .and. slip > small) .or. (.not. r%caps .and. cap > small)
+        if (slip > small) r%slips = .true.
+        if (cap > small) r%caps = .true.
+      end if
+    end associate
+  end subroutine change_set
+
+  !> Every set from the trial.
+  pure subroutine try_all_sets(surfaces, r, found)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether one has an admissible answer.
+    logical, intent(out) :: found
+    integer :: set
+    logical :: changed
+
+    do set = 1, 7
+      r%slips = set /= 7
+      r%caps = set > 3
+      r%edge = merge(modulo(set - 1, 3), no_edge, r%slips)
+      r%unknown(1:3) = r%trial
+      r%unknown(4:6) = 0.0_wp
+      call newton(surfaces, r, found)
+      if (.not. found) cycle
+      call change_set(surfaces, r, changed)
+      found = .not. changed
+      if (found) return
+    end do
+    found = .false.
+  end subroutine try_all_sets
+
+  !> Walk to the trial from the isotropic stress of the smallest trial pressure that is elastic.
+  pure subroutine walk_to_trial(surfaces, r, found)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether it was reached.
+    logical, intent(out) :: found
+    real(wp) :: goal(3), from(3), share, step
+    type(return_type) :: last
+
+    goal = r%trial
+    from = min(max(sum(goal)/3.0_wp, surfaces%least*surfaces%reference - surfaces%shift), &
+      0.5_wp*r%size_of - surfaces%shift)
+    r%unknown = [from, 0.0_wp, 0.0_wp, 0.0_wp]
+    r%slips = .false.
+    r%caps = .false.
+    r%edge = no_edge
+    last = r
+    share = 0.0_wp
+    step = 0.125_wp
+    do
+      r%trial = from + min(1.0_wp, share + step)*(goal - from)
+      call follow_signs(surfaces, r, found)
+      if (found) then
+        share = min(1.0_wp, share + step)
+        last = r
+        if (share >= 1.0_wp) return
+        step = 1.5_wp*step
+      else
+        r = last
+        step = 0.5_wp*step
+        if (step < 1.0e-4_wp) exit
+      end if
+    end do
+    r%trial = goal
+    found = .false.
+  end subroutine walk_to_trial
+
+  !> Newton's method for the set at hand from the unknowns at hand.
+  pure subroutine newton(surfaces, r, found)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Whether it arrived.
+    logical, intent(out) :: found
+    real(wp) :: residual(6), change(6, 1), before(6), old, scale
+    integer :: step, halving
+
+    found = .false.
+    scale = maxval(abs(r%trial)) + surfaces%least*surfaces%reference
+    call residuals(surfaces, r, residual)
+    do step = 1, most_steps
+      old = norm2(residual)
+      change(:, 1) = residual
+      call solve_dense(r%jacobian, change)
+      if (.not. all(ieee_is_finite(change))) return
+      before = r%unknown
+      do halving = 0, most_halvings
+        r%unknown = before - change(:, 1)*0.5_wp**halving
+        call residuals(surfaces, r, residual)
+        if (norm2(residual) < old .or. maxval(abs(change(1:3, 1))) <= small_change*scale) exit
+      end do
+      if (.not. all(ieee_is_finite(residual))) return
+      found = maxval(abs(change(1:3, 1))) <= small_change*scale &
+        .and. maxval(abs(change(4:6, 1)))*r%shear <= small_change*scale
+      if (found) exit
+    end do
+  end subroutine newton
+
+  !> Residuals and Jacobian, all of them stresses.
+  pure subroutine residuals(surfaces, r, residual)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> (6)
+    real(wp), intent(out) :: residual(6)
+    real(wp) :: limit, by_s3, by_g
+    integer :: i
+
+    r%jacobian = 0.0_wp
+    do i = 1, 3
+      r%jacobian(i, i) = 1.0_wp
+    end do
+    associate (s => r%unknown(1:3), j => r%jacobian)
+      residual(1:3) = s - r%trial
+      residual(4:6) = r%shear*r%unknown(4:6)
+      do i = 4, 6
+        j(i, i) = r%shear
+      end do
+      if (r%slips) then
+        call add_slip(surfaces, r, residual)
+        call shear_limit(surfaces, s(3), r%gamma + r%unknown(4) + r%unknown(5), limit, by_s3, by_g)
+        residual(4) = s(1) - s(3) - limit
+        j(4, :) = [1.0_wp, 0.0_wp, -1.0_wp - by_s3, -by_g, -by_g, 0.0_wp]
+      end if
+      if (r%edge == low_edge) then
+        residual(5) = s(2) - s(3)
+        j(5, :) = [0.0_wp, 1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      else if (r%edge == high_edge) then
+        residual(5) = s(1) - s(2)
+        j(5, :) = [1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+      end if
+    end associate
+    if (r%caps) call add_cap(surfaces, r, residual)
+  end subroutine residuals
+
+  !> What the slip on the planes takes from the trial stress.
+  pure subroutine add_slip(surfaces, r, residual)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Residuals.
+    real(wp), intent(inout) :: residual(6)
+    real(wp) :: psi, slope(2), up, down, strain(3), by_psi(3)
+
+    call mobilised_dilatancy(surfaces, r%unknown(1:3), psi, slope)
+    up = 0.5_wp*(1.0_wp - psi)
+    down = -0.5_wp*(1.0_wp + psi)
+    associate (g => r%unknown(4), h => r%unknown(5))
+      strain = g*[up, 0.0_wp, down]
+      by_psi = -0.5_wp*g*[1.0_wp, 0.0_wp, 1.0_wp]
+      r%jacobian(1:3, 4) = relief(r, [up, 0.0_wp, down])
+      if (r%edge == low_edge) then
+        strain = strain + h*[up, down, 0.0_wp]
+        by_psi = by_psi - 0.5_wp*h*[1.0_wp, 1.0_wp, 0.0_wp]
+        r%jacobian(1:3, 5) = relief(r, [up, down, 0.0_wp])
+      else if (r%edge == high_edge) then
+        strain = strain + h*[0.0_wp, up, down]
+        by_psi = by_psi - 0.5_wp*h*[0.0_wp, 1.0_wp, 1.0_wp]
+        r%jacobian(1:3, 5) = relief(r, [0.0_wp, up, down])
+      end if
+    end associate
+    residual(1:3) = residual(1:3) + relief(r, strain)
+    by_psi = relief(r, by_psi)
+    r%jacobian(1:3, 1) = r%jacobian(1:3, 1) + by_psi*slope(1)
+    r%jacobian(1:3, 3) = r%jacobian(1:3, 3) + by_psi*slope(2)
+  end subroutine add_slip
+
+  !> What the cap takes from the trial stress, and its own equation.
+  pure subroutine add_cap(surfaces, r, residual)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(inout) :: r
+    !> Residuals.
+    real(wp), intent(inout) :: residual(6)
+    real(wp) :: p, dev(3), flow(3), limit, slope, now, c
+    integer :: b
+
+    associate (s => r%unknown(1:3), v => r%unknown(6))
+      p = max(sum(s)/3.0_wp + surfaces%shift, 1.0e-3_wp*surfaces%least*surfaces%reference)
+      dev = s - sum(s)/3.0_wp
+      c = 1.5_wp/(surfaces%cap2*p)
+      flow = 1.0_wp/3.0_wp + c*dev
+      residual(1:3) = residual(1:3) + relief(r, v*flow)
+      do b = 1, 3
+        r%jacobian(1:3, b) = r%jacobian(1:3, b) &
+          + relief(r, v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p)))
+      end do
+      r%jacobian(1:3, 6) = relief(r, flow)
+      call cap_growth(surfaces, r%size_of, v, limit, slope)
+      now = cap_size(surfaces, s)
+      residual(6) = now - limit
+      r%jacobian(6, 1:3) = (1.5_wp*dev/surfaces%cap2 + p/3.0_wp)/now
+      r%jacobian(6, 4:6) = [0.0_wp, 0.0_wp, -slope]
+    end associate
+  end subroutine add_cap
+
+  !> D times a strain.
+  pure function relief(r, strain) result(stress)
+    !> Moduli.
+    type(return_type), intent(in) :: r
+    !> Strain (3).
+    real(wp), intent(in) :: strain(3)
+    real(wp) :: stress(3)
+
+    stress = r%lame*(strain(1) + strain(2) + strain(3)) + 2.0_wp*r%shear*strain
+  end function relief
+
+  !> d stress / d trial stress of an answer.
+  pure function stress_derivative(r) result(derivative)
+    !> The return.
+    type(return_type), intent(in) :: r
+    real(wp) :: derivative(3, 3)
+    real(wp) :: right(6, 3)
+
+    right = 0.0_wp
+    right(1:3, :) = identity
+    call solve_dense(r%jacobian, right)
+    derivative = right(1:3, :)
+  end function stress_derivative
+
+  !> Gauss elimination with row exchange; right-hand sides become solutions, not finite where there is none.
+  pure subroutine solve_dense(matrix, b)
+    !> Matrix.
+    real(wp), intent(in) :: matrix(size_of_system, size_of_system)
+    !> Right-hand sides, then solutions (6,n).
+    real(wp), intent(inout) :: b(:, :)
+    real(wp) :: a(size_of_system, size_of_system), row(size_of_system), x
+    integer :: i, j, k, p
+
+    a = matrix
+    do i = 1, size_of_system
+      p = i
+      do j = i + 1, size_of_system
+        if (abs(a(j, i)) > abs(a(p, i))) p = j
+      end do
+      if (p /= i) then
+        row = a(i, :)
+        a(i, :) = a(p, :)
+        a(p, :) = row
+        do k = 1, size(b, 2)
+          x = b(i, k)
+          b(i, k) = b(p, k)
+          b(p, k) = x
+        end do
+      end if
+      do j = i + 1, size_of_system
+        x = a(j, i)/a(i, i)
+        a(j, i + 1:) = a(j, i + 1:) - x*a(i, i + 1:)
+        b(j, :) = b(j, :) - x*b(i, :)
+      end do
+    end do
+    do i = size_of_system, 1, -1
+      do k = 1, size(b, 2)
+        do j = i + 1, size_of_system
+          b(i, k) = b(i, k) - a(i, j)*b(j, k)
+        end do
+        b(i, k) = b(i, k)/a(i, i)
+      end do
+    end do
+  end subroutine solve_dense
+end module qsmpm_hardening_return
