@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 
-from qsmpm_verify import batch, chart, curve, document, pictures, stability_map, view
+from qsmpm_verify import batch, chart, curve, document, effectivity, pictures, stability_map, view
 from qsmpm_verify.trouble import Trouble
 
 
@@ -20,7 +20,7 @@ def parser() -> argparse.ArgumentParser:
     verbs = main.add_subparsers(dest="verb", required=True, metavar="VERB")
     verbs_of = (
         batch.add_list, batch.add_run, curve.add_words, curve.add_functions, chart.add_words, stability_map.add_words,
-        view.add_words, document.add_words, pictures.add_words,
+        effectivity.add_words, view.add_words, document.add_words, pictures.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)
