@@ -55,6 +55,8 @@ def unit_of(folder: Path, name: str) -> str:
         words = {k.strip().upper(): v.strip() for k, _, v in (p.partition("=") for p in hit[1].split(",")) if v}
         if name.startswith("displacement"):
             return words.get("LENGTH", "")
+        if name == "stress_error":
+            return ""
         if name.startswith(("stress", "pressure", "mises")) and {"LENGTH", "FORCE"} <= words.keys():
             return f"{words['FORCE']}/{words['LENGTH']}2"
     return ""

@@ -95,7 +95,8 @@ def draw(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, path: Pa
             field = matrix.get((test.id, method))
             colour = COLOURS[field.outcome if field else NONE]
             axes.add_patch(plt.Rectangle((column, row), 1, 1, facecolor=colour, edgecolor="white", lw=1.5))
-            axes.text(column + 0.5, row + 0.5, cell_text(field), ha="center", va="center", fontsize=8)
+            shown = cell_text(field).replace(" (", "\n(")
+            axes.text(column + 0.5, row + 0.5, shown, ha="center", va="center", fontsize=8)
     axes.set_xlim(0, len(methods))
     axes.set_ylim(len(tests), 0)
     axes.set_xticks([i + 0.5 for i in range(len(methods))], methods, fontsize=9)

@@ -148,7 +148,7 @@ class Map(unittest.TestCase):
         warning = "warning: stresses of neighbouring material points differ by 4 %"
         for case, (log, kind, stated) in enumerate(
             (
-                (line, "largest", 0.3), (line, "mean", 0.04), (line + surface, "largest", 0.45), (line, "", None),
+                (line, "largest", 0.3), (line, "mean", 0.04), (line + surface, "mean", 0.04), (line + surface, "largest", 0.45), (line, "", None),
                 ("nothing", "largest", None), (line + surface + "\n" + line, "largest", 0.3),
             )
         ):  # fmt: skip
