@@ -145,6 +145,11 @@ class Studies(unittest.TestCase):
             found = self.take("quick")[0]
             self.assertEqual((found.error, found.seconds), (0.25, 3.0))
         self.assertEqual((self.folder / "calls").read_text(), "x\n")
+        # a record that was cut is no record
+        record = next((self.folder / "out").rglob("line.json"))
+        record.write_text(record.read_text()[:9])
+        self.assertEqual(self.take("quick")[0].error, 0.25)
+        self.assertEqual((self.folder / "calls").read_text(), "x\nx\n")
         teller.write_text("#!/bin/sh\necho did not finish\n")
         self.assertEqual(self.take("quick")[0].message, "did not finish")
 
