@@ -66,13 +66,15 @@ def command_sample(
         folder.mkdir(parents=True)
         try:
             with (folder / "terminal.txt").open("wb") as output:
-                subprocess.run(
+                ended = subprocess.run(
                     [str(tool), *entry.command[1:]], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                     timeout=entry.case.time_limit, check=False, cwd=folder,
                     env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
                 )  # fmt: skip
         except subprocess.TimeoutExpired:
             return replace(failed, message=f"stopped after {entry.case.time_limit:g} s"), entry.case.time_limit, False
+        if ended.returncode < 0:
+            return replace(failed, message=f"stopped by signal {-ended.returncode}"), 0.0, False
         line = last_line(folder / "terminal.txt")
         keep(record, {"key": key, "line": line})
     hit = re.search(study.pattern, line)

@@ -150,6 +150,10 @@ class Studies(unittest.TestCase):
         record.write_text(record.read_text()[:9])
         self.assertEqual(self.take("quick")[0].error, 0.25)
         self.assertEqual((self.folder / "calls").read_text(), "x\nx\n")
+        # what a signal stopped is not kept
+        teller.write_text("#!/bin/sh\necho half a line; kill -9 $$\n")
+        self.assertEqual(self.take("quick")[0].message, "stopped by signal 9")
+        self.assertFalse(record.exists())
         teller.write_text("#!/bin/sh\necho did not finish\n")
         self.assertEqual(self.take("quick")[0].message, "did not finish")
 
