@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from qsmpm_bench.measure import Deck
+from qsmpm_verify.places import TOP
 
-TOP = Path(__file__).resolve().parents[2]
 INPUT = TOP / "input"
 CASES = TOP / "verification" / "cases" / "decks"
 

@@ -75,6 +75,22 @@ def _sizes(results: Path) -> dict[str, int]:
     return {path.name: path.stat().st_size for path in files if path.is_file()}
 
 
+def keep(path: Path, content: dict[str, Any]) -> None:
+    """Write a record in one go: an interruption leaves the old one or none."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    part.replace(path)
+
+
+def kept(path: Path, key: str) -> dict[str, Any] | None:
+    """A record when it is there, whole and of this key."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return content if content["key"] == key else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
 def remember(directory: Path, key: str, record: Record) -> None:
     """Write run.json when the run may be used again."""
     if record.exit_code not in LASTING:
@@ -84,9 +100,7 @@ def remember(directory: Path, key: str, record: Record) -> None:
         "message": record.message, "sizes": _sizes(directory / "results"),
         "finished": time.strftime("%Y-%m-%d %H:%M:%S"), "load_average": round(os.getloadavg()[0], 2),
     }  # fmt: skip
-    part = directory / "run.json.part"
-    part.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    part.replace(directory / "run.json")
+    keep(directory / "run.json", content)
 
 
 def recall(directory: Path, key: str) -> Record | None:

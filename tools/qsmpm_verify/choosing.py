@@ -9,6 +9,10 @@ from qsmpm_verify.pages import markdown_table
 from qsmpm_verify.studies import Study
 
 ASKED = (0.1, 0.03, 0.01, 1e-3)
+LEGEND = (
+    "Method; size; CPU seconds of the cheapest run that claims the error, on its grid and all finer ones; `same`: the run on the "
+    "left serves; `-`: none does."
+)
 
 
 def cheapest(samples: Sequence[Sample], asked: float) -> Sample | None:
@@ -27,15 +31,16 @@ def cells(samples: Sequence[Sample]) -> list[str]:
     ]  # fmt: skip
 
 
-def table_lines(taken: Sequence[tuple[Study, Sequence[Sample]]], command: str) -> list[str]:
-    """The table as lines of a page."""
+def table_cells(taken: Sequence[tuple[Study, Sequence[Sample]]]) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows."""
     header = ["scene: error", "size counts", *(f"at most {asked:g}" for asked in ASKED)]
     rows = [
         [f"{study.name.replace('_', ' ')}: {study.error.name}", study.size, *cells(samples)]
         for study, samples in taken
-    ]
-    return [
-        *markdown_table(header, rows), "",
-        f"Method; size; CPU seconds of the cheapest run of `{command}` that claims the error on its grid and all finer ones; "
-        "`same`: the run on the left serves; `-`: none does.",
     ]  # fmt: skip
+    return header, rows
+
+
+def table_lines(taken: Sequence[tuple[Study, Sequence[Sample]]], command: str) -> list[str]:
+    """The table as lines of a page."""
+    return [*markdown_table(*table_cells(taken)), "", f"Written by `{command}`. {LEGEND}"]

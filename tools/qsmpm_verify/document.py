@@ -10,7 +10,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from qsmpm_verify import chart, stability_map, view
+from qsmpm_verify import chart, choosing, scene, stability_map, view
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
 from qsmpm_verify.cases import load_all, select
 from qsmpm_verify.judge import Verdict, judge
@@ -20,6 +20,7 @@ from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import WORDS, closing_line, counts
 from qsmpm_verify.runner import Run, run_all
 from qsmpm_verify.stability import load_rows
+from qsmpm_verify.studies import Study
 
 LARGEST = 5_000_000
 """Bytes; more does not go by mail."""
@@ -93,7 +94,12 @@ def chart_part(words: Namespace) -> tuple[str, int]:
         ["<h2 id=charts>Error against cost</h2>\n<p>" + text(" ".join(chart.PREFACE).replace("`", "")) + "</p>\n"],
         0,
     )
-    for study, samples in chart.take_samples(asked):
+    taken = chart.take_samples(asked)
+    header, choices = choosing.table_cells(taken)
+    parts.append("<h3>Which method for which error</h3>\n" + table(header, [("", row) for row in choices]))
+    plain_legend = choosing.LEGEND.replace("`", "")
+    parts.append(f"<p class=command>{text(plain_legend)}</p>\n")
+    for study, samples in taken:
         picture = chart.draw(study, samples, words.folder / "charts" / f"{study.name}.svg")
         chart.write_csv(study, samples, words.folder / "charts" / f"{study.name}.csv")
         failed += sum(not s.good for s in samples)
@@ -104,12 +110,36 @@ def chart_part(words: Namespace) -> tuple[str, int]:
         parts.append(table(chart.choice_header(study), [("", row) for row in chart.choice_rows(samples)]))
         rows = [("best" if row[4] == "best" else "", row) for row in chart.run_rows(study, samples)]
         parts.append("<details><summary>All runs</summary>" + table(chart.run_header(study), rows) + "</details>\n")
-        for other in study.others:
-            parts.append(
-                f"<p class=command>{text(other.label)}: {text(other.caveat)} Source: {text(other.source)}.</p>\n"
-            )
+        parts.append(others_part(study))
         parts.append(command(chart.command_of(words, "chart", [study.name])))
     return "".join(parts), failed
+
+
+def others_part(study: Study) -> str:
+    """Figures of other programs, with what makes them other than ours."""
+    if not study.others:
+        return ""
+    rows = [("", row) for row in chart.other_rows(study)]
+    said = "".join(
+        f"<p class=command>{text(o.label)}: {text(o.caveat)} Source: {text(o.source)}.</p>\n" for o in study.others
+    )
+    return "<details><summary>Other programs</summary>" + table(chart.other_header(study), rows) + said + "</details>\n"
+
+
+def scene_part(words: Namespace) -> str:
+    """What a smaller model of a scene saves and changes."""
+    asked = Namespace(**{**vars(words), "names": [], "out": words.folder / "scene", "repeat": 1})
+    savings = scene.take_savings(asked)
+    picture = scene.draw(savings, words.folder / "charts" / "scene.svg")
+    scene.write_csv(savings, words.folder / "charts" / "scene.csv")
+    notes = "".join(f"<li>{text(s.reduction.title)}: {text(s.reduction.note)}</li>" for s in savings)
+    caption = ("Whole scene (grey) and reduced one (green); at the right the largest change of the result over all steps, "
+               "a share of its largest value")  # fmt: skip
+    return (
+        "<h2 id=scene>No more model than the scene needs</h2>\n" + figure(inline_svg(picture), caption)
+        + table(scene.HEADER, [("", scene.row(s)) for s in savings]) + f"<ul class=command>{notes}</ul>\n"
+        + command(chart.command_of(words, "scene", []))
+    )  # fmt: skip
 
 
 def map_part(words: Namespace) -> str:
@@ -194,6 +224,7 @@ def act(words: Namespace) -> int:
     program = checked_program(words)
     words.folder, words.program = words.out, program
     charts, failed = chart_part(words)
+    scenes = scene_part(words)
     stability = map_part(words)
     cases, verdicts, runs = case_part(words, program)
     views = view_part(words, runs)
@@ -204,9 +235,9 @@ def act(words: Namespace) -> int:
     page = (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>QSMPM report</title><style>{STYLE}</style>\n"
         f"<h1>QSMPM: what it computes, how well and at what cost</h1>\n<p>{summary}</p>\n"
-        "<p><a href='#charts'>Charts</a> | <a href='#map'>Stability map</a> | <a href='#cases'>Cases</a> | "
+        "<p><a href='#charts'>Charts</a> | <a href='#scene'>Smaller models</a> | <a href='#map'>Stability map</a> | <a href='#cases'>Cases</a> | "
         "<a href='#machine'>Machine</a></p>\n"
-        f"{charts}{stability}{views}{cases}<h2 id=machine>Machine and versions</h2>\n{facts}"
+        f"{charts}{scenes}{stability}{views}{cases}<h2 id=machine>Machine and versions</h2>\n{facts}"
         f"{command(f'tools/qsmpm-verify report --effort {words.effort}')}</html>\n"
     )
     out = words.html or words.out / "qsmpm_report.html"

@@ -21,6 +21,8 @@ def label_of(method: str, samples: Sequence[Sample]) -> str:
     """Text of the legend: the method and its fitted order; of two sizes only it is said, a rise of the error has none."""
     own = [s for s in samples if s.method == method]
     fitted = order(own)
+    if all(s.at_floor for s in own if s.good) and any(s.good for s in own):
+        return f"{method}; at the floor"
     if fitted is None:
         return method
     if fitted < 0.2:
@@ -30,11 +32,11 @@ def label_of(method: str, samples: Sequence[Sample]) -> str:
 
 
 def plain_number(value: float) -> str:
-    """A tick's text: 0.02, 3 or 10^-5."""
+    """A tick's text: 0.02, 3 or 5e-5."""
     power = math.floor(math.log10(value) + 1e-9)
     if -3 <= power < 4:
         return f"{value:g}"
-    return f"$10^{{{power}}}$" if abs(value / 10.0**power - 1) < 1e-6 else ""
+    return f"{value / 10.0**power:g}e{power}"
 
 
 def set_ticks(axis: Axis, low: float, high: float) -> None:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from qsmpm_verify.cache import keep, kept
 from qsmpm_verify.places import BUILD, TOP
 from qsmpm_verify.reference.beam import beam_deflection
 from qsmpm_verify.studies import Other, Study
@@ -112,16 +113,15 @@ def _kratos(python: Path, script: Path, words: tuple[str, ...], folder: Path) ->
         key.update(path.read_bytes())
     key.update(" ".join([str(python), *words]).encode())
     record = folder / f"{script.stem}_{'_'.join(words)}.json"
-    if record.is_file():
-        content = json.loads(record.read_text(encoding="utf-8"))
-        if content.get("key") == key.hexdigest():
-            return dict(content["figures"])
+    content = kept(record, key.hexdigest())
+    if content and "figures" in content:
+        return dict(content["figures"])
     try:
         sample = run_script([str(python), str(script), *words], record.with_suffix(".txt"), 600.0)
     except BenchError as error:
         raise RunFailed(str(error)) from error
     figures = {**sample.figures, "cpu_seconds": sample.cpu}
-    record.write_text(json.dumps({"key": key.hexdigest(), "figures": figures}) + "\n", encoding="utf-8")
+    keep(record, {"key": key.hexdigest(), "figures": figures})
     return figures
 
 

@@ -127,14 +127,22 @@ def _rows_first(values: Array, count: int) -> Array:
     return values
 
 
+def state_file(path: Path) -> Path:
+    """results.h5 of a run's folder, or the file itself; it must be there."""
+    path = path / "results.h5" if path.is_dir() else path
+    if not path.is_file():
+        raise ResultError(f"{path} is not there")
+    return path
+
+
 def written_steps(path: Path) -> list[int]:
     """Numbers of the steps whose points are in results.h5, growing."""
-    path = path / "results.h5" if path.is_dir() else path
+    path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             return sorted(int(name) for name in file.get("steps", {}))
     except OSError as error:
-        raise ResultError(f"{path}: {error}") from error
+        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
 
 
 @dataclass(frozen=True)
@@ -148,21 +156,20 @@ class Mesh:
 
 def read_mesh(path: Path) -> Mesh:
     """The mesh of results.h5."""
-    path = path / "results.h5" if path.is_dir() else path
+    path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             mesh = file["mesh"]
             nodes, ends = mesh["coordinates"][...], mesh["cell_offsets"][...]
             labels, types = mesh["cell_nodes"][...], mesh["cell_types"][...]
     except (OSError, KeyError) as error:
-        raise ResultError(f"{path}: {error}") from error
+        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
     return Mesh(nodes, np.split(labels, ends[1:-1]), types)
 
 
 def read_points(path: Path, step: int | None = None) -> Points:
     """Read the points of a step from results.h5; without a number those of the last step written."""
-    if path.is_dir():
-        path = path / "results.h5"
+    path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
             names = sorted(file.get("steps", {}))
@@ -176,7 +183,7 @@ def read_points(path: Path, step: int | None = None) -> Points:
             nodes = file["mesh/coordinates"][...]
             attributes = {name: np.ravel(value)[0] for name, value in group.attrs.items()}
     except (OSError, KeyError) as error:
-        raise ResultError(f"{path}: {error}") from error
+        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
     return Points(
         path,
         int(attributes.get("step", int(wanted[0]))),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import os
 import re
@@ -14,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from qsmpm_verify.cache import program_hash
+from qsmpm_verify.cache import keep, kept, program_hash
 from qsmpm_verify.front import Sample
 from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.runner import last_line, run_case
@@ -60,24 +59,24 @@ def command_sample(
         return replace(failed, message=f"{tool} is not there"), 0.0, False
     key = hashlib.sha256(" ".join([program_hash(tool), *entry.command]).encode()).hexdigest()
     record = folder / "line.json"
-    line, reused = None, False
-    if not fresh and record.is_file():
-        content = json.loads(record.read_text(encoding="utf-8"))
-        line, reused = (content["line"], True) if content.get("key") == key else (None, False)
-    if line is None:
+    content = None if fresh else kept(record, key)
+    line, reused = (content["line"], True) if content and "line" in content else ("", False)
+    if not reused:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         try:
             with (folder / "terminal.txt").open("wb") as output:
-                subprocess.run(
+                ended = subprocess.run(
                     [str(tool), *entry.command[1:]], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
                     timeout=entry.case.time_limit, check=False, cwd=folder,
                     env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
                 )  # fmt: skip
         except subprocess.TimeoutExpired:
             return replace(failed, message=f"stopped after {entry.case.time_limit:g} s"), entry.case.time_limit, False
+        if ended.returncode < 0:
+            return replace(failed, message=f"stopped by signal {-ended.returncode}"), 0.0, False
         line = last_line(folder / "terminal.txt")
-        record.write_text(json.dumps({"key": key, "line": line}) + "\n", encoding="utf-8")
+        keep(record, {"key": key, "line": line})
     hit = re.search(study.pattern, line)
     if not hit:
         return replace(failed, message=line), 0.0, reused

@@ -64,13 +64,18 @@ def pair(whole: float, reduced: float, form: str) -> str:
     return f"{whole:{form}} -> {reduced:{form}} ({whole / reduced:.1f}x)"
 
 
+def change_text(saving: Saving) -> str:
+    """The change of the result; 0 where not one digit differs."""
+    return f"{saving.change:.1e}" if saving.change else "0"
+
+
 def row(saving: Saving) -> list[str]:
     """Cells of a table."""
     whole, reduced = saving.whole, saving.reduced
     return [
         saving.reduction.title, saving.reduction.scene, pair(whole.seconds, reduced.seconds, ".2g"),
         pair(whole.memory, reduced.memory, ".0f"), pair(whole.equations, reduced.equations, "d"),
-        pair(whole.points, reduced.points, "d"), f"{saving.reduction.what}: {saving.change:.1e}",
+        pair(whole.points, reduced.points, "d"), f"{saving.reduction.what}: {change_text(saving)}",
     ]  # fmt: skip
 
 
@@ -85,7 +90,7 @@ def draw_bars(axes: plt.Axes, savings: Sequence[Saving], part: str) -> None:
         values = [value(getattr(s, model), part) for s in savings]
         places = [i + shift for i in range(len(savings))]
         drawn = axes.barh(places, values, 0.38, color=colour, label=f"{model} scene" if model == "whole" else "reduced")
-        axes.bar_label(drawn, [f" {v:.3g}" if v < 1000 else f" {v:.0f}" for v in values], fontsize=7)
+        axes.bar_label(drawn, [f"{v:.3g}" if v < 1000 else f"{v:.0f}" for v in values], padding=3, fontsize=7)
     axes.set_xscale("log")
     values = [value(cost, part) for s in savings for cost in (s.whole, s.reduced)]
     low, high = 0.5 * min(values), 4.0 * max(values)
@@ -106,7 +111,7 @@ def draw(savings: Sequence[Saving], path: Path) -> Path:
     figure.legend(handles, names, loc="upper left", ncols=2, fontsize=8, frameon=False)
     other = every[2].twinx()
     other.set_ylim(every[2].get_ylim())
-    other.set_yticks(range(len(savings)), [f"{s.change:.1e}" for s in savings], fontsize=8)
+    other.set_yticks(range(len(savings)), [change_text(s) for s in savings], fontsize=8)
     other.set_title("change of\nthe result [-]", fontsize=8, loc="right")
     return save(figure, path)
 

@@ -191,8 +191,8 @@ def _aim(renderer: vtkRenderer, look: Look) -> float:
         camera.SetPosition(centre[0], centre[1] - shift, centre[2] + 2 * reach)
         camera.SetFocalPoint(centre[0], centre[1] - shift, centre[2])
     else:
-        camera.SetPosition(*(centre + 2 * reach * np.array([-0.55, -0.7, 0.45])))
-        camera.SetViewUp(0, 0, 1)
+        camera.SetPosition(*(centre + 2 * reach * np.array([0.5, 0.42, 0.75])))
+        camera.SetViewUp(0, 1, 0)
         scale = 1.15 * reach / min(WIDTH, look.height)
         camera.SetParallelScale(scale * look.height / 2)
     renderer.ResetCameraClippingRange()

@@ -41,7 +41,7 @@ class Front(unittest.TestCase):
         self.assertEqual(front(lucky), [6, 0, 1, 4, 2])
 
     def test_the_order_is_the_slope_over_the_size(self) -> None:
-        self.assertAlmostEqual(order(self.samples[:3]), 2.0)
+        self.assertAlmostEqual(order(self.samples[:3]) or 0.0, 2.0)
         self.assertIsNone(order(self.samples[:1]))
         floored = Sample("s", "a", 100, 0.00625, 9.0, at_floor=True)
         self.assertAlmostEqual(order([*self.samples[:3], floored]), 2.0)
@@ -128,10 +128,10 @@ class Studies(unittest.TestCase):
     def test_every_run_and_every_stored_point_is_in_the_csv(self) -> None:
         study, samples = load_study(self.path, self.folder), self.take("small", "quick")
         write_csv(study, samples, self.folder / "s.csv")
-        rows = list(csv.reader((self.folder / "s.csv").open()))
+        rows = list(csv.reader((self.folder / "s.csv").read_text().splitlines()))
         self.assertEqual([row[1] for row in rows[1:]], ["one", "one", "fails", "theirs"])
         self.assertEqual([row[6] for row in rows[1:]], ["yes", "yes", "", ""])
-        self.assertEqual(rows[4][3:], ["0.5", "", "3", "", "Another machine."])
+        self.assertEqual(rows[4][3:], ["0.5", "", "3", "", "stored: Another machine."])
         self.assertEqual([row[4] for row in run_rows(study, samples)], ["best", "best", ""])
 
     def test_another_program_of_the_build_is_read_by_a_pattern_once(self) -> None:
@@ -145,6 +145,15 @@ class Studies(unittest.TestCase):
             found = self.take("quick")[0]
             self.assertEqual((found.error, found.seconds), (0.25, 3.0))
         self.assertEqual((self.folder / "calls").read_text(), "x\n")
+        # a record that was cut is no record
+        record = next((self.folder / "out").rglob("line.json"))
+        record.write_text(record.read_text()[:9])
+        self.assertEqual(self.take("quick")[0].error, 0.25)
+        self.assertEqual((self.folder / "calls").read_text(), "x\nx\n")
+        # what a signal stopped is not kept
+        teller.write_text("#!/bin/sh\necho half a line; kill -9 $$\n")
+        self.assertEqual(self.take("quick")[0].message, "stopped by signal 9")
+        self.assertFalse(record.exists())
         teller.write_text("#!/bin/sh\necho did not finish\n")
         self.assertEqual(self.take("quick")[0].message, "did not finish")
 

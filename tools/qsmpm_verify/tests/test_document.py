@@ -9,11 +9,11 @@ from html.parser import HTMLParser
 from pathlib import Path
 from unittest import mock
 
-from qsmpm_verify import chart, document, stability_map
+from qsmpm_verify import chart, document, scene, stability_map
 from qsmpm_verify.cli import main
 from qsmpm_verify.machine import describe
 from qsmpm_verify.places import TOP
-from qsmpm_verify.tests import test_chart, test_map
+from qsmpm_verify.tests import test_chart, test_map, test_scene
 from qsmpm_verify.tests.test_view import write_state
 
 CASE = """
@@ -92,11 +92,16 @@ class Report(unittest.TestCase):
                          .replace("n = 9,", 'n = "C", s = 9,').replace("{n = 7}", '{n = "D", s = 7}')
                          .replace('size = "{n}"', 'size = "{s}"')}),
             ("cases", {"c.toml": CASE}),
+            ("scenes", {"r.toml": test_scene.REDUCTIONS}),
         ):  # fmt: skip
             (self.folder / name).mkdir()
             for file, text in files.items():
                 (self.folder / name / file).write_text(text)
-        (self.folder / "program").write_text(test_map.PROGRAM)
+        (self.folder / "b.inp").write_text("SECONDS Y\n")
+        # decks that begin with a number are scenes, the others runs of a method
+        scenes = test_scene.PROGRAM.replace("#!/bin/sh\n", "").rstrip()
+        (self.folder / "program").write_text(test_map.PROGRAM.replace(
+            "#!/bin/sh\n", f'#!/bin/sh\nif grep -q "^[0-9]" "$2"; then\n{scenes}\nexit 0\nfi\n'))
         (self.folder / "program").chmod(0o755)
 
     def call(self, *words: str) -> tuple[int, str]:
@@ -104,6 +109,7 @@ class Report(unittest.TestCase):
         rows = {"STABILITY": self.folder / "rows", "TOP": self.folder}
         with (
             mock.patch.multiple(stability_map, **rows),
+            mock.patch.multiple(scene, SCENES=self.folder / "scenes", TOP=self.folder),
             mock.patch.multiple(chart, STUDIES=self.folder / "studies", TOP=self.folder),
             mock.patch.multiple(document, CASES=self.folder / "cases", **rows),
             contextlib.redirect_stdout(said), contextlib.redirect_stderr(said),
@@ -119,7 +125,9 @@ class Report(unittest.TestCase):
         tags.feed(page)
         self.assertEqual((tags.fetched, tags.wrong), ([], []))
         self.assertEqual(len(set(tags.ids)), len(tags.ids), "drawings share names of parts")
-        self.assertEqual(page.count("<svg"), 2)
+        self.assertEqual(page.count("<svg"), 3)
+        self.assertIn("4 -&gt; 0.5 (8.0x)", page)
+        self.assertIn("<h3>Which method for which error</h3>", page)
         for word in ("qsmpm-verify chart s", "qsmpm-verify map", "qsmpm-verify run --effort quick", "3 figures of the"):
             self.assertIn(word, page)
         self.assertIn("3 figures of the verification cases held, 1 missed", said)
