@@ -6,6 +6,8 @@ batch      list, run: the cases of verification/cases
 curve      curve, functions: any result against a formula or a table
 chart      chart: error against cost; studies (their files), sampling (their runs), front (what is worth its cost)
 stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
+peers      peers: the same scenes in other programs; peers_scenes (their files), peers_model and peers_loads (what is taken
+           from a run), peers_calculix and peers_kratos (the programs), peers_runs (runs kept), peers_compute, peers_judge
 view       view: material points by a field; fields (values), stage (VTK)
 pictures   plot, points, figures
 
