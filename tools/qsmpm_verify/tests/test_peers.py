@@ -11,7 +11,7 @@ from unittest import mock
 
 import numpy as np
 
-from qsmpm_verify import peers_calculix, peers_compute
+from qsmpm_verify import peers_calculix, peers_compute, peers_kratos
 from qsmpm_verify.cases import CaseError
 from qsmpm_verify.cli import main
 from qsmpm_verify.peers_compute import Outcome
@@ -157,6 +157,24 @@ class Calculix(unittest.TestCase):
         self.assertAlmostEqual(solution.reaction[1], 3.0, 5)
         self.assertFalse(run.reused)
         self.assertTrue(again.reused)
+
+
+class Kratos(unittest.TestCase):
+    def test_the_scene_has_loads_cells_and_the_element_of_the_cells(self) -> None:
+        scene = json.loads(peers_kratos.scene_text(confined(2.0, 1.0), "TotalLagrangianElement", 5))
+        self.assertEqual((scene["element"], scene["steps"]), ("TotalLagrangianElement2D8N", 5))
+        self.assertEqual([entry[0] for entry in scene["forces"]], [2, 3, 6])
+        self.assertAlmostEqual(sum(entry[2] for entry in scene["forces"]), -1.0, 15)
+        self.assertEqual(len(scene["held"]), 9)
+
+    @unittest.skipUnless(peers_kratos.version(), "not installed: Kratos")
+    def test_confined_compression_by_the_program_is_the_closed_form(self) -> None:
+        """Settlement and force as with CalculiX, to the round-off of JSON and a direct solution."""
+        modulus = 100 * 0.7 / (1.3 * 0.4)
+        with tempfile.TemporaryDirectory() as folder:
+            solution, _ = peers_kratos.solve(confined(2.0, 1.0), Path(folder) / "kratos")
+        self.assertAlmostEqual(-solution.displacement[6, 1] * modulus, 2.0, 11)
+        self.assertAlmostEqual(solution.reaction[1], 3.0, 11)
 
 
 class Runs(unittest.TestCase):
