@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from qsmpm_verify import peers_calculix, peers_kratos
-from qsmpm_verify.batch import add_running_words, checked_program
 from qsmpm_verify.chart import command_of, markdown_table
 from qsmpm_verify.peers_compute import Computer, Outcome
 from qsmpm_verify.peers_judge import Finding, as_rows, chart_point, judge_check
 from qsmpm_verify.peers_scenes import Scene, load_scenes
-from qsmpm_verify.places import BUILD, PEERS, TOP
+from qsmpm_verify.places import BUILD, PEERS, PROGRAM, TOP
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import WORDS, table
+from qsmpm_verify.trouble import Trouble
 
 HEADER = ["check", "value", "peer's", "difference", "tolerance", "verdict", "CPU s", "peer's CPU s"]
 ABSENT = "not compared"
@@ -29,7 +29,11 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     """Words of the verb."""
     verb = verbs.add_parser("peers", help="the same scenes in CalculiX and Kratos, and the differences")
     verb.add_argument("scenes", nargs="*", help="names of scenes (verification/peers); all when none is given")
-    add_running_words(verb, "peers")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="QSMPM's program")
+    verb.add_argument("--out", type=Path, default=BUILD / "peers", help="folder of the runs")
+    verb.add_argument("--effort", choices=("quick", "long"), default="quick", help="quick (default) or long")
+    verb.add_argument("--quick", dest="effort", action="store_const", const="quick", help="the same as --effort quick")
+    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
     verb.add_argument("--json", type=Path, default=BUILD / "peers.json", help="file of the figures")
     verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/peers.md is")
     verb.set_defaults(act=act)
@@ -55,7 +59,10 @@ def row_of(finding: Finding) -> list[str]:
 
 def versions() -> list[str]:
     """A sentence a program: its version, or that it is not there."""
-    found = {"CalculiX (package calculix-ccx)": peers_calculix.version(), "Kratos (tools/setup --peers)": peers_kratos.version()}
+    found = {
+        "CalculiX (package calculix-ccx)": peers_calculix.version(),
+        "Kratos (tools/setup --peers)": peers_kratos.version(),
+    }
     return [told or f"not installed: {name}; its comparisons are left out" for name, told in found.items()]
 
 
@@ -63,6 +70,8 @@ def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:
     """A scene as lines of the page."""
     deck = scene.deck.relative_to(TOP)
     lines = [f"## {scene.title}", "", f"`{deck}`, `verification/peers/{scene.name}.toml`. {scene.note}", ""]
+    if not findings:
+        return [*lines, "Nothing is judged; the figures stand under *Error and cost of the other programs*.", ""]
     lines += [*markdown_table(HEADER, [row_of(f) for f in findings]), ""]
     reasons = dict.fromkeys(f"{f.tolerance:.1e}: {f.reason}." for f in findings if f.tolerance is not None)
     notes = [f"{f.quantity}, {f.run} by {f.against}: {f.note}" for f in findings if f.note]
@@ -98,16 +107,18 @@ def _judge(scene: Scene, outcomes: dict[str, Outcome]) -> tuple[list[Finding], l
 def act(words: argparse.Namespace) -> int:
     """Run, judge, tell."""
     scenes = load_scenes(PEERS, TOP, words.scenes)
-    efforts = ("quick", "long") if words.effort in ("long", "all") else ("quick",)
-    program = checked_program(words)
+    efforts = ("quick", "long") if words.effort == "long" else ("quick",)
+    if not words.program.is_file():
+        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
     progress = Progress(sum(run.effort in efforts for scene in scenes for run in scene.runs.values()))
-    computer = Computer(program, words.out.resolve(), words.fresh, progress.tell)
+    computer = Computer(words.program.resolve(), words.out.resolve(), words.fresh, progress.tell)
     page = page_head(command_of(words, "peers", words.scenes))
     findings: list[Finding] = []
     points: list[dict[str, Any]] = []
     for scene in scenes:
         own, drawn = _judge(scene, computer.scene(scene, efforts))
-        print(f"\n{scene.title}\n\n{table(HEADER, [row_of(f) for f in own])}")
+        if own:
+            print(f"\n{scene.title}\n\n{table(HEADER, [row_of(f) for f in own])}")
         print("".join(f"\n{f.quantity}, {f.run} by {f.against}: {f.note}" for f in own if f.note), end="")
         findings, points, page = findings + own, points + drawn, page + scene_page(scene, own)
     words.json.parent.mkdir(parents=True, exist_ok=True)

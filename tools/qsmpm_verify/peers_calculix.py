@@ -102,13 +102,14 @@ def read_dat(text: str) -> tuple[np.ndarray, np.ndarray, float]:
     return rows[:, 1:3], force[:2], time
 
 
-def own_weight_of_supports(model: Model) -> np.ndarray:
-    """Weight that nodes of supports take themselves (2).
+def loads_of_supports(model: Model) -> np.ndarray:
+    """Loads that act on nodes of supports themselves (2).
 
-    ccx prints the inner forces of these nodes: what a cell's weight puts on a support directly is not in them.
+    ccx prints the inner forces of these nodes: loads and weights that act on them directly are not in them.
     """
     held = sorted({node for node, _ in model.held})
-    return weight_forces(model.nodes, model.cells, model.vtk_type, model.weight)[held].sum(axis=0)
+    loads = model.forces + weight_forces(model.nodes, model.cells, model.vtk_type, model.weight)
+    return loads[held].sum(axis=0)
 
 
 def solve(
@@ -123,4 +124,4 @@ def solve(
     moved, force, time = read_dat((folder / "model.dat").read_text(encoding="utf-8", errors="replace"))
     if abs(time - 1) > 1e-6:
         raise RunFailed(f"{folder.name}: CalculiX ended at {time:g} of the load")
-    return Solution(moved, force - own_weight_of_supports(model)), run
+    return Solution(moved, force - loads_of_supports(model)), run

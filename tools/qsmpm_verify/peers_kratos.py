@@ -1,11 +1,13 @@
 """Kratos Multiphysics: its structural application on the mesh of a model, and our scripts for its MPM application.
 
-Both run in the environment that `tools/setup --peers` makes (.venv-peers), as processes of their own.
+Both run in the environment that `tools/setup --peers` makes (.venv-peers), as processes of their own;
+the variable QSMPM_PEERS_PYTHON names another interpreter.
 """
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from functools import lru_cache
 from pathlib import Path
@@ -19,7 +21,8 @@ from qsmpm_verify.places import TOP
 from qsmpm_verify.runner import last_line
 from qsmpm_verify.trouble import RunFailed, Trouble
 
-PYTHON = TOP / ".venv-peers" / "bin" / "python"
+PYTHON = Path(os.environ.get("QSMPM_PEERS_PYTHON", TOP / ".venv-peers" / "bin" / "python"))
+"""The interpreter that has Kratos."""
 SCRIPTS = TOP / "tools" / "peers"
 PACKAGES = ("KratosMultiphysics", "KratosMPMApplication", "KratosStructuralMechanicsApplication")
 ELEMENTS = {5: "2D3N", 9: "2D4N", 22: "2D6N", 23: "2D8N"}
