@@ -5,7 +5,7 @@ module qsmpm_soil_parameters
   use qsmpm_error, only: error_type
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
-  use qsmpm_mesh_measure, only: cell_size
+  use qsmpm_mesh_measure, only: cell_width
   use qsmpm_model, only: model_type
   use qsmpm_principal_model, only: principal_model_type, make_principal_model
   use qsmpm_softening, only: band_ratio
@@ -66,7 +66,7 @@ contains
     largest = 0.0_wp
     do p = 1, model%state%points%count
       if (model%state%points%material(p) == number) &
-        largest = max(largest, cell_size(model%mesh, model%state%points%cell(p)))
+        largest = max(largest, cell_width(model%mesh, model%state%points%cell(p)))
     end do
     bound = largest_band_ratio(principal)
     if (band_ratio(principal%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
