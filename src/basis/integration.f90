@@ -15,7 +15,7 @@ module qsmpm_integration
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_mesh_measure, only: cell_size
+  use qsmpm_mesh_measure, only: cell_width
   use qsmpm_points, only: points_type
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, node_position, most_functions
   use qsmpm_spline_axis, only: axis_averages, most_averaged
@@ -121,7 +121,7 @@ contains
   end function group_of
 
   !> Centre and size of the groups' cells.
-  pure subroutine measure_cells(mesh, integration)
+  subroutine measure_cells(mesh, integration)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Integration points in groups.
@@ -134,7 +134,7 @@ contains
     do g = 1, integration%group_count
       first = mesh%cell_first(integration%cell(g))
       n = corner_count(mesh%cell_kind(integration%cell(g)))
-      integration%cell_size(g) = cell_size(mesh, integration%cell(g))
+      integration%cell_size(g) = cell_width(mesh, integration%cell(g))
       integration%cell_centre(:, g) = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
     end do
   end subroutine measure_cells

@@ -13,7 +13,9 @@ module qsmpm_deck_echo
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
-    stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words
+    stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words, &
+    softening_words, regularisation_words
+  use qsmpm_softening_parameters, only: regularise_cell
   implicit none
   private
 
@@ -238,7 +240,24 @@ contains
     call echo%line('*MOHR COULOMB')
     call echo%line(' '//numbers([material%cohesion, material%friction_angle, &
       material%dilatancy_angle])//', '//tensile)
+    if (material%softening%given) call echo_softening(echo, material)
   end subroutine echo_material
+
+  !> How the strength of a material falls.
+  subroutine echo_softening(echo, material)
+    type(echo_type), intent(inout) :: echo
+    type(material_type), intent(in) :: material
+    character(len=:), allocatable :: length
+
+    associate (softening => material%softening)
+      length = ''
+      if (softening%regularisation == regularise_cell) length = ', LENGTH='//real_text(softening%length)
+      call echo%line('*SOFTENING, TYPE='//trim(softening_words(softening%shape))//', REGULARISATION='// &
+        trim(regularisation_words(softening%regularisation))//length)
+      call echo%line(' '//numbers([softening%cohesion, softening%friction_angle, softening%dilatancy_angle, &
+        softening%strain]))
+    end associate
+  end subroutine echo_softening
 
   !> A body and its points.
   subroutine echo_body(echo, body, dimension)

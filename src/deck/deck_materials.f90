@@ -6,6 +6,7 @@ module qsmpm_deck_materials
   use qsmpm_cards, only: card_type, number_at, word_at
   use qsmpm_deck_words, only: bar_list, position_of, cure_words
   use qsmpm_deck_state, only: deck_state_type, source_line
+  use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_analysis_lists, only: append
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many, kind_name, &
     kind_real, kind_word
@@ -16,7 +17,7 @@ module qsmpm_deck_materials
 
 contains
 
-  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *UNIT WEIGHT, *LOCKING CURE.
+  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *SOFTENING, *UNIT WEIGHT, *LOCKING CURE.
   subroutine add_material_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
@@ -43,6 +44,8 @@ contains
       'default) leaves the tip of the yield surface', required=.false., allowed='NONE', &
       range='[0, inf)')
     call table%example('*MOHR COULOMB| 1, 25, 0, 0')
+
+    call add_softening_keyword(table)
 
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', handle_unit_weight)

@@ -7,6 +7,7 @@ module qsmpm_deck_references
   use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   implicit none
   private
@@ -24,6 +25,7 @@ contains
     call check_inline_mesh(state)
     call check_bodies(state)
     call check_materials(state)
+    call check_softening(state)
     call check_node_sets(state)
     call check_surfaces(state)
     call check_prescriptions(state)

@@ -36,6 +36,8 @@ module qsmpm_deck_words
   !> From 0.
   character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
     'NONE', 'AUTO', 'UNIFORM PRESSURE']
+  character(len=n), parameter, public :: softening_words(2) = [character(len=n) :: 'LINEAR', 'EXPONENTIAL']
+  character(len=n), parameter, public :: regularisation_words(2) = [character(len=n) :: 'NONE', 'CELL']
   !> From 0.
   character(len=n), parameter, public :: solver_words(0:5) = [character(len=n) :: &
     'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS', 'KRYLOV']

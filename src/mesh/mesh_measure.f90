@@ -6,7 +6,7 @@ module qsmpm_mesh_measure
   implicit none
   private
 
-  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, mesh_volume, interpolate, &
+  public :: cell_nodes_of, cell_coordinates, cell_volume, cell_size, cell_width, mesh_volume, interpolate, &
     find_bounds
 
 contains
@@ -76,6 +76,17 @@ contains
       extent = extent + (high(i) - low(i))/mesh%dimension
     end do
   end function cell_size
+
+  !> Width of a cell, the root of its area or volume: what a band of strain one cell wide is taken for. It stays as it
+  !> is where a cell is sheared.
+  real(wp) function cell_width(mesh, cell)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+
+    cell_width = max(0.0_wp, cell_volume(mesh, cell))**(1.0_wp/mesh%dimension)
+  end function cell_width
 
   !> Volume of the whole mesh.
   function mesh_volume(mesh) result(volume)

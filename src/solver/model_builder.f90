@@ -18,7 +18,7 @@ module qsmpm_model_builder
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_law_factory, only: new_law
   use qsmpm_law, only: law_type, law_slot_type
-  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_soil_parameters, only: parameters_of, check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
   use qsmpm_text, only: real_text
@@ -57,6 +57,7 @@ contains
     call make_laws(model, faults, own)
     if (faults%count == 0) call choose_cures(model)
     if (faults%count == 0) call make_points(model, faults)
+    if (faults%count == 0) call check_softening_cells(model, faults)
     if (faults%count == 0) call make_surfaces(model, faults)
     if (faults%count == 0) call make_histories(model, faults)
     if (faults%count > 0) then
@@ -89,7 +90,6 @@ contains
     type(fault_list_type), intent(inout) :: faults
     !> Laws of an embedding program (materials).
     type(law_slot_type), intent(in), optional :: own(:)
-    type(material_parameters_type) :: parameters
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
     integer :: m
@@ -103,11 +103,7 @@ contains
         end if
       end if
       associate (material => model%analysis%materials(m), method => model%analysis%method)
-        parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
-          mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, &
-          friction_angle=material%friction_angle, dilatancy_angle=material%dilatancy_angle, &
-          tensile_strength=material%tensile_strength)
-        call new_law(parameters, merge(3, 2, model%analysis%model == three_dimensional), &
+        call new_law(parameters_of(material), merge(3, 2, model%analysis%model == three_dimensional), &
           method%kinematics, method%rate, law, error)
         if (allocated(error)) then
           call add_fault(faults, material%where, '*MATERIAL', error%message)

@@ -1,0 +1,83 @@
+!> Parameters of the built-in soil from its description, and the cells that its softening allows.
+module qsmpm_soil_parameters
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: material_type
+  use qsmpm_error, only: error_type
+  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_material_parameters, only: material_parameters_type, check_parameters
+  use qsmpm_mesh_measure, only: cell_width
+  use qsmpm_model, only: model_type
+  use qsmpm_principal_model, only: principal_model_type, make_principal_model
+  use qsmpm_softening, only: band_ratio
+  use qsmpm_softening_return, only: largest_band_ratio
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: parameters_of, check_softening_cells
+
+contains
+
+  !> Parameters of a material.
+  pure function parameters_of(material) result(parameters)
+    !> As described.
+    type(material_type), intent(in) :: material
+    type(material_parameters_type) :: parameters
+
+    parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
+      mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, friction_angle=material%friction_angle, &
+      dilatancy_angle=material%dilatancy_angle, tensile_strength=material%tensile_strength, &
+      softening=material%softening)
+  end function parameters_of
+
+  !> Refuse cells in which a softening point would snap back without any confinement; with friction that falls,
+  !> confinement lowers the bound, which the law tells when it meets it.
+  subroutine check_softening_cells(model, faults)
+    !> The model with its points.
+    type(model_type), intent(in) :: model
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    integer :: m
+
+    do m = 1, size(model%analysis%materials)
+      associate (material => model%analysis%materials(m))
+        if (material%softening%given) call check_material(model, m, material, faults)
+      end associate
+    end do
+  end subroutine check_softening_cells
+
+  !> One softening material.
+  subroutine check_material(model, number, material, faults)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Number of the material, and what was said of it.
+    integer, intent(in) :: number
+    type(material_type), intent(in) :: material
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    type(principal_model_type) :: principal
+    type(error_type), allocatable :: error
+    real(wp) :: largest, bound
+    integer :: p
+
+    call check_parameters(parameters_of(material), error)
+    if (allocated(error)) return
+    call make_principal_model(parameters_of(material), principal)
+    largest = 0.0_wp
+    do p = 1, model%state%points%count
+      if (model%state%points%material(p) == number) &
+        largest = max(largest, cell_width(model%mesh, model%state%points%cell(p)))
+    end do
+    bound = largest_band_ratio(principal)
+    if (band_ratio(principal%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
+    if (principal%softening%by_cell) then
+      call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
+        "' softens too fast for its cells, a point would snap back: size "//real_text(largest)//', at most '// &
+        real_text(bound*principal%softening%length))
+    else
+      call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
+        "' softens too fast, a point would snap back: plastic shear strain at least "// &
+        real_text(principal%softening%strain/bound))
+    end if
+  end subroutine check_material
+end module qsmpm_soil_parameters
