@@ -7,6 +7,7 @@
 !> units. Vectors have three components; the third is unused in the plane.
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
+  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
   implicit none
   private
 
@@ -165,6 +166,9 @@ module qsmpm_analysis
     real(wp) :: dilatancy_angle = 0.0_wp
     !> Largest principal stress allowed; huge means no cut-off.
     real(wp) :: tensile_strength = huge(1.0_wp)
+    !> Hardening soils, instead of elasticity and strength.
+    type(cam_clay_parameters_type) :: cam_clay
+    type(hardening_soil_parameters_type) :: hardening_soil
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: cure = cure_auto
     real(wp) :: cure_factor = -1.0_wp

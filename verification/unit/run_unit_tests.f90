@@ -18,6 +18,8 @@ program run_unit_tests
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_logarithmic_law, only: collect_logarithmic_law
   use test_halved_law, only: collect_halved_law
+  use test_cam_clay, only: collect_cam_clay
+  use test_hardening_soil, only: collect_hardening_soil
   use test_jaumann_law, only: collect_jaumann_law
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
@@ -87,6 +89,8 @@ program run_unit_tests
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('logarithmic_law', collect_logarithmic_law)
   call register('halved_law', collect_halved_law)
+  call register('cam_clay', collect_cam_clay)
+  call register('hardening_soil', collect_hardening_soil)
   call register('jaumann_law', collect_jaumann_law)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
