@@ -85,7 +85,8 @@ contains
       model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*parameters%poisson)/(1.0_wp + parameters%poisson)
       model%shear = model%shear_ratio*pressure/model%swelling
     end if
-    associate (bulk => pressure/model%swelling)
+    ! What carries load beyond the first yield is the compression line.
+    associate (bulk => pressure/(model%swelling + model%plastic))
       model%young = 9.0_wp*bulk*model%shear/(3.0_wp*bulk + model%shear)
     end associate
   end subroutine make_cam_clay
