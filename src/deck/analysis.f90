@@ -8,6 +8,7 @@
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
+  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
   implicit none
   private
 
@@ -168,6 +169,9 @@ module qsmpm_analysis
     real(wp) :: tensile_strength = huge(1.0_wp)
     !> How the strength falls, if it does.
     type(softening_parameters_type) :: softening
+    !> Hardening soils, instead of elasticity and strength.
+    type(cam_clay_parameters_type) :: cam_clay
+    type(hardening_soil_parameters_type) :: hardening_soil
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: cure = cure_auto
     real(wp) :: cure_factor = -1.0_wp

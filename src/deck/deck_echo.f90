@@ -9,6 +9,7 @@ module qsmpm_deck_echo
     kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
+  use qsmpm_deck_hardening, only: echo_hardening
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
@@ -226,8 +227,11 @@ contains
     character(len=:), allocatable :: tensile, cure
 
     call echo%line('*MATERIAL, NAME='//quoted(material%name))
-    call echo%line('*ELASTIC')
-    call echo%line(' '//numbers([material%young, material%poisson]))
+    if (material%young > 0.0_wp) then
+      call echo%line('*ELASTIC')
+      call echo%line(' '//numbers([material%young, material%poisson]))
+    end if
+    call echo_hardening(echo, material)
     call echo%line('*UNIT WEIGHT')
     call echo%line(' '//real_text(material%unit_weight))
     cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))

@@ -4,6 +4,7 @@ module qsmpm_deck_materials
   use qsmpm_analysis, only: material_type
   use qsmpm_text, only: squeezed
   use qsmpm_cards, only: card_type, number_at, word_at
+  use qsmpm_deck_hardening, only: add_hardening_keywords
   use qsmpm_deck_words, only: bar_list, position_of, cure_words
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_softening, only: add_softening_keyword
@@ -46,6 +47,7 @@ contains
     call table%example('*MOHR COULOMB| 1, 25, 0, 0')
 
     call add_softening_keyword(table)
+    call add_hardening_keywords(table)
 
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', handle_unit_weight)

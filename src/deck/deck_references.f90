@@ -3,7 +3,7 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
-    source_line_type, quantity_reaction, initial_k0
+    source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper
   use qsmpm_text, only: string_type
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
@@ -136,13 +136,34 @@ contains
     end do
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
-        if (.not. material%young > 0.0_wp) call state%fault_from(material%where, 'MATERIAL', &
-          "material '"//material%name//"' has no *ELASTIC")
+        call check_law(state, material)
         if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, &
           'MATERIAL', "material '"//material%name//"' has no weight, but there is gravity")
       end associate
     end do
   end subroutine check_materials
+
+  !> A material has one law, and a clay a stress to start from.
+  subroutine check_law(state, material)
+    type(deck_state_type), intent(inout) :: state
+    !> The material.
+    type(material_type), intent(in) :: material
+    integer :: laws
+
+    laws = count([material%young > 0.0_wp .or. material%mohr_coulomb, material%cam_clay%given, &
+      material%hardening_soil%given])
+    if (laws == 0 .or. (material%mohr_coulomb .and. .not. material%young > 0.0_wp .and. laws == 1)) &
+      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
+    if (laws > 1) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      "' has more than one law: *CAM CLAY and *HARDENING SOIL stand for *ELASTIC and *MOHR COULOMB")
+    if (.not. (material%cam_clay%given .or. material%hardening_soil%given)) return
+    if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper) &
+      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' hardens: *METHOD, "// &
+      'RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC')
+    if (size(state%analysis%phases) == 0 .or. .not. material%cam_clay%given) return
+    if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
+      "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
+  end subroutine check_law
 
   !> Node sets of fixities, prescriptions, histories and the moving mesh.
   subroutine check_node_sets(state)

@@ -85,7 +85,8 @@ contains
       model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*parameters%poisson)/(1.0_wp + parameters%poisson)
       model%shear = model%shear_ratio*pressure/model%swelling
     end if
-    associate (bulk => pressure/model%swelling)
+    ! What carries load beyond the first yield is the compression line.
+    associate (bulk => pressure/(model%swelling + model%plastic))
       model%young = 9.0_wp*bulk*model%shear/(3.0_wp*bulk + model%shear)
     end associate
   end subroutine make_cam_clay
@@ -201,13 +202,14 @@ contains
     answer%history(1:1) = history(1:1)
     call self%clamp_history(answer%history(1:1))
     if (.not. answer%found) return
-    p = -sum(answer%stress)/3.0_wp
-    trial = answer%stress + p
+    ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
+    r%e = -sum(strain)
+    call pressure_of(self, r%e, p, r%bulk)
+    trial = 2.0_wp*modulus*(strain + r%e/3.0_wp)
     r%start = answer%history(1)
     r%w = 1.5_wp*sum(trial**2)
     answer%yields = r%w/self%m2 + p*(p - r%start) > round_off*r%start**2
     if (.not. answer%yields) return
-    r%e = -sum(strain)
     r%shear = modulus
     call solve_return(self, r, answer%found)
     if (.not. answer%found) return
@@ -278,7 +280,7 @@ contains
       r%x = r%x - change(1)
       r%y = r%y - change(2)
       if (r%y < -0.5_wp) return
-      found = abs(change(1)) <= small_change*(abs(r%x) + small_change*self%swelling) &
+      found = abs(change(1)) <= small_change*(abs(r%x) + self%swelling) &
         .and. abs(change(2)) <= small_change*(1.0_wp + r%y)
       if (found) exit
     end do
@@ -319,11 +321,14 @@ contains
       call surface_miss(self, r, miss)
       if (miss < 0.0_wp) low = r%x
       if (miss >= 0.0_wp) high = r%x
-      if (high - low < 1.0e-6_wp*abs(r%x)) exit
+      if (high - low < 1.0e-14_wp*(abs(r%x) + self%swelling)) exit
     end do
     r%x = high
     if (reach < 0.0_wp) r%x = low
     call surface_miss(self, r, miss)
+    ! Near a tip the surface says little of q, and so of y; the flow rule says it there.
+    if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, &
+      r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
   end subroutine bracket
 
   !> Miss of the flow rule at x with q on the yield surface, times q; y of that q.
@@ -348,7 +353,7 @@ contains
     else if (r%p <= 0.0_wp) then
       miss = c*trial*r%pc
     else
-      miss = r%x*q - (trial - q)*c*(2.0_wp*r%p - r%pc)
+      miss = r%x*q - max(trial - q, 0.0_wp)*c*(2.0_wp*r%p - r%pc)
     end if
     ! Without shear the tips of the surface are the answers.
     if (r%p >= r%pc) miss = min(miss, -tiny(1.0_wp))

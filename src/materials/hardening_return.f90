@@ -133,10 +133,24 @@ contains
       call newton(surfaces, r, found)
       if (.not. found) return
       call change_set(surfaces, r, changed)
+      if (.not. changed) found = is_compressed(surfaces, r)
       if (.not. changed) return
     end do
     found = .false.
   end subroutine follow_signs
+
+  !> Whether an answer is on the right branch: cone and cap go on, mirrored, beyond the apex.
+  pure logical function is_compressed(surfaces, r)
+    !> The surfaces.
+    type(surfaces_type), intent(in) :: surfaces
+    !> The return.
+    type(return_type), intent(in) :: r
+
+    associate (s => r%unknown(1:3))
+      is_compressed = s(1) - s(3) >= -10.0_wp*tolerance(surfaces, r) &
+        .and. sum(s)/3.0_wp + surfaces%shift >= -10.0_wp*tolerance(surfaces, r)
+    end associate
+  end function is_compressed
 
   !> Let go of surfaces with negative multipliers and take up those that are passed.
   pure subroutine change_set(surfaces, r, changed)
@@ -194,7 +208,7 @@ contains
       call newton(surfaces, r, found)
       if (.not. found) cycle
       call change_set(surfaces, r, changed)
-      found = .not. changed
+      found = .not. changed .and. is_compressed(surfaces, r)
       if (found) return
     end do
     found = .false.

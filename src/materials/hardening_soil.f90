@@ -48,8 +48,9 @@ contains
     model%complaint = 'hardening soil: the strain of the step has no return to the yield surfaces'
     model%ocr = parameters%ocr
     model%pop = parameters%pop
-    model%young = parameters%eur
-    model%shear = parameters%eur/(2.0_wp*(1.0_wp + parameters%poisson))
+    ! Most of the soil under a load is on its way to strength.
+    model%young = parameters%e50
+    model%shear = parameters%e50/(2.0_wp*(1.0_wp + parameters%poisson))
     call make_surfaces(parameters, model%surfaces, error)
   end subroutine make_hardening_soil
 

@@ -9,7 +9,7 @@ module qsmpm_isotropic_law
   use qsmpm_isotropic_jaumann, only: update_jaumann
   use qsmpm_isotropic_logarithmic, only: update_logarithmic
   use qsmpm_isotropic_model, only: isotropic_model_type
-  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_elastic
+  use qsmpm_law, only: law_type, batch_type, tangent_elastic
   use qsmpm_point_result, only: finish_points
   use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: stress_size, unpack_symmetric
@@ -82,7 +82,6 @@ contains
       call update_jaumann(self%model, self%dimension, self%elastic_blend, batch, tangent)
     end if
     call finish_points(batch, tangent)
-    if (any(batch%status(:batch%count) /= status_ok)) batch%message = self%model%complaint
     if (tangent /= tangent_elastic) return
     do p = 1, batch%count
       batch%tangent(:, :, p) = 0.5_wp*(batch%tangent(:, :, p) + transpose(batch%tangent(:, :, p)))

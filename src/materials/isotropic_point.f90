@@ -55,7 +55,7 @@ contains
     strain = model%elastic_strain(modulus, stress)
   end subroutine start_strain
 
-  !> Answer to a trial strain; status, history and the mark of yielding go to the point.
+  !> Answer to a trial strain; status, what the model has to say, history and the mark of yielding go to the point.
   pure subroutine answer_trial(model, modulus, strain, tangent, batch, p, answer)
     !> The model.
     class(isotropic_model_type), intent(in) :: model
@@ -74,6 +74,7 @@ contains
 
     call model%respond(modulus, strain, batch%state_start(:model%history_count, p), tangent /= tangent_none, answer)
     batch%status(p) = merge(status_ok, status_cut, answer%found)
+    if (.not. answer%found) batch%message = model%complaint
     batch%plastic(p) = merge(1, 0, answer%yields)
     batch%state(:model%history_count, p) = answer%history(:model%history_count)
   end subroutine answer_trial

@@ -6,10 +6,11 @@ module qsmpm_fields
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count
+  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count, state_names, state_values
 
 contains
 
@@ -64,6 +65,85 @@ contains
       end do
     end associate
   end subroutine point_load
+
+  !> Names of the state variables of all laws that name theirs, each once.
+  subroutine state_names(model, names)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The names.
+    type(string_type), allocatable, intent(out) :: names(:)
+    integer :: m, i, pass, count
+
+    if (.not. allocated(model%laws)) allocate (names(0))
+    if (allocated(names)) return
+    do pass = 1, 2
+      count = 0
+      do m = 1, size(model%laws)
+        if (.not. allocated(model%laws(m)%law%state_names)) cycle
+        do i = 1, size(model%laws(m)%law%state_names)
+          if (known(model, m, model%laws(m)%law%state_names(i)%text)) cycle
+          count = count + 1
+          if (pass == 2) names(count)%text = model%laws(m)%law%state_names(i)%text
+        end do
+      end do
+      if (pass == 1) allocate (names(count))
+    end do
+  end subroutine state_names
+
+  !> Whether a law before has a state variable of that name, or it has none.
+  pure logical function known(model, last, name)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The law whose predecessors are looked at.
+    integer, intent(in) :: last
+    !> The name.
+    character(len=*), intent(in) :: name
+    integer :: m
+
+    known = len(name) == 0
+    do m = 1, last - 1
+      known = known .or. state_place(model, m, name) > 0
+    end do
+  end function known
+
+  !> Place of a state variable in the state of a law, 0 when it has none of that name.
+  pure integer function state_place(model, m, name)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Number of the law.
+    integer, intent(in) :: m
+    !> The name.
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    state_place = 0
+    if (.not. allocated(model%laws(m)%law%state_names)) return
+    do i = 1, size(model%laws(m)%law%state_names)
+      if (model%laws(m)%law%state_names(i)%text == name) state_place = i
+    end do
+  end function state_place
+
+  !> A state variable at the material points, 0 at those whose law does not have it.
+  subroutine state_values(model, name, values)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The name.
+    character(len=*), intent(in) :: name
+    !> (1, points)
+    real(wp), allocatable, intent(out) :: values(:, :)
+    integer :: place(size(model%laws)), m, p
+
+    do m = 1, size(model%laws)
+      place(m) = state_place(model, m, name)
+    end do
+    associate (points => model%state%points)
+      allocate (values(1, points%count), source=0.0_wp)
+      do p = 1, points%count
+        m = place(points%material(p))
+        if (m > 0) values(1, p) = points%state(m, p)
+      end do
+    end associate
+  end subroutine state_values
 
   !> Time of a picture: phases done and the share of the present one, never falling.
   pure real(wp) function phase_time(model)

@@ -7,13 +7,14 @@
 module qsmpm_results
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_fields, only: padded, point_displacement
+  use qsmpm_fields, only: padded, point_displacement, state_names, state_values
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
   use qsmpm_element, only: vtk_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
   use qsmpm_stress_error, only: stress_error_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -95,9 +96,29 @@ contains
       call put_array(image, '/step/points/initial_volume', points%initial_volume)
       call put_array(image, '/step/points/plastic', points%plastic)
       call put_array(image, '/step/points/material', points%material)
+      call put_states(image, model)
       call save_image(image, part_path(directory, progress%step), error)
     end associate
   end subroutine write_step_results
+
+  !> State variables by name.
+  subroutine put_states(image, model)
+    !> The file.
+    type(image_type), intent(inout) :: image
+    !> The model.
+    type(model_type), intent(in) :: model
+    type(string_type), allocatable :: names(:)
+    real(wp), allocatable :: reals(:, :), row(:)
+    integer :: i
+
+    call state_names(model, names)
+    do i = 1, size(names)
+      call state_values(model, names(i)%text, reals)
+      if (allocated(row)) deallocate (row)
+      allocate (row, source=reals(1, :))
+      call put_array(image, '/step/points/'//names(i)%text, row)
+    end do
+  end subroutine put_states
 
   !> Write `results.h5`.
   subroutine write_results_index(directory, steps, error)

@@ -21,7 +21,7 @@ module qsmpm_vtu
   character(len=*), parameter :: section_name(4) = [character(len=9) :: &
     'PointData', 'CellData', 'Points', 'Cells']
   !> Most arrays of a picture.
-  integer, parameter :: most_arrays = 24
+  integer, parameter :: most_arrays = 256
   character(len=1), parameter :: newline = new_line('a')
 
   !> One array; exactly one of the three forms is allocated.

@@ -16,7 +16,8 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_law_factory, only: new_law
+  use qsmpm_hardening_factory, only: new_hardening_law
+  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: parameters_of, check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
@@ -103,12 +104,17 @@ contains
         end if
       end if
       associate (material => model%analysis%materials(m), method => model%analysis%method)
-        call new_law(parameters_of(material), merge(3, 2, model%analysis%model == three_dimensional), &
-          method%kinematics, method%rate, law, error)
+        if (material%cam_clay%given .or. material%hardening_soil%given) then
+          call new_hardening_law(material%cam_clay, material%hardening_soil, merge(3, 2, model%analysis%model == &
+            three_dimensional), method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
+        else
+          call new_law(parameters_of(material), merge(3, 2, model%analysis%model == three_dimensional), &
+            method%kinematics, method%rate, law, error)
+        end if
         if (allocated(error)) then
           call add_fault(faults, material%where, '*MATERIAL', error%message)
         else
-          if (material%mohr_coulomb) law%elastic_blend = elastic_blend
+          if (material%mohr_coulomb .or. material%hardening_soil%given) law%elastic_blend = elastic_blend
           allocate (model%laws(m)%law, source=law)
         end if
       end associate

@@ -19,6 +19,8 @@ program run_unit_tests
   use test_softening, only: collect_softening
   use test_logarithmic_law, only: collect_logarithmic_law
   use test_halved_law, only: collect_halved_law
+  use test_cam_clay, only: collect_cam_clay
+  use test_hardening_soil, only: collect_hardening_soil
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
   use test_linear_solver, only: collect_linear_solver
@@ -92,6 +94,8 @@ program run_unit_tests
   call register('softening', collect_softening)
   call register('logarithmic_law', collect_logarithmic_law)
   call register('halved_law', collect_halved_law)
+  call register('cam_clay', collect_cam_clay)
+  call register('hardening_soil', collect_hardening_soil)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
   call register('linear_solver', collect_linear_solver)
