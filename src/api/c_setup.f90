@@ -153,7 +153,8 @@ contains
   end function c_parse_deck
 
   !> Give a material of the deck a model of the program's own, before initialise.
-  function c_set_material(pointer, material, options, start, update, user) bind(c, name='qsmpm_set_material') result(status)
+  function c_set_material(pointer, material, options, start, update, user) &
+    bind(c, name='qsmpm_set_material') result(status)
     !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the material in the deck.

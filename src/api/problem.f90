@@ -9,6 +9,7 @@ module qsmpm_problem
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, part_input
   use qsmpm_text, only: string_type, integer_text, nearest_word
   implicit none
@@ -199,6 +200,7 @@ contains
     type(law_slot_type), allocatable, intent(out) :: laws(:)
     !> Set when a name is not in the deck or a law is for another dimension.
     type(error_type), allocatable, intent(out) :: error
+    type(soil_model_law_type) :: adapted
     integer :: i, m, dimension
 
     allocate (laws(size(analysis%materials)))
@@ -210,7 +212,10 @@ contains
         return
       end if
       if (allocated(laws(m)%law)) deallocate (laws(m)%law)
-      if (allocated(materials(i)%law)) then
+      if (allocated(materials(i)%model)) then
+        call make_soil_model_law(materials(i)%model, dimension, adapted)
+        allocate (laws(m)%law, source=adapted)
+      else if (allocated(materials(i)%law)) then
         if (materials(i)%law%dimension /= dimension) then
           call fail(error, error_other, "the law given to material '"//materials(i)%name//"' is for "// &
             integer_text(materials(i)%law%dimension)//' dimensions, the model has '//integer_text(dimension))

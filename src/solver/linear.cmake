@@ -30,10 +30,12 @@ set_source_files_properties(${linear_dir}/mumps_library.f90 TARGET_DIRECTORY qsm
   PROPERTIES COMPILE_OPTIONS "-I${MUMPSSeq_INCLUDE_DIR}")
 
 # Timing of the solvers (docs/performance.md): built only when asked for.
-add_executable(bench_solvers EXCLUDE_FROM_ALL
-  ${linear_dir}/../../verification/unit/deck_matrices.f90
-  ${linear_dir}/../../tools/bench_solvers.f90)
-set_target_properties(bench_solvers PROPERTIES
-  Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/bench_modules
-  RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
-target_link_libraries(bench_solvers PRIVATE qsmpm)
+if(QSMPM_UNIT_TESTS)
+  add_executable(bench_solvers EXCLUDE_FROM_ALL
+    ${linear_dir}/../../verification/unit/deck_matrices.f90
+    ${linear_dir}/../../tools/bench_solvers.f90)
+  set_target_properties(bench_solvers PROPERTIES
+    Fortran_MODULE_DIRECTORY ${PROJECT_BINARY_DIR}/bench_modules
+    RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+  target_link_libraries(bench_solvers PRIVATE qsmpm)
+endif()

@@ -1,0 +1,54 @@
+# Installation: program, libraries, modules of this compiler, header, interface source for other compilers, CMake package,
+# pkg-config file.
+include(CMakePackageConfigHelpers)
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/qsmpm)
+set(source_dir ${CMAKE_INSTALL_DATADIR}/qsmpm/fortran)
+
+if(QSMPM_PROGRAM)
+  install(TARGETS qsmpm_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
+install(TARGETS qsmpm EXPORT qsmpm_targets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT qsmpm_targets FILE qsmpmTargets.cmake NAMESPACE qsmpm:: DESTINATION ${package_dir})
+if(TARGET qsmpm_shared)
+  install(TARGETS qsmpm_shared EXPORT qsmpm_shared_targets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(EXPORT qsmpm_shared_targets FILE qsmpmSharedTargets.cmake NAMESPACE qsmpm:: DESTINATION ${package_dir})
+endif()
+install(DIRECTORY ${PROJECT_BINARY_DIR}/modules/ DESTINATION ${modules_dir} FILES_MATCHING PATTERN "*.mod")
+install(FILES include/qsmpm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES include/qsmpm_c.f90 include/qsmpm_f77.f90 DESTINATION ${source_dir})
+install(FILES LICENSE docs/licences.md DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm)
+
+configure_package_config_file(cmake/qsmpmConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/qsmpmConfig.cmake
+  INSTALL_DESTINATION ${package_dir} PATH_VARS source_dir)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/generated/qsmpmConfigVersion.cmake
+  COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/generated/qsmpmConfig.cmake ${PROJECT_BINARY_DIR}/generated/qsmpmConfigVersion.cmake
+  cmake/FindMETIS.cmake cmake/FindMUMPSSeq.cmake cmake/FindSuiteSparse.cmake DESTINATION ${package_dir})
+
+# What a program that links the static library with another linker than CMake's needs.
+set(private ${HDF5_Fortran_LIBRARIES} ${MUMPSSeq_dmumps_seq_LIBRARY} ${MUMPSSeq_smumps_seq_LIBRARY}
+  ${MUMPSSeq_mumps_common_seq_LIBRARY} ${MUMPSSeq_pord_seq_LIBRARY} ${MUMPSSeq_mpiseq_seq_LIBRARY})
+if(QSMPM_WITH_SUITESPARSE)
+  list(APPEND private ${SuiteSparse_umfpack_LIBRARY} ${SuiteSparse_cholmod_LIBRARY})
+endif()
+list(APPEND private ${METIS_LIBRARY} ${LAPACK_LIBRARIES} ${OpenMP_Fortran_LIBRARIES} ${CMAKE_DL_LIBS})
+foreach(library ${CMAKE_Fortran_IMPLICIT_LINK_LIBRARIES})
+  if(NOT library MATCHES "^(c|gcc|gcc_s)$")
+    list(APPEND private ${library})
+  endif()
+endforeach()
+list(REMOVE_DUPLICATES private)
+set(private_flags "")
+foreach(library ${private})
+  if(IS_ABSOLUTE "${library}" OR library MATCHES "^-")
+    string(APPEND private_flags " ${library}")
+  else()
+    string(APPEND private_flags " -l${library}")
+  endif()
+endforeach()
+file(RELATIVE_PATH prefix_from_here /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" prefix_from_here "${prefix_from_here}")
+configure_file(cmake/qsmpm.pc.in ${PROJECT_BINARY_DIR}/generated/qsmpm.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/generated/qsmpm.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

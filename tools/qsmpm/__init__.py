@@ -1,0 +1,31 @@
+"""QSMPM from Python: run decks, step them, look at the material points, change loads from results.
+
+    import qsmpm
+
+    with qsmpm.Simulation("input/oedometer.inp") as run:
+        while not run.finished:
+            run.advance()
+            print(run.load_factor, run.histories)
+
+The shared library is found by the variable QSMPM_LIBRARY, beside the package, in the prefix of this Python, by the
+system, or in the build folder of the source tree. docs/embedding.md says more.
+"""
+
+from .errors import (
+    DeckError,
+    Error,
+    LeftMeshError,
+    NotConvergedError,
+    SingularError,
+    StoppedError,
+    UserMaterialError,
+)
+from .library import api_version, has, library_path, version
+from .materials import Increment, SoilModel, Update
+from .points import Points
+from .simulation import Simulation
+
+__all__ = [
+    "DeckError", "Error", "Increment", "LeftMeshError", "NotConvergedError", "Points", "Simulation", "SingularError",
+    "SoilModel", "StoppedError", "Update", "UserMaterialError", "api_version", "has", "library_path", "version",
+]

@@ -1,0 +1,204 @@
+"""The package against the library of the build folder: stepping, views, loads, errors, materials."""
+from __future__ import annotations
+
+import gc
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+
+import qsmpm
+
+DECKS = pathlib.Path(__file__).resolve().parents[3] / "verification" / "embedding"
+BLOCK, PULL = DECKS / "block.inp", DECKS / "pull.inp"
+
+
+class Hooke(qsmpm.SoilModel):
+    """Isotropic elasticity, which may be told to fail."""
+
+    state_count = 1
+    symmetric = True
+    stiffness_scale = 1000.0
+    shear_scale = 1000.0 / 2.6
+
+    def __init__(self, fails: bool = False) -> None:
+        self.fails = fails
+        self.rotations = 0.0
+
+    def update(self, increment: qsmpm.Increment, stress: np.ndarray, state: np.ndarray) -> qsmpm.Update:
+        if self.fails:
+            raise ValueError("no stress for you")
+        shear = 1000.0 / 2.6
+        tangent = np.diag([2 * shear] * 3 + [shear] * 3)
+        tangent[:3, :3] += 2 * shear * 0.3 / 0.4
+        self.rotations = max(self.rotations, float(np.abs(increment.rotation @ increment.rotation.T - np.eye(3)).max()))
+        return qsmpm.Update(stress + tangent @ increment.strain, state + increment.strain[1], tangent)
+
+
+class Stepping(unittest.TestCase):
+    """Decks and steps."""
+
+    def test_steps_and_histories(self) -> None:
+        heard: list[str] = []
+        with qsmpm.Simulation(BLOCK, logger=heard.append, verbosity=2) as run:
+            self.assertEqual(run.names("history"), ["settlement"])
+            settled = [run.histories["settlement"] for _ in run.steps()]
+            self.assertEqual(len(settled), 5)
+            self.assertTrue(all(a < b for a, b in zip(settled, settled[1:])))
+            self.assertEqual((run.stage, run.step, run.share, run.load_factor), (1, 5, 1.0, 1.0))
+        self.assertEqual(sum("step" in line for line in heard), 5)
+
+    def test_text_is_the_file(self) -> None:
+        with qsmpm.Simulation(BLOCK) as one, qsmpm.Simulation.from_text(BLOCK.read_text(), "block") as two:
+            one.run()
+            while not two.finished:
+                two.advance()
+            self.assertEqual(one.points.stress.tobytes(), two.points.stress.tobytes())
+
+    def test_save_and_load(self) -> None:
+        with tempfile.TemporaryDirectory() as folder, qsmpm.Simulation(BLOCK) as one, qsmpm.Simulation(BLOCK) as two:
+            one.advance_to(0.6)
+            one.save(pathlib.Path(folder) / "state.h5")
+            one.run()
+            two.load(pathlib.Path(folder) / "state.h5")
+            self.assertAlmostEqual(two.share, 0.6, places=12)
+            two.run()
+            self.assertEqual(one.points.position.tobytes(), two.points.position.tobytes())
+
+    def test_versions(self) -> None:
+        self.assertIn("qsmpm", qsmpm.version())
+        self.assertEqual(qsmpm.api_version() // 100, 1)
+        self.assertTrue(qsmpm.has("openmp"))
+        self.assertFalse(qsmpm.has("teleportation"))
+
+
+class Views(unittest.TestCase):
+    """Arrays of the points."""
+
+    def test_views_follow_and_stay(self) -> None:
+        run = qsmpm.Simulation(BLOCK)
+        stress = run.points.stress
+        self.assertFalse(stress.flags.writeable)
+        self.assertEqual(stress.shape, (len(run.points), 4))
+        self.assertEqual(float(np.abs(stress).max()), 0.0)
+        run.advance()
+        self.assertGreater(float(np.abs(stress).max()), 0.0)
+        run.keep()
+        at = stress.copy()
+        run.run()
+        self.assertFalse(np.array_equal(stress, at))
+        run.put_back()
+        self.assertTrue(np.array_equal(stress, at))
+        self.assertEqual(stress.ctypes.data, run.points.stress.ctypes.data)
+        self.assertTrue(np.array_equal(stress, run.get("point_stress")))
+        # The memory is there as long as somebody looks at it.
+        run.close()
+        del run
+        gc.collect()
+        self.assertTrue(np.array_equal(stress, at))
+
+    def test_sums(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            run.run()
+            points = run.points
+            # 0.8 m high and 1 m wide; small strains of soft ground change the volume by some per mille.
+            self.assertAlmostEqual(float(points.initial_volume.sum()), 0.8, places=12)
+            self.assertAlmostEqual(float(points.weight.sum()), 0.8 * 18.0, places=10)
+            self.assertTrue(np.allclose(points.displacement, points.position - points.initial_position, atol=0))
+            self.assertEqual(set(points.material), {1})
+            # Weight over base, averaged: half of what the base carries.
+            mean = float((points.stress[:, 1] * points.volume).sum() / points.volume.sum())
+            self.assertAlmostEqual(mean / (-0.5 * 0.8 * 18.0), 1.0, delta=0.02)
+
+    def test_setting(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            wanted = np.tile([-5.0, -10.0, -5.0, 0.0], (len(run.points), 1))
+            run.points.stress = wanted
+            self.assertTrue(np.array_equal(run.points.stress, wanted))
+            with self.assertRaises(ValueError):
+                run.points.stress = wanted[1:]
+            with self.assertRaises(qsmpm.Error):
+                run.points.stress = wanted * np.nan
+            run.points.force = np.zeros((len(run.points), 2))
+            self.assertEqual(run.points.force.shape, (len(run.points), 2))
+
+
+class Loads(unittest.TestCase):
+    """Stages from results."""
+
+    def test_stop_at_a_displacement(self) -> None:
+        with qsmpm.Simulation(PULL) as run:
+            run.run()
+            load = 1.0
+            while run.histories["lift"] < 5e-4:
+                load += 1.0
+                run.add_stage(f"load {load}", steps=1)
+                run.set_traction("top", (0, load))
+                run.run()
+            # Plane strain: lift = load (1 - nu^2) / E on a height of 1: 5.49 for 5e-4.
+            self.assertEqual(load, 6.0)
+            self.assertEqual(len(run.names("stage")), 6)
+
+    def test_beyond_the_limit(self) -> None:
+        with qsmpm.Simulation(PULL) as run:
+            run.run()
+            run.keep()
+            run.add_stage("too much", steps=2)
+            run.set_traction("top", (0, 20))
+            with self.assertRaises(qsmpm.NotConvergedError) as caught:
+                run.run()
+            self.assertIn("too much", str(caught.exception))
+            reached = run.load_factor
+            self.assertTrue(0.0 <= reached < 1.0)
+            run.end_stage()
+            run.add_stage("back", steps=1)
+            run.set_traction("top", (0, 1))
+            run.run()
+            self.assertTrue(run.finished)
+            run.put_back()
+            self.assertEqual(run.names("stage"), ["seat"])
+
+
+class Errors(unittest.TestCase):
+    """Statuses as exceptions."""
+
+    def test_deck(self) -> None:
+        with self.assertRaises(qsmpm.DeckError) as caught:
+            qsmpm.Simulation.from_text("*MODDEL, TYPE=PLANE STRAIN\n", "bad")
+        self.assertIn("did you mean", caught.exception.messages)
+        with self.assertRaises(qsmpm.DeckError):
+            qsmpm.Simulation("no such deck.inp")
+
+    def test_names(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            with self.assertRaisesRegex(qsmpm.Error, "did you mean point_stress"):
+                run.get("point_stres")
+            with self.assertRaisesRegex(qsmpm.Error, "no surface"):
+                run.set_traction("roof", (0, 1))
+        with self.assertRaisesRegex(qsmpm.Error, "closed"):
+            run.advance()
+        run.close()
+
+
+class Materials(unittest.TestCase):
+    """Models in Python."""
+
+    def test_runs_like_the_library(self) -> None:
+        model = Hooke()
+        with qsmpm.Simulation(BLOCK, materials={"soil": model}) as own, qsmpm.Simulation(BLOCK) as theirs:
+            own.run()
+            theirs.run()
+            # Rates of Cauchy and Kirchhoff stress differ by the volume strain, 1 % here.
+            self.assertAlmostEqual(own.histories["settlement"] / theirs.histories["settlement"], 1.0, delta=0.02)
+            self.assertLess(float(own.points.state[:, 0].min()), 0.0)
+        self.assertLess(model.rotations, 1e-12)
+
+    def test_fails_with_its_words(self) -> None:
+        with qsmpm.Simulation(BLOCK, materials={"soil": Hooke(fails=True)}) as run:
+            with self.assertRaisesRegex(qsmpm.UserMaterialError, "ValueError: no stress for you"):
+                run.run()
+
+
+if __name__ == "__main__":
+    unittest.main()

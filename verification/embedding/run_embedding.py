@@ -1,0 +1,293 @@
+#!/usr/bin/env python3
+"""The library in the hands of other programs: installed, found, linked, called; closes with `N passed, N failed`.
+
+    run_embedding.py [BUILD] [--long]
+
+Installs BUILD (default build) into an empty folder and builds programs from it in clean folders: by find_package, by
+pkg-config from C, by the interface source as a program of another compiler would, by ctypes. Two analyses that take
+turns in one process must give the files of two runs of the command line. With --long the library is also built as a
+part of another project (add_subdirectory), which takes a compilation of all sources.
+"""
+from __future__ import annotations
+
+import argparse
+import filecmp
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+
+HERE = pathlib.Path(__file__).resolve().parent
+TOP = HERE.parents[1]
+ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+
+
+def call(*words: object, cwd: pathlib.Path = HERE, seconds: int = 120, code: int | None = 0, **more: str) -> str:
+    """Run a command; its output, both streams. A code that is not wanted is an error."""
+    done = subprocess.run([str(w) for w in words], cwd=cwd, capture_output=True, text=True, timeout=seconds,
+                          env={**ENVIRONMENT, **more})
+    if code is not None and done.returncode != code:
+        raise AssertionError(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout + done.stderr
+
+
+def expect(condition: bool, sentence: str) -> None:
+    """Fail with a sentence."""
+    if not condition:
+        raise AssertionError(sentence)
+
+
+def numbers(text: str, *names: str) -> list[float]:
+    """The number behind each name."""
+    return [float(re.search(rf"{name}\s+(\S+)", text)[1]) for name in names]
+
+
+class Embedding:
+    """The tests; what one makes a later one may use."""
+
+    def __init__(self, build: pathlib.Path, work: pathlib.Path) -> None:
+        self.build, self.work = build, work
+        self.prefix = work / "prefix"
+        self.lib = self.prefix / "lib"
+
+    # ---- what is installed ----
+
+    def installs(self) -> None:
+        """The build installs into an empty folder, with nothing that names the source or the build."""
+        call("cmake", "--install", self.build, "--prefix", self.work / "first")
+        # Moved afterwards: a package may be put anywhere.
+        shutil.move(self.work / "first", self.prefix)
+        for name in ("include/qsmpm.h", "lib/libqsmpm.a", "lib/libqsmpm.so", "lib/pkgconfig/qsmpm.pc",
+                     "lib/cmake/qsmpm/qsmpmConfig.cmake", "share/qsmpm/fortran/qsmpm_c.f90"):
+            expect((self.prefix / name).exists(), f"{name} is not installed")
+        for path in [*self.prefix.glob("lib/cmake/qsmpm/*"), *self.prefix.glob("lib/pkgconfig/*")]:
+            expect(str(TOP) not in path.read_text(), f"{path.name} names the source folder")
+        modules = list((self.prefix / "include/qsmpm").glob("*/qsmpm.mod"))
+        expect(len(modules) == 1, "the modules are not in a folder of their compiler")
+        call(self.prefix / "bin/qsmpm", "check", "block.inp")
+
+    def holds_no_state(self) -> None:
+        """No variable of the library outlives a call, but for the flag of signals."""
+        found = []
+        for line in call("nm", "-A", self.lib / "libqsmpm.a").splitlines():
+            words = line.split()
+            if len(words) < 3 or words[-2] not in "bBdDC":
+                continue
+            # Tables of types, branches and constants, lengths of texts on their way out of a function, and locks are
+            # made by the compiler; nothing of them outlives a call.
+            if re.match(r"__.*_MOD___(vtab|def_init)_|(A|jumptable|slen)\.\d+|\.gomp_critical_", words[-1]):
+                continue
+            found.append(f"{words[0].split(':')[-2]}: {words[-1]}")
+        expect(found == ["posix.c.o: received"], f"variables that outlive a call: {found}")
+
+    # ---- CMake ----
+
+    def configure(self, source: pathlib.Path, folder: str, *options: object, code: int = 0) -> str:
+        """Configure a project in a clean folder."""
+        return call("cmake", "-S", source, "-B", self.work / folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                    *options, seconds=300, code=code)
+
+    def found_by_cmake(self) -> None:
+        """A Fortran project finds the package, uses its modules and extends a soil model."""
+        told = self.configure(HERE / "modern", "modern", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        expect("may not be readable" not in told, "the package warns of its own compiler")
+        call("cmake", "--build", self.work / "modern", "--target", "host", seconds=300)
+        own, theirs = numbers(call(self.work / "modern/host"), "own", "theirs")
+        # The library's rate is that of Kirchhoff stress, the model's of Cauchy stress: a volume strain apart.
+        expect(0.0 < abs(own - theirs) < 0.02 * theirs, f"own law {own}, the library's {theirs}")
+
+    def used_by_a_legacy_program(self) -> None:
+        """A fixed-form program with a load program of its own, by external subroutines and the shared library."""
+        call("cmake", "--build", self.work / "modern", "--target", "legacy", seconds=300)
+        text = call(self.work / "modern/legacy")
+        lifts = [float(v) for v in re.findall(r"LIFT\s+(\S+)", text)]
+        expect(len(lifts) == 3, text)
+        # Elastic in plane strain: lift = load (1 - nu^2)/E, up to the load's 0.08 % of strain and the coarse grid.
+        for load, lift in zip((4.0, 8.0, 6.0), lifts):
+            expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.02, f"load {load} lifts {lift}")
+        expect("STATUS 1 there is no surface 'tip' (did you mean top?)" in text, text)
+
+    def warns_of_another_compiler(self) -> None:
+        """A project with another compiler is warned and pointed to the interface source, not stopped."""
+        other = self.work / "other"
+        shutil.copytree(self.prefix, other, symlinks=True)
+        config = other / "lib/cmake/qsmpm/qsmpmConfig.cmake"
+        text = config.read_text()
+        changed = re.sub(r'(_qsmpm_ours ")\d+', r"\g<1>7", text)
+        expect(changed != text, "the package names no compiler")
+        config.write_text(changed)
+        told = self.configure(HERE / "modern", "other-build", f"-DCMAKE_PREFIX_PATH={other}")
+        expect("qsmpm_c.f90" in told and "may not be readable" in re.sub(r"\s+", " ", told), told[-800:])
+
+    def refuses_another_minor_version(self) -> None:
+        """While the version is 0.x another minor version is another interface."""
+        folder = self.work / "later"
+        folder.mkdir()
+        (folder / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(later LANGUAGES C)\n"
+                                               "find_package(qsmpm 0.2 CONFIG REQUIRED)\n")
+        told = self.configure(folder, "later-build", f"-DCMAKE_PREFIX_PATH={self.prefix}", code=1)
+        expect("0.1.0" in told, told[-800:])
+
+    def found_by_a_c_project(self) -> None:
+        """A CMake project without Fortran gets the shared library."""
+        folder = self.work / "only-c"
+        folder.mkdir()
+        (folder / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.25)\nproject(only_c LANGUAGES C)\nfind_package(qsmpm 0.1 CONFIG REQUIRED)\n"
+            f"add_executable(host {HERE / 'c/host.c'})\ntarget_link_libraries(host PRIVATE qsmpm::qsmpm m)\n")
+        self.configure(folder, "only-c-build", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        call("cmake", "--build", self.work / "only-c-build")
+        self.check_c(call(self.work / "only-c-build/host"))
+
+    def is_a_good_subproject(self) -> None:
+        """As a part of another project it brings the library alone: no program, no tests, no installation."""
+        told = self.configure(HERE / "subproject", "sub", f"-DQSMPM_SOURCE={TOP}")
+        targets = re.search(r"targets of qsmpm: (.*)", told)[1].split(";")
+        expect(sorted(targets) == ["qsmpm", "qsmpm_flags"], f"targets {targets}")
+        expect("flags of the project are its own" in told, "the flags of the project have changed")
+
+    def builds_as_a_subproject(self) -> None:
+        """The same, built and run."""
+        call("cmake", "--build", self.work / "sub", "--", "-j", "2", seconds=1500)
+        own, theirs = numbers(call(self.work / "sub/host"), "own", "theirs")
+        expect(0.0 < abs(own - theirs) < 0.02 * theirs, f"own law {own}, the library's {theirs}")
+
+    # ---- C ----
+
+    def flags(self, *options: str) -> list[str]:
+        """What pkg-config says."""
+        return call("pkg-config", *options, "qsmpm", PKG_CONFIG_PATH=str(self.lib / "pkgconfig")).split()
+
+    def check_c(self, text: str) -> None:
+        """What the C program must print."""
+        own, theirs = numbers(text, "own", "theirs")
+        expect(0.0 < abs(own - theirs) < 0.02 * theirs, text)
+        expect("status 1 there is no model: create it first" in text, text)
+        expect("status 6 " in text and "this model is for one phase only" in text, text)
+        expect("called yes" in text and "view 2 x " in text and numbers(text, "heard")[0] >= 5, text)
+
+    def linked_from_c(self) -> None:
+        """A C program by pkg-config with the shared library, warnings as errors."""
+        program = self.work / "host-shared"
+        call("gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "c/host.c", "-o", program,
+             *self.flags("--cflags", "--libs"))
+        self.check_c(call(program, LD_LIBRARY_PATH=str(self.lib)))
+
+    def linked_statically_from_c(self) -> None:
+        """The same with the static library and what pkg-config --static says."""
+        program = self.work / "host-static"
+        libraries = ["-l:libqsmpm.a" if w == "-lqsmpm" else w for w in self.flags("--static", "--libs")]
+        call("gcc", "c/host.c", "-o", program, *self.flags("--cflags"), *libraries)
+        expect("libqsmpm" not in call("ldd", program), "the program is not linked statically")
+        self.check_c(call(program))
+
+    def interface_source_is_the_header(self) -> None:
+        """The Fortran interface source has every function of the header with as many arguments."""
+        header = (self.prefix / "include/qsmpm.h").read_text()
+        source = (self.prefix / "share/qsmpm/fortran/qsmpm_c.f90").read_text()
+        count = lambda text: 0 if text.strip() in ("", "void") else text.count(",") + 1  # noqa: E731
+        in_c = {m[1]: count(m[2]) for m in re.finditer(r"^int (qsmpm_\w+)\(([^;]*?)\);", header, re.M | re.S)}
+        in_fortran = {m[1]: count(m[2]) for m in re.finditer(r"function (qsmpm_\w+)\(([^)]*)\) bind", source)}
+        expect(in_c == in_fortran and len(in_c) > 30, f"{set(in_c.items()) ^ set(in_fortran.items())}")
+        exported = set(re.findall(r" T (qsmpm_\w+)", call("nm", "-D", self.lib / "libqsmpm.so")))
+        expect(not set(in_c) - exported, f"not in the library: {set(in_c) - exported}")
+
+    # ---- Python ----
+
+    def python(self, *words: object, seconds: int = 300) -> str:
+        """Run Python with the package and the installed library."""
+        return call(sys.executable, *words, seconds=seconds, PYTHONPATH=str(TOP / "tools"),
+                    QSMPM_LIBRARY=str(self.lib))
+
+    def steered_from_python(self) -> None:
+        """A host that finds a limit load by bisection."""
+        found = float(re.search(r"limit load ([\d.]+)", self.python("limit_load.py"))[1])
+        # Twice the cohesion, on a grid of four cells.
+        expect(abs(found / 10.0 - 1.0) < 0.03, f"limit load {found}")
+
+    def interleaved_runs_write_the_same_bytes(self) -> None:
+        """Two analyses, one process, step about: their files are those of two runs of the command line."""
+        decks = [TOP / "input/slope_e50_plane.inp", HERE / "block.inp"]
+        for deck in decks:
+            call(self.prefix / "bin/qsmpm", "run", deck, "--quiet", "--out", self.work / f"alone-{deck.stem}")
+        self.python("-c", f"""
+import qsmpm
+runs = [qsmpm.Simulation(d) for d in {[str(d) for d in decks]!r}]
+for run, name in zip(runs, {[d.stem for d in decks]!r}):
+    run.record({str(self.work)!r} + '/together-' + name)
+while not all(run.finished for run in runs):
+    for run in runs:
+        if not run.finished:
+            run.advance()
+for run in runs:
+    run.close()
+""")
+        for deck in decks:
+            self.same_files(self.work / f"alone-{deck.stem}", self.work / f"together-{deck.stem}")
+
+    def same_files(self, one: pathlib.Path, two: pathlib.Path) -> None:
+        """Compare folders; processor seconds are no result."""
+        names = sorted(str(p.relative_to(one)) for p in one.rglob("*") if p.is_file())
+        expect(names == sorted(str(p.relative_to(two)) for p in two.rglob("*") if p.is_file()), f"other files: {two}")
+        expect(any(n.endswith(".vtu") for n in names) and "results.h5" in names, f"no results in {one}")
+        for name in names:
+            if name in ("curves.csv", "job.log"):
+                lines = [self.without_seconds((folder / name).read_text()) for folder in (one, two)]
+                expect(lines[0] == lines[1], f"{name} of {two.name} differs")
+            elif name == "restart.h5":
+                self.same_restart(one / name, two / name)
+            else:
+                expect(filecmp.cmp(one / name, two / name, shallow=False), f"{name} of {two.name} differs")
+
+    @staticmethod
+    def without_seconds(text: str) -> list[str]:
+        """Lines without what is measured: the last column of the curves, the line of times of the log."""
+        lines = [line for line in text.splitlines() if not line.startswith("time: ")]
+        return [line.rsplit(",", 1)[0] if re.match(r"[-\d.e+]+,", line) else line for line in lines]
+
+    @staticmethod
+    def same_restart(one: pathlib.Path, two: pathlib.Path) -> None:
+        """Compare two restart files but for the processor seconds."""
+        import h5py
+
+        with h5py.File(one) as a, h5py.File(two) as b:
+            def same(name: str, item: object) -> None:
+                for key, value in item.attrs.items():
+                    expect(key == "cpu_seconds" or bool(value == b[name].attrs[key]), f"{name}:{key} differs")
+                if isinstance(item, h5py.Dataset):
+                    expect(item[()].tobytes() == b[name][()].tobytes(), f"{name} differs")
+            a.visititems(same)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("build", nargs="?", type=pathlib.Path, default=TOP / "build")
+    parser.add_argument("--long", action="store_true", help="build as a part of another project too")
+    given = parser.parse_args()
+    failed = 0
+    with tempfile.TemporaryDirectory(prefix="qsmpm-embedding-") as folder:
+        tests = Embedding(given.build.resolve(), pathlib.Path(folder))
+        chosen: Sequence[Callable[[], None]] = [
+            tests.installs, tests.holds_no_state, tests.found_by_cmake, tests.used_by_a_legacy_program,
+            tests.warns_of_another_compiler, tests.refuses_another_minor_version, tests.found_by_a_c_project,
+            tests.is_a_good_subproject, *([tests.builds_as_a_subproject] if given.long else []), tests.linked_from_c,
+            tests.linked_statically_from_c, tests.interface_source_is_the_header, tests.steered_from_python,
+            tests.interleaved_runs_write_the_same_bytes]
+        for test in chosen:
+            try:
+                test()
+            except Exception as fault:  # noqa: BLE001 - any fault is a failed test
+                failed += 1
+                print(f"FAILED {test.__name__}: {type(fault).__name__}: {fault}")
+            else:
+                print(f"ok     {test.__name__}: {' '.join(str(test.__doc__).split())}")
+    print(f"{len(chosen) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

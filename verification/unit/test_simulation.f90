@@ -1,0 +1,537 @@
+!> The analysis in the hands of a program: problem, simulation, stages, values by name.
+module test_simulation
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
+  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+  use testing, only: tests_type
+  use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
+    value_shape, value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
+    error_user_material, status_broken, law_type
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
+  use qsmpm_material_parameters, only: material_parameters_type
+  implicit none
+  private
+
+  public :: collect_simulation
+
+  character(len=1), parameter :: newline = new_line('a')
+  !> Weight of the block of the sample deck, 0.8 high and 1 wide.
+  real(wp), parameter :: weight = 0.8_wp*18.0_wp
+  !> Sums of forces: out-of-balance of a step is at most 1e-10 of the load, and as much is left to chance.
+  real(wp), parameter :: force_tolerance = 1.0e-8_wp
+
+  !> Hooke's law in the strain increment; broken from a phase on.
+  type, extends(soil_model_type) :: hooke_type
+    integer :: broken_in = huge(1)
+  contains
+    procedure :: start
+    procedure :: update
+  end type hooke_type
+
+contains
+
+  !> All tests.
+  subroutine collect_simulation(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('simulation')
+    call check_stepping(tests)
+    call check_interleaved(tests)
+    call check_share(tests)
+    call check_stages(tests)
+    call check_cut_stage(tests)
+    call check_snapshot(tests)
+    call check_saved(tests)
+    call check_point_forces(tests)
+    call check_values(tests)
+    call check_errors(tests)
+    call check_own_laws(tests)
+    call check_reduced(tests)
+    call check_threads(tests)
+  end subroutine collect_simulation
+
+  !> A block under its own weight.
+  function sample_deck(top) result(text)
+    !> Height of the grid, so that decks may differ.
+    character(len=*), intent(in) :: top
+    character(len=:), allocatable :: text
+
+    text = '*MODEL, TYPE=PLANE STRAIN'//newline//'*GRID, ELEMENT=QUAD4'//newline//'X, 0, 2, 8'//newline// &
+      'Y, 0, '//top//newline//'*NSET, NSET=base, PLANE=Y'//newline//'0'//newline// &
+      '*NSET, NSET=axis, PLANE=X'//newline//'0'//newline//'*SURFACE, NAME=top, TYPE=OUTLINE, BODY=block, BOX'// &
+      newline//'-0.1, 1.1, 0.79, 0.81'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
+      '1000, 0.3'//newline//'*UNIT WEIGHT'//newline//'18'//newline// &
+      '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//newline//'0, 1, 0, 0.8'//newline// &
+      '*METHOD, INTEGRATION=CELL'//newline//'*HISTORY, NAME=carried, QUANTITY=REACTION, COMPONENT=Y, SET=base'// &
+      newline//'*PHASE, NAME=weight'//newline//'*FIX'//newline//'base, X, Y'//newline//'axis, X'//newline// &
+      '*GRAVITY'//newline//'0, -1'//newline//'*CONTROLS, STEPS=5, TOLERANCE=1e-10'//newline//'*END PHASE'//newline
+  end function sample_deck
+
+  !> An analysis of the sample deck, which must be good.
+  subroutine begin(run, top)
+    !> The analysis.
+    type(simulation_type), intent(inout) :: run
+    !> Height of the grid.
+    character(len=*), intent(in) :: top
+    type(problem_type) :: problem
+    type(error_type), allocatable :: error
+
+    call problem%parse(sample_deck(top), 'sample', error)
+    if (.not. allocated(error)) call run%create(problem, error)
+    if (allocated(error)) error stop 'the sample deck is broken'
+  end subroutine begin
+
+  !> Whether two analyses stand in the same state, bit for bit.
+  pure logical function same(a, b)
+    type(simulation_type), intent(in) :: a, b
+
+    associate (p => a%model%state%points, q => b%model%state%points)
+      same = all(transfer(p%stress, [1]) == transfer(q%stress, [1])) .and. &
+        all(transfer(p%position, [1]) == transfer(q%position, [1])) .and. &
+        all(transfer(p%state, [1]) == transfer(q%state, [1])) .and. &
+        all(transfer(a%model%state%reactions, [1]) == transfer(b%model%state%reactions, [1])) .and. &
+        a%model%state%progress%step == b%model%state%progress%step
+    end associate
+  end function same
+
+  !> Force carried by the base.
+  real(wp) function carried(run)
+    type(simulation_type), intent(in) :: run
+    real(wp) :: values(1)
+    type(error_type), allocatable :: error
+
+    call get_values(run, 'histories', values, error)
+    carried = values(1)
+  end function carried
+
+  !> Stepping and running are the same.
+  subroutine check_stepping(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: stepped, whole
+    type(error_type), allocatable :: error
+    integer :: steps
+
+    call begin(stepped, '1, 4')
+    call begin(whole, '1, 4')
+    call tests%check('a new analysis is not finished, and its first stage is to come', &
+      .not. stepped%finished() .and. stepped%coming_stage() == 1)
+    steps = 0
+    do while (.not. stepped%finished())
+      call stepped%advance(error)
+      if (allocated(error)) exit
+      steps = steps + 1
+    end do
+    call whole%run(error)
+    call tests%check('five steps reach the end', steps == 5 .and. stepped%coming_stage() == 0)
+    call tests%check('an analysis that is stepped gives the bytes of one that runs', same(stepped, whole))
+    call tests%close('the base carries the weight', carried(whole), weight, force_tolerance*weight)
+    call stepped%advance(error)
+    call tests%check('a step behind the end is an error', allocated(error))
+    call stepped%destroy()
+    call stepped%destroy()
+    call tests%check('an analysis may be destroyed twice and is then no model', .not. stepped%ready)
+    call stepped%advance(error)
+    call tests%check('no step without a model', allocated(error))
+    call whole%destroy()
+  end subroutine check_stepping
+
+  !> Two analyses that take turns.
+  subroutine check_interleaved(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: a, b, alone_a, alone_b
+    type(error_type), allocatable :: error
+
+    call begin(alone_a, '1, 4')
+    call alone_a%run(error)
+    call begin(alone_b, '1.2, 8')
+    call alone_b%run(error)
+    call begin(a, '1, 4')
+    call begin(b, '1.2, 8')
+    do while (.not. a%finished())
+      call a%advance(error)
+      call b%advance(error)
+    end do
+    call tests%check('two analyses that take turns give the bytes of two runs', same(a, alone_a) .and. same(b, alone_b))
+    call tests%check('and they differ from each other', a%model%mesh%cell_count /= b%model%mesh%cell_count)
+    call a%destroy()
+    call b%destroy()
+    call alone_a%destroy()
+    call alone_b%destroy()
+  end subroutine check_interleaved
+
+  !> Shares of a stage.
+  subroutine check_share(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+
+    call begin(run, '1, 4')
+    call run%advance_to(0.3_wp, error)
+    call tests%close('a share of a stage is reached', run%model%state%progress%fraction, 0.3_wp, 1.0e-12_wp)
+    call tests%close('with that share of the load', carried(run), 0.3_wp*weight, force_tolerance*weight)
+    call run%advance_to(0.2_wp, error)
+    call tests%check('a share that is behind is an error', allocated(error))
+    call run%advance_to(1.0_wp, error)
+    call tests%check('the last share ends the stage', .not. allocated(error) .and. run%finished())
+    call run%destroy()
+  end subroutine check_share
+
+  !> Stages of the program's own.
+  subroutine check_stages(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+
+    call begin(run, '1, 4')
+    call run%run(error)
+    call run%set_gravity([0.0_wp, -2.0_wp, 0.0_wp], error)
+    call tests%check('loads want a stage that is to come', allocated(error))
+    call run%add_stage('twice', 2, error)
+    call tests%check('a stage is to come when it is added', .not. allocated(error) .and. run%coming_stage() == 2)
+    call run%set_gravity([0.0_wp, -2.0_wp, 0.0_wp], error)
+    call run%advance(error)
+    call tests%close('half way its load is half way', carried(run), 1.5_wp*weight, force_tolerance*weight)
+    call run%run(error)
+    call tests%close('at its end the load is there', carried(run), 2.0_wp*weight, force_tolerance*weight)
+    call run%add_stage('push', 1, error)
+    call run%set_traction('top', [0.0_wp, -3.0_wp, 0.0_wp], error)
+    call run%set_load_factor(2.0_wp, error)
+    call run%run(error)
+    call tests%close('tractions are multiplied by the load factor', carried(run), 2.0_wp*weight + 6.0_wp, &
+      force_tolerance*weight)
+    call run%add_stage('pull up', 1, error)
+    call run%set_displacement('base', 2, 0.01_wp, error)
+    call tests%check('a set that was held may be moved in a later stage', .not. allocated(error))
+    call run%run(error)
+    call tests%check('and moves', .not. allocated(error) .and. run%finished())
+    call tests%close('without carrying more', carried(run), 2.0_wp*weight + 6.0_wp, 1.0e-3_wp*weight)
+    call run%destroy()
+  end subroutine check_stages
+
+  !> A stage that ends before its time.
+  subroutine check_cut_stage(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+
+    call begin(run, '1, 4')
+    call run%end_stage(error)
+    call tests%check('a stage that has not begun is not ended', allocated(error))
+    call run%advance_to(0.4_wp, error)
+    call run%end_stage(error)
+    call tests%check('a stage may end where it stands', .not. allocated(error) .and. run%finished())
+    call tests%close('its load factor is the one reached', run%model%state%progress%load_factor, 0.4_wp, 1.0e-12_wp)
+    call run%add_stage('rest', 1, error)
+    call run%run(error)
+    call tests%close('the next stage starts from its load', carried(run), 0.4_wp*weight, force_tolerance*weight)
+    call run%add_stage('all', 1, error)
+    call run%set_gravity([0.0_wp, -1.0_wp, 0.0_wp], error)
+    call run%set_pressure('top', 5.0_wp, error)
+    call run%advance_to(0.5_wp, error)
+    call run%end_stage(error)
+    call run%add_stage('rest too', 1, error)
+    call run%run(error)
+    ! The pressure follows the face, which bends a little.
+    call tests%close('gravity and pressure end half way', carried(run), 0.7_wp*weight + 2.5_wp, 1.0e-3_wp*weight)
+    call run%destroy()
+  end subroutine check_cut_stage
+
+  !> States kept in memory.
+  subroutine check_snapshot(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type), target :: run
+    type(simulation_type) :: straight
+    type(snapshot_type) :: snapshot
+    type(error_type), allocatable :: error
+    real(wp), pointer :: view(:, :), again(:, :)
+
+    call begin(run, '1, 4')
+    call begin(straight, '1, 4')
+    call run%put_back(snapshot, error)
+    call tests%check('nothing is put back where nothing was kept', allocated(error))
+    call run%advance(error)
+    call run%advance(error)
+    call view_values(run, 'point_stress', view, error)
+    call run%keep(snapshot, error)
+    call run%run(error)
+    call run%add_stage('heavy', 1, error)
+    call run%set_gravity([0.0_wp, -3.0_wp, 0.0_wp], error)
+    call run%run(error)
+    call run%put_back(snapshot, error)
+    call tests%check('with the state come the stages of then', size(run%scene%phases) == 1 .and. &
+      .not. run%finished() .and. run%model%state%progress%step == 2)
+    call view_values(run, 'point_stress', again, error)
+    call tests%check('arrays stay where they are in memory', associated(view, again))
+    call run%run(error)
+    call straight%run(error)
+    call tests%check('a trial that is taken back leaves no trace', same(run, straight))
+    call run%destroy()
+    call straight%destroy()
+  end subroutine check_snapshot
+
+  !> States in files.
+  subroutine check_saved(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type), target :: run
+    type(simulation_type) :: other
+    type(error_type), allocatable :: error
+    real(wp), pointer :: view(:, :), again(:, :)
+    character(len=*), parameter :: path = 'test_simulation.h5'
+
+    call begin(run, '1, 4')
+    call begin(other, '1, 4')
+    call run%advance(error)
+    call run%advance(error)
+    call run%save(path, error)
+    call tests%check('a state is saved', .not. allocated(error))
+    call run%run(error)
+    call other%load(path, error)
+    call other%run(error)
+    call tests%check('an analysis that is loaded ends in the bytes of the other', same(run, other))
+    call view_values(run, 'point_position', view, error)
+    call run%load(path, error)
+    call view_values(run, 'point_position', again, error)
+    call tests%check('loading leaves arrays where they are', .not. allocated(error) .and. associated(view, again))
+    call other%add_stage('more', 1, error)
+    call other%load(path, error)
+    call tests%check('a file of other stages is refused', allocated(error))
+    call run%destroy()
+    call other%destroy()
+  end subroutine check_saved
+
+  !> Forces on points.
+  subroutine check_point_forces(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: force(:, :)
+
+    call begin(run, '1, 4')
+    allocate (force(2, run%model%state%points%count), source=0.0_wp)
+    force(2, :) = -2.0_wp/size(force, 2)
+    call run%set_point_force(force(:, 2:), error)
+    call tests%check('forces want one for each point', allocated(error))
+    call run%set_point_force(force, error)
+    call run%run(error)
+    call tests%close('forces on points are carried with the weight', carried(run), weight + 2.0_wp, &
+      force_tolerance*weight)
+    call run%add_stage('on', 1, error)
+    call run%run(error)
+    call tests%close('and stay in the next stage', carried(run), weight + 2.0_wp, force_tolerance*weight)
+    call run%destroy()
+  end subroutine check_point_forces
+
+  !> Values by name.
+  subroutine check_values(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type), target :: run
+    type(error_type), allocatable :: error
+    real(wp), pointer :: view(:, :)
+    real(wp), allocatable :: values(:)
+    integer :: i, rows, columns, bad
+
+    call begin(run, '1, 4')
+    call run%run(error)
+    bad = 0
+    do i = 1, size(value_names)
+      call value_shape(run, trim(value_names(i)), rows, columns, error)
+      if (allocated(error)) bad = bad + 1
+      if (allocated(values)) deallocate (values)
+      allocate (values(rows*columns))
+      call get_values(run, trim(value_names(i)), values, error)
+      if (allocated(error)) bad = bad + 1
+    end do
+    call tests%check('all names have values', bad == 0)
+    call value_shape(run, 'point_stress', rows, columns, error)
+    deallocate (values)
+    allocate (values(rows*columns))
+    call get_values(run, 'point_stress', values, error)
+    call view_values(run, 'point_stress', view, error)
+    call tests%check('a view shows what a copy has', all(abs(reshape(values, [rows, columns]) - view) <= 0.0_wp) &
+      .and. size(values) == 4*run%model%state%points%count)
+    call set_values(run, 'point_stress', 2.0_wp*values, error)
+    call tests%check('stresses may be set', all(abs(view - 2.0_wp*reshape(values, [rows, columns])) <= 0.0_wp))
+    call set_values(run, 'point_volume', values(:columns), error)
+    call tests%check('volumes may not', allocated(error))
+    call get_values(run, 'point_stress', values(2:), error)
+    call tests%check('another number of values is an error', allocated(error))
+    call get_values(run, 'point_stres', values, error)
+    call tests%check('a name that is nearly right is suggested', index(error%message, 'point_stress') > 0)
+    call view_values(run, 'point_displacement', view, error)
+    call tests%check('what is made on request has no place to look at', allocated(error) .and. .not. associated(view))
+    call run%destroy()
+  end subroutine check_values
+
+  !> What may go wrong.
+  subroutine check_errors(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(problem_type) :: problem
+    type(error_type), allocatable :: error
+    real(wp) :: nothing, infinite
+
+    call run%create(problem, error)
+    call tests%check('no model without a problem', allocated(error))
+    call problem%parse('*MODDEL, TYPE=PLANE STRAIN'//newline, 'bad', error)
+    call tests%check('a bad deck is an error of the deck', error%code == error_deck)
+    call tests%check('with its faults in the messages', index(problem%messages, 'bad:1: *MODDEL') > 0)
+    call run%create(problem, error)
+    call tests%check('and no problem', allocated(error))
+    call problem%read('no such file.inp', error)
+    call tests%check('a deck that is not there is an error', error%code == error_deck)
+    call begin(run, '1, 4')
+    call run%set_traction('tops', [0.0_wp, 1.0_wp, 0.0_wp], error)
+    call tests%check('an unknown surface is told, with one that is known', index(error%message, 'did you mean top') > 0)
+    call run%set_displacement('bas', 1, 1.0_wp, error)
+    call tests%check('an unknown set is told, with one that is known', index(error%message, 'did you mean base') > 0)
+    call run%set_displacement('base', 3, 1.0_wp, error)
+    call tests%check('a component that is none is an error', allocated(error))
+    call run%set_displacement('base', 1, 1.0_wp, error)
+    call tests%check('what a stage holds it does not move', index(error%message, 'held and moved') > 0)
+    nothing = -1.0_wp
+    call run%set_load_factor(nothing, error)
+    call tests%check('a load factor is above 0', allocated(error))
+    infinite = ieee_value(1.0_wp, ieee_positive_inf)
+    call run%set_gravity([0.0_wp, -infinite, 0.0_wp], error)
+    call tests%check('a load is a finite number', allocated(error))
+    call run%add_stage('weight', 1, error)
+    call tests%check('a name is given once', allocated(error))
+    call run%add_stage('empty', 0, error)
+    call tests%check('a stage has a step', allocated(error))
+    call run%run(error)
+    call tests%close('after all that it runs', carried(run), weight, force_tolerance*weight)
+    call run%destroy()
+  end subroutine check_errors
+
+  !> Laws of the program's own.
+  subroutine check_own_laws(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(problem_type) :: problem
+    type(hooke_type) :: hooke
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+
+    hooke%symmetric = .true.
+    hooke%stiffness_scale = 1000.0_wp
+    hooke%shear_scale = 1000.0_wp/2.6_wp
+    call problem%set_material('soil', hooke, error)
+    call problem%parse(sample_deck('1, 4'), 'sample', error)
+    call run%create(problem, error)
+    call run%run(error)
+    call tests%check('a soil model of the program runs', .not. allocated(error))
+    call tests%close('and carries the weight', carried(run), weight, force_tolerance*weight)
+    call run%add_stage('broken', 1, error)
+    call run%destroy()
+    hooke%broken_in = 1
+    call problem%set_material('soil', hooke, error)
+    call run%create(problem, error)
+    call run%run(error)
+    call tests%check('one that is broken ends the run with its sentence', error%code == error_user_material .and. &
+      index(error%message, 'broken on purpose') > 0)
+    call problem%set_material('soul', hooke, error)
+    call run%create(problem, error)
+    call tests%check('an unknown material is told, with one that is known', index(error%message, 'soil') > 0)
+    deallocate (problem%materials)
+    call new_law(material_parameters_type(young=1000.0_wp, poisson=0.3_wp), 3, kinematics_jaumann, rate_midpoint, law, &
+      error)
+    call problem%set_material('soil', law, error)
+    call run%create(problem, error)
+    call tests%check('a law for another dimension is refused', index(error%message, '3 dimensions') > 0)
+    deallocate (law)
+    call new_law(material_parameters_type(young=1000.0_wp, poisson=0.3_wp), 2, kinematics_jaumann, rate_midpoint, law, &
+      error)
+    call problem%set_material('soil', law, error)
+    call run%create(problem, error)
+    call run%run(error)
+    call tests%close('a law for this one runs', carried(run), weight, force_tolerance*weight)
+    call run%destroy()
+  end subroutine check_own_laws
+
+  !> A scene that is reduced.
+  subroutine check_reduced(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(problem_type) :: problem
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    text = '*MODEL, TYPE=AUTO'//newline//'*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
+      newline//'Z, 0, 1, 2'//newline//'*NSET, NSET=base, PLANE=Y'//newline//'0'//newline// &
+      '*NSET, NSET=axis, PLANE=X'//newline//'0'//newline//'*NSET, NSET=front, PLANE=Z'//newline//'0'//newline// &
+      '*NSET, NSET=back, PLANE=Z'//newline//'1'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
+      '1000, 0.3'//newline//'*UNIT WEIGHT'//newline//'18'//newline//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'// &
+      newline//'0, 1, 0, 1, 0, 1'//newline//'*PHASE, NAME=weight'//newline//'*FIX'//newline//'base, ALL'//newline// &
+      'axis, X'//newline//'front, Z'//newline//'back, Z'//newline//'*GRAVITY'//newline//'0, -1, 0'//newline// &
+      '*CONTROLS, STEPS=1'//newline//'*END PHASE'//newline
+    call problem%parse(text, 'slice', error)
+    call run%create(problem, error)
+    call tests%check('a slice is modelled in the plane', .not. allocated(error) .and. run%model%mesh%dimension == 2)
+    call run%run(error)
+    call run%add_stage('more', 1, error)
+    call run%set_gravity([0.0_wp, 0.0_wp, -1.0_wp], error)
+    call tests%check('a load that the plane model does not know is refused', allocated(error))
+    call tests%check('and forgotten', .not. run%scene%phases(2)%gravity%given)
+    call run%set_gravity([0.0_wp, -2.0_wp, 0.0_wp], error)
+    call run%run(error)
+    call tests%check('one in the plane is not', .not. allocated(error) .and. run%finished())
+    call run%destroy()
+  end subroutine check_reduced
+
+  !> Threads of the program.
+  subroutine check_threads(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run, single
+    type(error_type), allocatable :: error
+    integer :: before
+
+    before = omp_get_max_threads()
+    call omp_set_num_threads(3)
+    call begin(run, '1, 4')
+    run%threads = 2
+    call run%run(error)
+    call tests%check('the number of threads of the program is put back', omp_get_max_threads() == 3)
+    call omp_set_num_threads(before)
+    call begin(single, '1, 4')
+    call single%run(error)
+    call tests%check('two threads give the bytes of one', same(run, single))
+    call run%destroy()
+    call single%destroy()
+  end subroutine check_threads
+
+  !> No state.
+  subroutine start(self, stress, state)
+    class(hooke_type), intent(in) :: self
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(out) :: state(:)
+
+    associate (unused => self, unused_stress => stress)
+    end associate
+    state = 0.0_wp
+  end subroutine start
+
+  !> Hooke's law, E = 1000, nu = 0.3.
+  subroutine update(self, increment, stress, state, answer)
+    class(hooke_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_answer_type), intent(inout) :: answer
+    real(wp), parameter :: shear = 1000.0_wp/2.6_wp, lame = 2.0_wp*shear*0.3_wp/0.4_wp
+    integer :: i
+
+    associate (unused => state)
+    end associate
+    if (increment%moment%phase >= self%broken_in) then
+      answer%status = status_broken
+      answer%message = 'broken on purpose'
+      return
+    end if
+    answer%tangent = 0.0_wp
+    answer%tangent(:3, :3) = lame
+    do i = 1, 3
+      answer%tangent(i, i) = lame + 2.0_wp*shear
+      answer%tangent(i + 3, i + 3) = shear
+    end do
+    stress = stress + matmul(answer%tangent, increment%strain)
+  end subroutine update
+end module test_simulation
