@@ -6,7 +6,7 @@ module qsmpm_mesh_sets
   implicit none
   private
 
-  public :: nodes_in_box, nodes_on_plane, faces_in_box, find_set, add_set, set_tolerance
+  public :: nodes_in_box, nodes_on_plane, faces_in_box, cuts_faces, find_set, add_set, set_tolerance
 
   !> A node lies on a plane when it is this close, as a share of the size of the mesh.
   real(wp), parameter :: closeness = 1.0e-8_wp
@@ -79,6 +79,40 @@ contains
     end do
     faces = list(:, :n)
   end subroutine faces_in_box
+
+  !> Whether faces of some cells lie in the plane of a flat box and reach into it and beyond it. A box with a
+  !> thickness may: it is made to choose.
+  pure logical function cuts_faces(mesh, box, wanted) result(cuts)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Lower and upper corner (3,2).
+    real(wp), intent(in) :: box(3, 2)
+    !> The cells (cell_count).
+    logical, intent(in) :: wanted(:)
+    real(wp) :: low(mesh%dimension), high(mesh%dimension), slack
+    logical :: flat(mesh%dimension)
+    integer :: c, f, i
+
+    cuts = .false.
+    slack = set_tolerance(mesh)
+    flat = box(:mesh%dimension, 2) - box(:mesh%dimension, 1) <= slack
+    if (.not. any(flat)) return
+    do c = 1, mesh%cell_count
+      if (.not. wanted(c)) cycle
+      do f = 1, face_count(mesh%cell_kind(c))
+        associate (nodes => mesh%cell_first(c) - 1 + face_corners(mesh%cell_kind(c), f))
+          do i = 1, mesh%dimension
+            low(i) = minval(mesh%coordinates(i, mesh%cell_nodes(nodes)))
+            high(i) = maxval(mesh%coordinates(i, mesh%cell_nodes(nodes)))
+          end do
+        end associate
+        if (any(flat .and. (low < box(:mesh%dimension, 1) - slack .or. high > box(:mesh%dimension, 2) + slack))) cycle
+        if (any(.not. flat .and. (high <= box(:mesh%dimension, 1) + slack .or. low >= box(:mesh%dimension, 2) - slack))) &
+          cycle
+        if (any(low < box(:mesh%dimension, 1) - slack .or. high > box(:mesh%dimension, 2) + slack)) cuts = .true.
+      end do
+    end do
+  end function cuts_faces
 
   !> True when all corners of a face are marked.
   pure function all_inside(mesh, cell, face, inside) result(yes)

@@ -11,7 +11,7 @@ module qsmpm_model_surfaces
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
-  use qsmpm_mesh_sets, only: faces_in_box, set_tolerance
+  use qsmpm_mesh_sets, only: faces_in_box, cuts_faces, set_tolerance
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
   private
@@ -43,6 +43,7 @@ contains
         case (select_box)
           call faces_in_box(model%mesh, surface%box, faces)
           call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
+          call tell_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
         case (select_segment)
           if (model%mesh%dimension == 3) then
             call add_fault(faults, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
@@ -74,6 +75,20 @@ contains
     call choose_carrying_points(model)
     call check_planes(model, faults)
   end subroutine make_surfaces
+
+  !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
+  subroutine tell_cut_faces(model, surface, cut)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> The surface.
+    type(surface_type), intent(in) :: surface
+    !> Whether the box cuts faces.
+    logical, intent(in) :: cut
+
+    if (.not. cut) return
+    model%notes = model%notes//"warning: surface '"//surface%name//"': its box ends within faces of the mesh, "// &
+      'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
+  end subroutine tell_cut_faces
 
   !> A surface that slides on its plane must be plane.
   subroutine check_planes(model, faults)
