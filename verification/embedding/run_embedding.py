@@ -106,9 +106,9 @@ class Embedding:
         text = call(self.work / "modern/legacy")
         lifts = [float(v) for v in re.findall(r"LIFT\s+(\S+)", text)]
         expect(len(lifts) == 3, text)
-        # Elastic in plane strain: lift = load (1 - nu^2)/E, up to the load's 0.08 % of strain and the coarse grid.
+        # Elastic in plane strain: lift = load (1 - nu^2)/E, up to strains of 0.08 % and the share of the stabilisation.
         for load, lift in zip((4.0, 8.0, 6.0), lifts):
-            expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.02, f"load {load} lifts {lift}")
+            expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.005, f"load {load} lifts {lift}")
         expect("STATUS 1 there is no surface 'tip' (did you mean top?)" in text, text)
 
     def warns_of_another_compiler(self) -> None:
@@ -206,8 +206,9 @@ class Embedding:
     def steered_from_python(self) -> None:
         """A host that finds a limit load by bisection."""
         found = float(re.search(r"limit load ([\d.]+)", self.python("limit_load.py"))[1])
-        # Twice the cohesion, on a grid of four cells.
-        expect(abs(found / 10.0 - 1.0) < 0.03, f"limit load {found}")
+        # Twice the cohesion; the block is 0.1 % longer when it yields, steps are within 0.01 % of equilibrium and the
+        # stabilisation carries up to half a per cent.
+        expect(abs(found / 10.0 - 1.0) < 0.005, f"limit load {found}")
 
     def interleaved_runs_write_the_same_bytes(self) -> None:
         """Two analyses, one process, step about: their files are those of two runs of the command line."""
