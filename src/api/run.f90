@@ -18,6 +18,7 @@ module qsmpm_run
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
   use qsmpm_phases, only: run_phases, error_stopped
+  use qsmpm_plugin, only: guard_exit
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, profile_file, signal_number
   use qsmpm_restart, only: read_restart, text_fingerprint
@@ -224,6 +225,7 @@ contains
     if (len(report) > 0) call recorder%note(without_last_newline(report))
     report = ''
     call write_text(directory//'/'//model%analysis%job//'.echo.inp', echo, outcome)
+    call guard_exit()
     if (.not. allocated(outcome)) call run_phases(model, recorder, profile, outcome)
     call tell_times(request, directory, profile, recorder, error)
     if (allocated(error) .and. .not. allocated(outcome)) call move_alloc(error, outcome)
