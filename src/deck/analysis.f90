@@ -7,6 +7,7 @@
 !> units. Vectors have three components; the third is unused in the plane.
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
+  use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
@@ -168,6 +169,8 @@ module qsmpm_analysis
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: cure = cure_auto
     real(wp) :: cure_factor = -1.0_wp
+    !> Model in a shared library.
+    type(user_material_type) :: user
   end type material_type
 
   !> How the continuum is discretised.

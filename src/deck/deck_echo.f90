@@ -11,6 +11,7 @@ module qsmpm_deck_echo
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
+  use qsmpm_deck_user_material, only: echo_user_material
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
     stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words
@@ -224,8 +225,11 @@ contains
     character(len=:), allocatable :: tensile, cure
 
     call echo%line('*MATERIAL, NAME='//quoted(material%name))
-    call echo%line('*ELASTIC')
-    call echo%line(' '//numbers([material%young, material%poisson]))
+    if (material%young > 0.0_wp) then
+      call echo%line('*ELASTIC')
+      call echo%line(' '//numbers([material%young, material%poisson]))
+    end if
+    if (material%user%given) call echo_user_material(echo, material)
     call echo%line('*UNIT WEIGHT')
     call echo%line(' '//real_text(material%unit_weight))
     cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))

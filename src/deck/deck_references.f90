@@ -134,8 +134,12 @@ contains
     end do
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
-        if (.not. material%young > 0.0_wp) call state%fault_from(material%where, 'MATERIAL', &
-          "material '"//material%name//"' has no *ELASTIC")
+        if (.not. (material%young > 0.0_wp .or. material%user%given)) call state%fault_from(material%where, &
+          'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
+        if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
+          "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
+        if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
+          'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
         if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, &
           'MATERIAL', "material '"//material%name//"' has no weight, but there is gravity")
       end associate
