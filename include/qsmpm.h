@@ -4,7 +4,8 @@
  * equations, 6 user material, 7 the handle is null, 128 stopped. After a status the sentence is had by qsmpm_error and
  * the state is that of the last accepted step. A null handle is legal everywhere. Functions that put a text into a
  * buffer return its length, cut it off where the buffer is too short, and may be asked for the length with NULL, 0.
- * Any number of handles may live at once; one handle belongs to one thread at a time. See docs/embedding.md. */
+ * Any number of handles may live at once; calls come one after the other, whatever thread they come from. See
+ * docs/embedding.md. */
 #ifndef QSMPM_H
 #define QSMPM_H
 

@@ -7,6 +7,7 @@ program qsmpm_main
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type
+  use qsmpm_plugin, only: model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type
   use qsmpm_program_name, only: program_name
@@ -42,8 +43,9 @@ program qsmpm_main
       write (output_unit, '(a)') program_name()
     end select
   end if
-  flush (output_unit)
   flush (error_unit)
+  if (model_abandoned()) call leave_process(code)
+  flush (output_unit)
   call exit_process(code)
 
 contains

@@ -20,7 +20,7 @@ contains
 
   !> Whether something optional is there; false for an unknown word.
   pure logical function has_feature(name)
-    !> suitesparse, openmp, mumps, soil_model.
+    !> suitesparse, openmp, mumps, soil_model, umat, udsm.
     character(len=*), intent(in) :: name
 
     select case (name)
@@ -28,7 +28,7 @@ contains
       has_feature = with_suitesparse
     case ('openmp')
       has_feature = with_openmp
-    case ('mumps', 'soil_model')
+    case ('mumps', 'soil_model', 'umat', 'udsm')
       has_feature = .true.
     case default
       has_feature = .false.

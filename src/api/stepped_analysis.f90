@@ -17,6 +17,7 @@ module qsmpm_stepped_analysis
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, phase_is_complete
+  use qsmpm_plugin, only: guard_exit
   use qsmpm_problem, only: problem_type, own_laws
   use qsmpm_process_settings, only: settings_type, enter_library, leave_library
   use qsmpm_program_name, only: program_name
@@ -341,6 +342,8 @@ contains
     else
       if (len(self%messages) > 0) call self%recorder%note(without_last_newline(self%messages))
       call write_text(directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
+      ! A model in a library that ends the process does so before these files are closed.
+      call guard_exit()
     end if
     call turn_to(self%march%step%profile%watch, part_control)
   end subroutine record

@@ -9,6 +9,7 @@ module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
+  use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
@@ -175,6 +176,8 @@ module qsmpm_analysis
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: cure = cure_auto
     real(wp) :: cure_factor = -1.0_wp
+    !> Model in a shared library.
+    type(user_material_type) :: user
   end type material_type
 
   !> How the continuum is discretised.

@@ -12,6 +12,7 @@ module qsmpm_deck_echo
   use qsmpm_deck_hardening, only: echo_hardening
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
+  use qsmpm_deck_user_material, only: echo_user_material
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
     stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words, &
@@ -232,6 +233,7 @@ contains
       call echo%line(' '//numbers([material%young, material%poisson]))
     end if
     call echo_hardening(echo, material)
+    if (material%user%given) call echo_user_material(echo, material)
     call echo%line('*UNIT WEIGHT')
     call echo%line(' '//real_text(material%unit_weight))
     cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))

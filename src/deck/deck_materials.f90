@@ -9,6 +9,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_analysis_lists, only: append
+  use qsmpm_deck_user_material, only: add_user_material_keywords
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many, kind_name, &
     kind_real, kind_word
   implicit none
@@ -56,6 +57,7 @@ contains
     call table%example('*UNIT WEIGHT| 20')
 
     call add_cure(table)
+    call add_user_material_keywords(table)
   end subroutine add_material_keywords
 
   !> Entry of *LOCKING CURE.

@@ -137,11 +137,24 @@ contains
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
         call check_law(state, material)
+        call check_user_material(state, material)
         if (gravity .and. .not. material%unit_weight > 0.0_wp) call state%warn(material%where, &
           'MATERIAL', "material '"//material%name//"' has no weight, but there is gravity")
       end associate
     end do
   end subroutine check_materials
+
+  !> A user's material has no other strength, and no start values without the material.
+  subroutine check_user_material(state, material)
+    type(deck_state_type), intent(inout) :: state
+    !> The material.
+    type(material_type), intent(in) :: material
+
+    if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
+      "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
+    if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
+      'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
+  end subroutine check_user_material
 
   !> A material has one law, and a clay a stress to start from.
   subroutine check_law(state, material)
@@ -150,6 +163,7 @@ contains
     type(material_type), intent(in) :: material
     integer :: laws
 
+    if (material%user%given) return
     laws = count([material%young > 0.0_wp .or. material%mohr_coulomb, material%cam_clay%given, &
       material%hardening_soil%given])
     if (laws == 0 .or. (material%mohr_coulomb .and. .not. material%young > 0.0_wp .and. laws == 1)) &

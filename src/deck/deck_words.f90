@@ -46,6 +46,10 @@ module qsmpm_deck_words
     'AUTO', 'DOUBLE', 'SINGLE']
   !> From 0.
   character(len=n), parameter, public :: keep_words(0:2) = [character(len=n) :: 'AUTO', 'NO', 'YES']
+  character(len=n), parameter, public :: interface_words(2) = [character(len=n) :: 'UMAT', 'UDSM']
+  !> From 0.
+  character(len=n), parameter, public :: model_tangent_words(0:3) = [character(len=n) :: &
+    'AUTO', 'CONSISTENT', 'ELASTIC', 'NUMERICAL']
   character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']

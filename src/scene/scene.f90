@@ -65,11 +65,17 @@ contains
     type(verdict_type), intent(inout) :: verdict
     !> Section of a figure of revolution.
     type(figure_type), intent(inout) :: figure
+    integer :: m
 
     if (analysis%model == axisymmetric) then
       call refuse(verdict%reason, 'the scene is axisymmetric already')
       return
     end if
+    do m = 1, size(analysis%materials)
+      if (.not. analysis%materials(m)%user%given) cycle
+      call refuse(verdict%reason, "nothing is known of the model of material '"//analysis%materials(m)%name//"'")
+      return
+    end do
     select case (verdict%kind)
     case (reduce_prismatic)
       call prove_prismatic(analysis, verdict%reason)

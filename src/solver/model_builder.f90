@@ -4,7 +4,7 @@
 !> deck are told together, one a line.
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_error, only: error_type, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
     cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
@@ -20,6 +20,7 @@ module qsmpm_model_builder
   use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: parameters_of, check_softening_cells
+  use qsmpm_user_material_law, only: new_user_law
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
   use qsmpm_text, only: real_text
@@ -62,7 +63,7 @@ contains
     if (faults%count == 0) call make_surfaces(model, faults)
     if (faults%count == 0) call make_histories(model, faults)
     if (faults%count > 0) then
-      call fail(error, error_deck, faults%text)
+      call fail(error, faults%code, faults%text)
       return
     end if
     call finish(model)
@@ -104,7 +105,10 @@ contains
         end if
       end if
       associate (material => model%analysis%materials(m), method => model%analysis%method)
-        if (material%cam_clay%given .or. material%hardening_soil%given) then
+        if (material%user%given) then
+          call new_user_law(material%user, material%name, material%young, material%poisson, &
+            merge(3, 2, model%analysis%model == three_dimensional), law, error)
+        else if (material%cam_clay%given .or. material%hardening_soil%given) then
           call new_hardening_law(material%cam_clay, material%hardening_soil, merge(3, 2, model%analysis%model == &
             three_dimensional), method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
         else
@@ -112,7 +116,8 @@ contains
             method%kinematics, method%rate, law, error)
         end if
         if (allocated(error)) then
-          call add_fault(faults, material%where, '*MATERIAL', error%message)
+          call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
+            error%message, error%code)
         else
           if (material%mohr_coulomb .or. material%hardening_soil%given) law%elastic_blend = elastic_blend
           allocate (model%laws(m)%law, source=law)

@@ -34,5 +34,5 @@ if __name__ == "__main__":
     with qsmpm.Simulation(HERE / "pull.inp") as analysis:
         analysis.run()
         found = limit_load(analysis, 1.0, 20.0, 1e-3)
-    print(f"limit load {found:.6f}, ten without the error of the grid")
+    print(f"limit load {found:.6f}, exact 10")
     sys.exit(0)

@@ -71,7 +71,7 @@ class Embedding:
         call(self.prefix / "bin/qsmpm", "check", "block.inp")
 
     def holds_no_state(self) -> None:
-        """No variable of the library outlives a call, but for the flag of signals."""
+        """No variable of the library outlives a call, but for flags of signals and the guard of plug-ins."""
         found = []
         for line in call("nm", "-A", self.lib / "libqsmpm.a").splitlines():
             words = line.split()
@@ -82,7 +82,11 @@ class Embedding:
             if re.match(r"__.*_MOD___(vtab|def_init)_|(A|jumptable|slen)\.\d+|\.gomp_critical_", words[-1]):
                 continue
             found.append(f"{words[0].split(':')[-2]}: {words[-1]}")
-        expect(found == ["posix.c.o: received"], f"variables that outlive a call: {found}")
+        # Flags of signals, and the guard around models that end the process: they belong to the process.
+        known = {"posix.c.o: received", "plugin.c.o: active", "plugin.c.o: installed", "plugin.c.o: abandoned",
+                 "plugin.c.o: before"}
+        expect(set(found) <= known and "posix.c.o: received" in found,
+               f"variables that outlive a call: {set(found) - known}")
 
     # ---- CMake ----
 
@@ -106,9 +110,9 @@ class Embedding:
         text = call(self.work / "modern/legacy")
         lifts = [float(v) for v in re.findall(r"LIFT\s+(\S+)", text)]
         expect(len(lifts) == 3, text)
-        # Elastic in plane strain: lift = load (1 - nu^2)/E, up to the load's 0.08 % of strain and the coarse grid.
+        # Elastic in plane strain: lift = load (1 - nu^2)/E, up to strains of 0.08 % and the share of the stabilisation.
         for load, lift in zip((4.0, 8.0, 6.0), lifts):
-            expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.02, f"load {load} lifts {lift}")
+            expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.005, f"load {load} lifts {lift}")
         expect("STATUS 1 there is no surface 'tip' (did you mean top?)" in text, text)
 
     def warns_of_another_compiler(self) -> None:
@@ -206,8 +210,27 @@ class Embedding:
     def steered_from_python(self) -> None:
         """A host that finds a limit load by bisection."""
         found = float(re.search(r"limit load ([\d.]+)", self.python("limit_load.py"))[1])
-        # Twice the cohesion, on a grid of four cells.
-        expect(abs(found / 10.0 - 1.0) < 0.03, f"limit load {found}")
+        # Twice the cohesion; the block is 0.1 % longer when it yields, steps are within 0.01 % of equilibrium and the
+        # stabilisation carries up to half a per cent.
+        expect(abs(found / 10.0 - 1.0) < 0.005, f"limit load {found}")
+
+    def calls_a_umat_from_python(self) -> None:
+        """A UMAT in a shared library, behind the shared library of a Python program, settles as the built-in law."""
+        umat = self.work / "libelastic.so"
+        call(TOP / "tools/build-umat", TOP / "verification/plugins/elastic_umat.f", "-o", umat)
+        deck = (HERE / "block.inp").read_text().replace(
+            "*UNIT WEIGHT", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={umat}\n1000, 0.3\n*UNIT WEIGHT")
+        (self.work / "umat.inp").write_text(deck)
+        text = self.python("-c", f"""
+import qsmpm
+for deck in ({str(self.work / 'umat.inp')!r}, 'block.inp'):
+    with qsmpm.Simulation(deck) as run:
+        run.run()
+        print(run.histories['settlement'])
+""")
+        own, theirs = map(float, text.split())
+        # Rates of Cauchy and Kirchhoff stress, a volume strain apart.
+        expect(0.0 < abs(own - theirs) < 0.02 * theirs, f"UMAT {own}, the library's {theirs}")
 
     def interleaved_runs_write_the_same_bytes(self) -> None:
         """Two analyses, one process, step about: their files are those of two runs of the command line."""
@@ -276,6 +299,7 @@ def main() -> int:
             tests.warns_of_another_compiler, tests.refuses_another_minor_version, tests.found_by_a_c_project,
             tests.is_a_good_subproject, *([tests.builds_as_a_subproject] if given.long else []), tests.linked_from_c,
             tests.linked_statically_from_c, tests.interface_source_is_the_header, tests.steered_from_python,
+            tests.calls_a_umat_from_python,
             tests.interleaved_runs_write_the_same_bytes]
         for test in chosen:
             try:

@@ -1,0 +1,183 @@
+!> What the doors to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
+!> its state with a guarded margin, the tangent by differences, and the stiffness of a model that says nothing
+!> of it.
+module qsmpm_door
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_fortran_env, only: output_unit
+  use qsmpm_error, only: error_type, fail, error_user_material
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_ok, status_broken
+  use qsmpm_plugin, only: silence, model_abandoned, guard_words
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_user_material, only: user_material_type
+  implicit none
+  private
+
+  public :: door_type, begin_silence, end_silence, judge_call, add_margin, margin_damaged, difference_tangent, &
+    ask_stiffness, held_duration
+
+  !> How long a step at held load lasts as a share of its phase: some models divide by it.
+  real(wp), parameter :: held_duration = 1.0e-6_wp
+  !> Numbers behind the state, and what is in them.
+  integer, parameter, public :: margin = 32
+  real(wp), parameter :: mark = -7.70843e123_wp
+  !> Change of a strain for differences: this share of the largest one, at the least of the smallest one.
+  real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp
+
+  !> A model behind a door.
+  type, abstract, extends(soil_model_type) :: door_type
+    type(user_material_type) :: user
+    !> Name of the material.
+    character(len=:), allocatable :: name
+  end type door_type
+
+contains
+
+  !> Let the model's output go nowhere; what the unit holds back is written first.
+  subroutine begin_silence(door, saved)
+    class(door_type), intent(in) :: door
+    !> To be handed to end_silence.
+    integer(c_int), intent(out) :: saved
+
+    saved = -1
+    if (.not. door%user%silent) return
+    if (model_abandoned()) return
+    flush (output_unit)
+    saved = silence(-1_c_int)
+  end subroutine begin_silence
+
+  !> The screen again.
+  subroutine end_silence(saved)
+    !> What begin_silence has set.
+    integer(c_int), intent(in) :: saved
+    integer(c_int) :: unused
+
+    if (saved < 0) return
+    if (.not. model_abandoned()) flush (output_unit)
+    unused = silence(saved)
+  end subroutine end_silence
+
+  !> A model that has not returned, or has written beyond its state, is broken.
+  subroutine judge_call(door, what, state, answer)
+    class(door_type), intent(in) :: door
+    !> What guarded_call has returned.
+    integer(c_int), intent(in) :: what
+    !> State with its margin.
+    real(wp), intent(in) :: state(:)
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+
+    if (what /= 0) then
+      answer%message = guard_words(what)
+    else if (margin_damaged(state)) then
+      answer%message = 'the model writes beyond its state variables: STATE is too small'
+    else
+      return
+    end if
+    answer%status = status_broken
+    answer%message = answer%message//', library '//door%user%library
+  end subroutine judge_call
+
+  !> Mark what is behind the state.
+  pure subroutine add_margin(state)
+    !> State with its margin.
+    real(wp), intent(inout) :: state(:)
+
+    state(size(state) - margin + 1:) = mark
+  end subroutine add_margin
+
+  !> Whether something has been written there.
+  pure logical function margin_damaged(state)
+    !> State with its margin.
+    real(wp), intent(in) :: state(:)
+
+    margin_damaged = any(abs(state(size(state) - margin + 1:) - mark) > 0.0_wp)
+    if (.not. margin_damaged) margin_damaged = .not. all(ieee_is_finite(state(size(state) - margin + 1:)))
+  end function margin_damaged
+
+  !> Tangent by central differences of the model's stress; the model is asked for stress only.
+  subroutine difference_tangent(door, increment, stress, state, answer)
+    class(door_type), intent(in) :: door
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress at the start, turned (6), and state at the start.
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(in) :: state(:)
+    !> What the model says; its tangent is set.
+    type(soil_answer_type), intent(inout) :: answer
+    type(soil_increment_type) :: moved
+    type(soil_answer_type) :: said
+    real(wp) :: ahead(6), back(6), own(size(state)), h
+    integer :: j
+
+    moved = increment
+    moved%wants_tangent = .false.
+    moved%elastic_tangent = .false.
+    h = difference*max(smallest, maxval(abs(increment%strain)))
+    do j = 1, 6
+      moved%strain(j) = increment%strain(j) + h
+      ahead = stress
+      own = state
+      call door%update(moved, ahead, own, said)
+      moved%strain(j) = increment%strain(j) - h
+      back = stress
+      own = state
+      if (said%status == status_ok) call door%update(moved, back, own, said)
+      moved%strain(j) = increment%strain(j)
+      if (said%status /= status_ok) exit
+      answer%tangent(:, j) = (ahead - back)/(2.0_wp*h)
+    end do
+    if (said%status == status_ok) return
+    answer%status = said%status
+    answer%share = said%share
+    if (allocated(said%message)) answer%message = said%message
+  end subroutine difference_tangent
+
+  !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent without stress.
+  subroutine ask_stiffness(door, young, poisson, error)
+    class(door_type), intent(inout) :: door
+    !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
+    real(wp), intent(in) :: young
+    real(wp), intent(in) :: poisson
+    !> error_user_material: the model has no elastic tangent without stress.
+    type(error_type), allocatable, intent(out) :: error
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(door%state_count)
+
+    door%stiffness_scale = door%user%stiffness
+    if (.not. door%user%stiffness > 0.0_wp) door%stiffness_scale = young
+    door%shear_scale = 0.5_wp*door%stiffness_scale/(1.0_wp + merge(poisson, 0.25_wp, young > 0.0_wp))
+    if (door%stiffness_scale > 0.0_wp) return
+    stress = 0.0_wp
+    call door%start(stress, state)
+    increment%elastic_tangent = .true.
+    call door%update(increment, stress, state, answer)
+    if (answer%status == status_ok) call take_moduli(answer%tangent, door%stiffness_scale, door%shear_scale)
+    if (ieee_is_finite(door%stiffness_scale) .and. door%stiffness_scale > 0.0_wp) return
+    if (.not. allocated(answer%message)) answer%message = 'the tangent is not positive'
+    call fail(error, error_user_material, 'the model, asked for its stiffness without stress: '//answer%message// &
+      '; STIFFNESS= says it instead')
+  end subroutine ask_stiffness
+
+  !> Moduli of the isotropic material nearest to a tangent; zero where it is not positive.
+  pure subroutine take_moduli(tangent, young, shear)
+    !> d stress / d strain (6,6).
+    real(wp), intent(in) :: tangent(6, 6)
+    !> Young's modulus and shear modulus.
+    real(wp), intent(out) :: young
+    real(wp), intent(out) :: shear
+    real(wp) :: along, twist
+    integer :: i
+
+    along = 0.0_wp
+    do i = 1, 3
+      along = along + tangent(i, i)/3.0_wp
+    end do
+    twist = tangent(4, 4)
+    young = 0.0_wp
+    shear = max(0.0_wp, twist)
+    if (along > 4.0_wp/3.0_wp*twist .and. twist > 0.0_wp) young = twist*(3.0_wp*along - 4.0_wp*twist)/(along - twist)
+  end subroutine take_moduli
+end module qsmpm_door

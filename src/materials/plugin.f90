@@ -1,0 +1,164 @@
+!> Soil models in shared libraries: loading one, calling it under guard, and the words for what it did.
+!>
+!> A model that ends the process (STOP, exit, a run-time error) or raises a signal brings the caller back with a
+!> number other than 0 (plugin.c says how); the run is to end after that. Libraries stay loaded until the process ends.
+module qsmpm_plugin
+  use, intrinsic :: iso_c_binding, only: c_int, c_char, c_ptr, c_funptr, c_null_char, c_associated
+  use qsmpm_error, only: error_type, fail, error_user_material
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence
+
+  !> Longest message of the loader.
+  integer, parameter :: message_length = 1024
+
+  interface
+    !> dlopen(3) (plugin.c).
+    function c_open(path, message, length) bind(c, name='qsmpm_open_library') result(library)
+      import :: c_char, c_int, c_ptr
+      character(kind=c_char), intent(in) :: path(*)
+      character(kind=c_char), intent(inout) :: message(*)
+      integer(c_int), value :: length
+      type(c_ptr) :: library
+    end function c_open
+
+    !> dlsym(3) (plugin.c).
+    function c_symbol(library, name) bind(c, name='qsmpm_library_symbol') result(procedure)
+      import :: c_char, c_ptr, c_funptr
+      type(c_ptr), value :: library
+      character(kind=c_char), intent(in) :: name(*)
+      type(c_funptr) :: procedure
+    end function c_symbol
+
+    !> Call a procedure with its data: 0, the number of a signal, or -1 when it has ended the process (plugin.c).
+    function guarded_call(procedure, data) bind(c, name='qsmpm_guarded') result(what)
+      import :: c_int, c_ptr, c_funptr
+      type(c_funptr), value :: procedure
+      type(c_ptr), value :: data
+      integer(c_int) :: what
+    end function guarded_call
+
+    !> To be called when the files of a run are open: a model that ends the process is caught before they are
+    !> closed behind the program's back (plugin.c).
+    subroutine guard_exit() bind(c, name='qsmpm_guard_exit')
+    end subroutine guard_exit
+
+    !> Not 0 when a model has been left in the middle (plugin.c).
+    integer(c_int) function c_abandoned() bind(c, name='qsmpm_guard_abandoned')
+      import :: c_int
+    end function c_abandoned
+
+    !> End the process without waiting for anybody (plugin.c).
+    subroutine leave_process(code) bind(c, name='qsmpm_leave_process')
+      import :: c_int
+      integer(c_int), value :: code
+    end subroutine leave_process
+
+    !> Send standard output to nowhere, with a negative number, or back, with what that has returned (plugin.c).
+    function silence(saved) bind(c, name='qsmpm_silence') result(save_next)
+      import :: c_int
+      integer(c_int), value :: saved
+      integer(c_int) :: save_next
+    end function silence
+  end interface
+
+contains
+
+  !> Find a procedure in a shared library, spelt name_, name or NAME.
+  subroutine load_procedure(path, symbol, procedure, error)
+    !> Path of the library.
+    character(len=*), intent(in) :: path
+    !> Name of the procedure, small letters.
+    character(len=*), intent(in) :: symbol
+    !> The procedure.
+    type(c_funptr), intent(out) :: procedure
+    !> error_user_material: no such library or procedure.
+    type(error_type), allocatable, intent(out) :: error
+    character(kind=c_char) :: message(message_length)
+    type(c_ptr) :: library
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (.not. there) then
+      call fail(error, error_user_material, "there is no library '"//path//"'")
+      return
+    end if
+    message = c_null_char
+    library = c_open(with_slash(path)//c_null_char, message, int(message_length, c_int))
+    if (.not. c_associated(library)) then
+      call fail(error, error_user_material, 'the library cannot be loaded: '//until_null(message)// &
+        ' (tools/build-umat makes libraries that can)')
+      return
+    end if
+    procedure = c_symbol(library, symbol//'_'//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, symbol//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, capitals(symbol)//c_null_char)
+    if (.not. c_associated(procedure)) call fail(error, error_user_material, "the library '"//path// &
+      "' has no procedure '"//symbol//"'")
+  end subroutine load_procedure
+
+  !> A path that the loader does not look for elsewhere.
+  pure function with_slash(path) result(text)
+    !> The path.
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: text
+
+    text = path
+    if (index(path, '/') == 0) text = './'//path
+  end function with_slash
+
+  !> Capital letters; every other character stays.
+  pure function capitals(text) result(large)
+    !> The text.
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: large
+    integer :: i
+
+    large = text
+    do i = 1, len(text)
+      if (text(i:i) >= 'a' .and. text(i:i) <= 'z') large(i:i) = achar(iachar(text(i:i)) - 32)
+    end do
+  end function capitals
+
+  !> Text of C.
+  pure function until_null(characters) result(text)
+    !> Characters up to the first null.
+    character(kind=c_char), intent(in) :: characters(:)
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = 1, size(characters)
+      if (characters(i) == c_null_char) exit
+      text = text//characters(i)
+    end do
+  end function until_null
+
+  !> What a model has done instead of returning.
+  pure function guard_words(what) result(words)
+    !> What guarded_call has returned.
+    integer(c_int), intent(in) :: what
+    character(len=:), allocatable :: words
+    integer, parameter :: numbers(5) = [4, 6, 7, 8, 11]
+    character(len=*), parameter :: names(5) = [character(len=40) :: 'SIGILL, no instruction', 'SIGABRT, it aborts', &
+      'SIGBUS, no such memory', 'SIGFPE, no arithmetic', 'SIGSEGV, memory that is not its own']
+    integer :: i
+
+    if (what < 0) then
+      words = 'the model ends the program (a STOP, a call of exit or a run-time error; what it says is on the '// &
+        'error output)'
+      return
+    end if
+    words = 'the model raises signal '//integer_text(int(what))
+    do i = 1, size(numbers)
+      if (what == numbers(i)) words = words//' ('//trim(names(i))//')'
+    end do
+  end function guard_words
+
+  !> Whether a model has been left in the middle, so that Fortran's units may be locked.
+  logical function model_abandoned()
+    model_abandoned = c_abandoned() /= 0
+  end function model_abandoned
+end module qsmpm_plugin

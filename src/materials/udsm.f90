@@ -1,0 +1,354 @@
+!> The door to a UDSM: a soil model with PLAXIS's interface User_Mod of 31 arguments in a shared library.
+!>
+!> Its order is xx, yy, zz, xy, yz, zx, that of qsmpm_soil_model with the last two exchanged. Its tasks:
+!>   4, 5   number of state variables, what kind of model; asked once
+!>   1      state at the start, which comes back in StVar0
+!>   6, 2   elastic D at the point, which some models take their trial stress from, then the stress
+!>   3      D as tangent, where the model has one
+!> Props are 50 numbers that the model may write to in the first task 1. With a bulk modulus of the pore
+!> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, which is carried as
+!> first state variable, and the stress of the point is their sum. What each argument holds is listed in docs/doors.md.
+module qsmpm_udsm
+  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
+  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
+    difference_tangent
+  use qsmpm_error, only: error_type, fail, error_user_material
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_plugin, only: load_procedure, guarded_call
+  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_text, only: integer_text
+  use qsmpm_user_material, only: user_material_type, model_tangent_auto, model_tangent_consistent, &
+    model_tangent_elastic, model_tangent_numerical
+  implicit none
+  private
+
+  public :: udsm_type, make_udsm
+
+  !> Tasks of a model.
+  integer(c_int), parameter :: task_start = 1, task_stress = 2, task_tangent = 3, task_states = 4, task_kind = 5, &
+    task_elastic = 6
+  !> Constants, components of Sig0 and Sig, and of dEps.
+  integer, parameter :: constants = 50, stresses = 20, strains = 12
+  !> Place of each of the door's components among those of the soil model; it is its own inverse.
+  integer, parameter :: place(6) = [1, 2, 3, 4, 6, 5]
+  !> Directory of the model's own files: the working directory.
+  character(len=*), parameter :: directory = './'
+
+  abstract interface
+    !> User_Mod.
+    subroutine udsm_interface(task, model, is_undrained, step, iteration, element, point, x, y, z, time0, dtime, &
+      props, sig0, swp0, stvar0, deps, d, bulk_water, sig, swp, stvar, plastic, states, non_symmetric, &
+      stress_dependent, time_dependent, has_tangent, directory, directory_length, abort) bind(c)
+      import :: c_int, c_double
+      integer(c_int), intent(in) :: task, model, is_undrained, step, iteration, element, point, directory(*), &
+        directory_length
+      integer(c_int), intent(inout) :: plastic, states, non_symmetric, stress_dependent, time_dependent, &
+        has_tangent, abort
+      real(c_double), intent(in) :: x, y, z, time0, dtime, deps(*)
+      real(c_double), intent(inout) :: props(*), sig0(*), swp0, stvar0(*), d(*), bulk_water, sig(*), swp, stvar(*)
+    end subroutine udsm_interface
+  end interface
+
+  !> The model.
+  type, extends(door_type) :: udsm_type
+    procedure(udsm_interface), pointer, nopass :: routine => null()
+    real(c_double) :: props(constants) = 0.0_c_double
+    !> State variables in front of the model's own: 1 when it is undrained.
+    integer :: before = 0
+    !> Answers to task 5.
+    logical :: non_symmetric = .false.
+    logical :: has_tangent = .false.
+  contains
+    procedure :: start
+    procedure :: update
+  end type udsm_type
+
+  !> Arguments of a call.
+  type :: call_type
+    procedure(udsm_interface), pointer, nopass :: routine => null()
+    integer(c_int) :: task, model, is_undrained, step, iteration, element, point
+    real(c_double) :: x, y, z, time0, dtime, props(constants), sig0(stresses), swp0, deps(strains), d(36), &
+      bulk_water, sig(stresses), swp
+    real(c_double), pointer :: stvar0(:) => null(), stvar(:) => null()
+    integer(c_int) :: plastic, states, non_symmetric, stress_dependent, time_dependent, has_tangent
+    integer(c_int) :: directory(len(directory)), directory_length, abort
+  end type call_type
+
+contains
+
+  !> Load a UDSM and ask what it is.
+  subroutine make_udsm(user, name, model, error)
+    !> What the deck says of it.
+    type(user_material_type), intent(in) :: user
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> The model, without the scales of its stiffness.
+    type(udsm_type), intent(out) :: model
+    !> error_user_material: it cannot be loaded, or has another number of state variables.
+    type(error_type), allocatable, intent(out) :: error
+    procedure(udsm_interface), pointer :: routine
+    type(c_funptr) :: address
+
+    model%user = user
+    model%name = name
+    model%before = merge(1, 0, user%undrained > 0.0_wp)
+    model%thread_safe = user%thread_safe
+    model%symmetric = user%symmetric
+    model%reads_strain = .true.
+    model%props(:min(constants, size(user%constants))) = user%constants(:min(constants, size(user%constants)))
+    call load_procedure(user%library, user%symbol, address, error)
+    if (allocated(error)) return
+    call c_f_procpointer(address, routine)
+    model%routine => routine
+    call inquire(model, error)
+  end subroutine make_udsm
+
+  !> Tasks 4, 5 and the first task 1.
+  subroutine inquire(model, error)
+    type(udsm_type), intent(inout) :: model
+    !> error_user_material: what is wrong with the answers.
+    type(error_type), allocatable, intent(out) :: error
+    real(c_double), target :: first(margin), second(margin)
+    real(c_double), allocatable, target :: room(:), other(:)
+    type(call_type), target :: arguments
+    type(soil_answer_type) :: answer
+
+    call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, first, second, arguments)
+    call perform(model, task_states, arguments, answer)
+    if (answer%status == status_ok) call perform(model, task_kind, arguments, answer)
+    if (answer%status /= status_ok) then
+      call fail(error, error_user_material, answer%message)
+      return
+    end if
+    model%non_symmetric = arguments%non_symmetric /= 0
+    model%has_tangent = arguments%has_tangent /= 0
+    if (model%user%tangent == model_tangent_auto) model%user%tangent = &
+      merge(model_tangent_consistent, model_tangent_elastic, model%has_tangent)
+    if (model%user%states >= 0 .and. model%user%states /= arguments%states) then
+      call fail(error, error_user_material, 'STATE='//integer_text(model%user%states)//', but the model has '// &
+        integer_text(int(arguments%states))//' state variables')
+      return
+    end if
+    model%user%states = max(0, int(arguments%states))
+    model%state_count = model%before + model%user%states
+    allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
+    call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, other, arguments)
+    call take_start(model, room)
+    call perform(model, task_start, arguments, answer)
+    if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
+    model%props = arguments%props
+  end subroutine inquire
+
+  !> The deck's start values, as far as they go.
+  subroutine take_start(model, state)
+    type(udsm_type), intent(in) :: model
+    !> State.
+    real(wp), intent(inout) :: state(:)
+    integer :: n
+
+    n = min(model%user%states, size(model%user%start))
+    state(:n) = model%user%start(:n)
+  end subroutine take_start
+
+  !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
+  subroutine start(self, stress, state)
+    class(udsm_type), intent(in) :: self
+    !> Effective stress (6).
+    real(wp), intent(in) :: stress(6)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+    real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
+    type(call_type), target :: arguments
+    type(soil_answer_type) :: answer
+
+    room = 0.0_c_double
+    other = 0.0_c_double
+    call prepare(self, soil_increment_type(), stress, 0.0_wp, room, other, arguments)
+    call take_start(self, room)
+    call perform(self, task_start, arguments, answer)
+    state(:self%before) = 0.0_wp
+    state(self%before + 1:self%state_count) = room(:self%user%states)
+  end subroutine start
+
+  !> One step of one point.
+  subroutine update(self, increment, stress, state, answer)
+    class(udsm_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress: in at the start, turned, out at the end (6).
+    real(wp), intent(inout) :: stress(6)
+    !> State: in at the start, out at the end (state_count).
+    real(wp), intent(inout) :: state(:)
+    !> Tangent and status.
+    type(soil_answer_type), intent(inout) :: answer
+    real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
+    type(call_type), target :: arguments
+    real(wp) :: stress_start(6), state_start(self%state_count), water
+    logical :: wants_elastic
+
+    stress_start = stress
+    state_start = state
+    water = 0.0_wp
+    if (self%before > 0) water = state(1)
+    room(:self%user%states) = state(self%before + 1:self%state_count)
+    other(:self%user%states) = room(:self%user%states)
+    call prepare(self, increment, stress, water, room, other, arguments)
+    call perform(self, task_elastic, arguments, answer)
+    if (answer%status == status_ok) call take_tangent(arguments, answer)
+    if (answer%status == status_ok) call perform(self, task_stress, arguments, answer)
+    if (answer%status /= status_ok) return
+    if (arguments%abort /= 0) then
+      answer%status = status_cut
+      answer%message = 'the model asks for a stop, iAbort = '//integer_text(int(arguments%abort))
+      return
+    end if
+    call take_stress(self, arguments, stress, state, answer)
+    wants_elastic = increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic
+    if (increment%wants_tangent .and. .not. wants_elastic) then
+      if (self%user%tangent == model_tangent_numerical) then
+        call difference_tangent(self, increment, stress_start, state_start, answer)
+        return
+      end if
+      call perform(self, task_tangent, arguments, answer)
+      if (answer%status /= status_ok) return
+      call take_tangent(arguments, answer)
+    end if
+    if (self%before > 0) answer%tangent(1:3, 1:3) = answer%tangent(1:3, 1:3) + self%user%undrained
+  end subroutine update
+
+  !> D in the order of the soil model.
+  pure subroutine take_tangent(arguments, answer)
+    type(call_type), intent(in) :: arguments
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+    integer :: i, j
+
+    do j = 1, 6
+      do i = 1, 6
+        answer%tangent(i, j) = arguments%d(6*(place(j) - 1) + place(i))
+      end do
+    end do
+  end subroutine take_tangent
+
+  !> Stress and state at the end.
+  pure subroutine take_stress(self, arguments, stress, state, answer)
+    class(udsm_type), intent(in) :: self
+    type(call_type), intent(in) :: arguments
+    !> Cauchy stress (6) and state (state_count).
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+    integer :: i
+
+    do i = 1, 6
+      stress(i) = arguments%sig(place(i))
+    end do
+    state(self%before + 1:self%state_count) = arguments%stvar(:self%user%states)
+    answer%plastic = arguments%plastic /= 0
+    if (self%before == 0) return
+    state(1) = arguments%swp
+    stress(1:3) = stress(1:3) + arguments%swp
+  end subroutine take_stress
+
+  !> What the model is told in every task.
+  subroutine prepare(self, increment, stress, water, stvar0, stvar, arguments)
+    class(udsm_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress at the start, turned (6), and excess pore pressure.
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(in) :: water
+    !> State at the start and room for that of the end, with margins.
+    real(c_double), intent(inout), target :: stvar0(:)
+    real(c_double), intent(inout), target :: stvar(:)
+    !> The arguments.
+    type(call_type), intent(inout) :: arguments
+    integer :: i
+
+    call add_margin(stvar0)
+    call add_margin(stvar)
+    arguments%stvar0 => stvar0
+    arguments%stvar => stvar
+    arguments%routine => self%routine
+    arguments%model = int(self%user%model, c_int)
+    arguments%is_undrained = int(self%before, c_int)
+    arguments%step = int(increment%moment%step, c_int)
+    arguments%iteration = 1
+    arguments%element = int(increment%cell, c_int)
+    arguments%point = int(increment%point, c_int)
+    arguments%x = increment%place(1)
+    arguments%y = increment%place(2)
+    arguments%z = increment%place(3)
+    arguments%time0 = increment%moment%phase - 1 + increment%moment%start
+    arguments%dtime = max(held_duration, increment%moment%duration)
+    arguments%props = self%props
+    arguments%sig0 = 0.0_c_double
+    arguments%deps = 0.0_c_double
+    do i = 1, 6
+      arguments%sig0(i) = stress(place(i))
+      arguments%deps(i) = increment%strain(place(i))
+      arguments%deps(6 + i) = increment%strain_start(place(i))
+    end do
+    arguments%sig0(1:3) = arguments%sig0(1:3) - water
+    arguments%sig = arguments%sig0
+    arguments%swp0 = water
+    arguments%swp = water
+    arguments%d = 0.0_c_double
+    arguments%bulk_water = self%user%undrained
+    call prepare_answers(self, arguments)
+  end subroutine prepare
+
+  !> Answers before they are given, and the directory as numbers of characters.
+  subroutine prepare_answers(self, arguments)
+    class(udsm_type), intent(in) :: self
+    !> The arguments.
+    type(call_type), intent(inout) :: arguments
+    integer :: i
+
+    arguments%plastic = 0
+    arguments%states = int(max(0, self%user%states), c_int)
+    arguments%non_symmetric = merge(1_c_int, 0_c_int, self%non_symmetric)
+    arguments%stress_dependent = 0
+    arguments%time_dependent = 0
+    arguments%has_tangent = merge(1_c_int, 0_c_int, self%has_tangent)
+    do i = 1, len(directory)
+      arguments%directory(i) = int(iachar(directory(i:i)), c_int)
+    end do
+    arguments%directory_length = len(directory)
+    arguments%abort = 0
+  end subroutine prepare_answers
+
+  !> One task.
+  subroutine perform(self, task, arguments, answer)
+    class(udsm_type), intent(in) :: self
+    !> Its number.
+    integer(c_int), intent(in) :: task
+    !> The arguments.
+    type(call_type), intent(inout), target :: arguments
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+    integer(c_int) :: what, saved
+
+    arguments%task = task
+    call begin_silence(self, saved)
+    what = guarded_call(c_funloc(make_call), c_loc(arguments))
+    call end_silence(saved)
+    call judge_call(self, what, arguments%stvar0, answer)
+    if (answer%status == status_ok) call judge_call(self, what, arguments%stvar, answer)
+  end subroutine perform
+
+  !> Call the model, under guard.
+  subroutine make_call(data) bind(c, name='qsmpm_make_udsm_call')
+    !> The arguments.
+    type(c_ptr), value :: data
+    type(call_type), pointer :: a
+
+    call c_f_pointer(data, a)
+    call a%routine(a%task, a%model, a%is_undrained, a%step, a%iteration, a%element, a%point, a%x, a%y, a%z, a%time0, &
+      a%dtime, a%props, a%sig0, a%swp0, a%stvar0, a%deps, a%d, a%bulk_water, a%sig, a%swp, a%stvar, a%plastic, &
+      a%states, a%non_symmetric, a%stress_dependent, a%time_dependent, a%has_tangent, a%directory, &
+      a%directory_length, a%abort)
+  end subroutine make_call
+end module qsmpm_udsm

@@ -1,0 +1,252 @@
+!> The door to a UMAT: a soil model with Abaqus's interface of 37 arguments in a shared library.
+!>
+!> Stress, strain and rotation are those of qsmpm_soil_model, whose order 11, 22, 33, 12, 13, 23 and shear gamma are
+!> the UMAT's own. NDI, NSHR, NTENS are 3, 3, 6 also in the plane unless four components are asked for. The model
+!> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
+!> its own to turn. What each argument holds is listed in docs/doors.md.
+module qsmpm_umat
+  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
+    c_f_pointer, c_f_procpointer
+  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
+    difference_tangent
+  use qsmpm_error, only: error_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_plugin, only: load_procedure, guarded_call
+  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_text, only: upper, real_text
+  use qsmpm_user_material, only: user_material_type, model_tangent_elastic, model_tangent_numerical
+  implicit none
+  private
+
+  public :: umat_type, make_umat
+
+  !> Characters of CMNAME.
+  integer, parameter :: name_length = 80
+  !> Length of the arrays of field variables, which are all zero.
+  integer, parameter :: fields = 8
+
+  abstract interface
+    !> A UMAT. The last argument is the length of CMNAME, which Fortran compilers pass by value behind all others.
+    subroutine umat_interface(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, &
+      time, dtime, temp, dtemp, predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, &
+      pnewdt, celent, dfgrd0, dfgrd1, noel, npt, layer, kspt, jstep, kinc, cmname_length) bind(c)
+      import :: c_int, c_double, c_char, c_size_t
+      real(c_double), intent(inout) :: stress(*), statev(*), ddsdde(*), sse, spd, scd, rpl, ddsddt(*), drplde(*), &
+        drpldt, pnewdt
+      real(c_double), intent(in) :: stran(*), dstran(*), time(*), dtime, temp, dtemp, predef(*), dpred(*), &
+        props(*), coords(*), drot(*), celent, dfgrd0(*), dfgrd1(*)
+      character(kind=c_char), intent(in) :: cmname(*)
+      integer(c_int), intent(in) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(*), kinc
+      integer(c_size_t), value :: cmname_length
+    end subroutine umat_interface
+  end interface
+
+  !> The model.
+  type, extends(door_type) :: umat_type
+    procedure(umat_interface), pointer, nopass :: routine => null()
+    character(kind=c_char) :: cmname(name_length) = ' '
+    !> Constants, at least one.
+    real(c_double), allocatable :: props(:)
+  contains
+    procedure :: start
+    procedure :: update
+  end type umat_type
+
+  !> Arguments of a call.
+  type :: call_type
+    procedure(umat_interface), pointer, nopass :: routine => null()
+    real(c_double) :: stress(6), ddsdde(36), strain(6), strain_start(6), drot(3, 3), dfgrd0(3, 3), dfgrd1(3, 3)
+    real(c_double) :: time(2), dtime, coords(3), celent, pnewdt
+    real(c_double) :: energy(3), rpl, ddsddt(6), drplde(6), drpldt, temperature(2), predef(fields), dpred(fields)
+    real(c_double), pointer :: statev(:) => null(), props(:) => null()
+    character(kind=c_char) :: cmname(name_length)
+    integer(c_int) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(4), kinc
+  end type call_type
+
+contains
+
+  !> Load a UMAT.
+  subroutine make_umat(user, name, model, error)
+    !> What the deck says of it.
+    type(user_material_type), intent(in) :: user
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> The model, without the scales of its stiffness.
+    type(umat_type), intent(out) :: model
+    !> error_user_material: it cannot be loaded.
+    type(error_type), allocatable, intent(out) :: error
+    procedure(umat_interface), pointer :: routine
+    type(c_funptr) :: address
+    character(len=len(name)) :: large
+    integer :: i
+
+    model%user = user
+    model%name = name
+    model%state_count = max(0, user%states)
+    model%symmetric = user%symmetric
+    model%thread_safe = user%thread_safe
+    model%reads_strain = .true.
+    model%reads_gradient = .true.
+    large = upper(name)
+    do i = 1, min(name_length, len(name))
+      model%cmname(i) = large(i:i)
+    end do
+    allocate (model%props(max(1, size(user%constants))), source=0.0_c_double)
+    model%props(:size(user%constants)) = user%constants
+    call load_procedure(user%library, user%symbol, address, error)
+    if (allocated(error)) return
+    call c_f_procpointer(address, routine)
+    model%routine => routine
+  end subroutine make_umat
+
+  !> State variables as the deck gives them.
+  subroutine start(self, stress, state)
+    class(umat_type), intent(in) :: self
+    !> Cauchy stress (6), of which they are independent.
+    real(wp), intent(in) :: stress(6)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+    integer :: n
+
+    associate (unused => stress)
+    end associate
+    state(:self%state_count) = 0.0_wp
+    n = min(self%state_count, size(self%user%start))
+    state(:n) = self%user%start(:n)
+  end subroutine start
+
+  !> One step of one point.
+  subroutine update(self, increment, stress, state, answer)
+    class(umat_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress: in at the start, turned, out at the end (6).
+    real(wp), intent(inout) :: stress(6)
+    !> State: in at the start, out at the end (state_count).
+    real(wp), intent(inout) :: state(:)
+    !> Tangent and status.
+    type(soil_answer_type), intent(inout) :: answer
+    type(soil_increment_type) :: rest
+    type(soil_answer_type) :: said
+    real(wp) :: stress_start(6), state_start(self%state_count)
+
+    stress_start = stress
+    state_start = state
+    call ask(self, increment, stress, state, answer)
+    if (.not. increment%wants_tangent .or. answer%status /= status_ok) return
+    rest = increment
+    if (increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic) then
+      if (.not. any(abs(increment%strain) > 0.0_wp) .and. self%user%tangent /= model_tangent_numerical) return
+      rest%strain = 0.0_wp
+    else if (self%user%tangent /= model_tangent_numerical) then
+      return
+    end if
+    if (self%user%tangent == model_tangent_numerical) then
+      call difference_tangent(self, rest, stress_start, state_start, answer)
+    else
+      call ask(self, rest, stress_start, state_start, said)
+      answer%tangent = said%tangent
+      answer%status = said%status
+      if (allocated(said%message)) answer%message = said%message
+    end if
+  end subroutine update
+
+  !> One call.
+  subroutine ask(self, increment, stress, state, answer)
+    class(umat_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress: in at the start, turned, out at the end (6).
+    real(wp), intent(inout) :: stress(6)
+    !> State: in at the start, out at the end (state_count).
+    real(wp), intent(inout) :: state(:)
+    !> Tangent and status.
+    type(soil_answer_type), intent(inout) :: answer
+    real(c_double), target :: room(self%state_count + margin), props(size(self%props))
+    type(call_type), target :: arguments
+    integer(c_int) :: what, saved
+
+    room(:self%state_count) = state
+    call add_margin(room)
+    props = self%props
+    arguments%statev => room
+    arguments%props => props
+    call fill_call(self, increment, stress, arguments)
+    call begin_silence(self, saved)
+    what = guarded_call(c_funloc(make_call), c_loc(arguments))
+    call end_silence(saved)
+    call judge_call(self, what, room, answer)
+    if (answer%status /= status_ok) return
+    if (arguments%pnewdt < 1.0_wp) then
+      answer%status = status_cut
+      answer%share = max(0.0_wp, arguments%pnewdt)
+      answer%message = 'the model asks for a shorter step, PNEWDT = '//real_text(arguments%pnewdt)
+      return
+    end if
+    associate (n => int(arguments%ntens))
+      stress(:n) = arguments%stress(:n)
+      answer%tangent = 0.0_wp
+      answer%tangent(:n, :n) = reshape(arguments%ddsdde(:n*n), [n, n])
+    end associate
+    state = room(:self%state_count)
+  end subroutine ask
+
+  !> What the model is told.
+  subroutine fill_call(self, increment, stress, arguments)
+    class(umat_type), intent(in) :: self
+    !> The step.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress at the start, turned (6).
+    real(wp), intent(in) :: stress(6)
+    !> The arguments, state and constants set.
+    type(call_type), intent(inout) :: arguments
+
+    arguments%routine => self%routine
+    arguments%stress = stress
+    arguments%ddsdde = 0.0_c_double
+    arguments%strain = increment%strain
+    arguments%strain_start = increment%strain_start
+    arguments%drot = increment%rotation
+    arguments%dfgrd0 = increment%gradient_start
+    arguments%dfgrd1 = increment%gradient_end
+    arguments%time = increment%moment%start + [0, increment%moment%phase - 1]
+    arguments%dtime = max(held_duration, increment%moment%duration)
+    arguments%coords = increment%place
+    arguments%celent = increment%cell_size
+    arguments%pnewdt = 1.0_c_double
+    arguments%energy = 0.0_c_double
+    arguments%rpl = 0.0_c_double
+    arguments%drpldt = 0.0_c_double
+    arguments%ddsddt = 0.0_c_double
+    arguments%drplde = 0.0_c_double
+    arguments%temperature = 0.0_c_double
+    arguments%predef = 0.0_c_double
+    arguments%dpred = 0.0_c_double
+    arguments%cmname = self%cmname
+    arguments%ndi = 3
+    arguments%ntens = int(self%user%components, c_int)
+    arguments%nshr = arguments%ntens - arguments%ndi
+    arguments%nstatv = int(self%state_count, c_int)
+    arguments%nprops = int(size(self%user%constants), c_int)
+    arguments%noel = int(increment%cell, c_int)
+    arguments%npt = int(increment%point, c_int)
+    arguments%layer = 1
+    arguments%kspt = 1
+    arguments%jstep = int([increment%moment%phase, 1, 1, 0], c_int)
+    arguments%kinc = int(increment%moment%step, c_int)
+  end subroutine fill_call
+
+  !> Call the UMAT, under guard.
+  subroutine make_call(data) bind(c, name='qsmpm_make_umat_call')
+    !> The arguments.
+    type(c_ptr), value :: data
+    type(call_type), pointer :: a
+
+    call c_f_pointer(data, a)
+    call a%routine(a%stress, a%statev, a%ddsdde, a%energy(1), a%energy(2), a%energy(3), a%rpl, a%ddsddt, a%drplde, &
+      a%drpldt, a%strain_start, a%strain, a%time, a%dtime, a%temperature(1), a%temperature(2), a%predef, a%dpred, &
+      a%cmname, a%ndi, a%nshr, a%ntens, a%nstatv, a%props, a%nprops, a%coords, a%drot, a%pnewdt, a%celent, &
+      a%dfgrd0, a%dfgrd1, a%noel, a%npt, a%layer, a%kspt, a%jstep, a%kinc, int(name_length, c_size_t))
+  end subroutine make_call
+end module qsmpm_umat

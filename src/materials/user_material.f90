@@ -1,0 +1,42 @@
+!> What the user says of a material whose model is in a shared library, as plain data.
+module qsmpm_user_material
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: user_material_type
+
+  !> How the library is spoken to, numbered as in the deck's description.
+  integer, parameter, public :: interface_umat = 1, interface_udsm = 2
+  !> Which tangent the model is asked for: left to it, its consistent one, its elastic one, differences of its
+  !> stress.
+  integer, parameter, public :: model_tangent_auto = 0, model_tangent_consistent = 1, model_tangent_elastic = 2, &
+    model_tangent_numerical = 3
+
+  !> A user's material.
+  type :: user_material_type
+    logical :: given = .false.
+    integer :: interface = interface_umat
+    !> Shared library: path relative to the working directory or from the root.
+    character(len=:), allocatable :: library
+    !> Name of the procedure without compiler's decoration, and (UDSM) number of the model.
+    character(len=:), allocatable :: symbol
+    integer :: model = 1
+    !> State variables; negative asks the model.
+    integer :: states = -1
+    integer :: tangent = model_tangent_auto
+    logical :: symmetric = .false.
+    logical :: thread_safe = .false.
+    !> What the model writes to the standard output is not shown.
+    logical :: silent = .false.
+    !> Stress components that a UMAT is told of, 6 or 4.
+    integer :: components = 6
+    !> Young's modulus that scales stabilisation; 0 asks the model for its elastic tangent.
+    real(wp) :: stiffness = 0.0_wp
+    !> UDSM: bulk modulus of the pore water over the porosity; 0 is drained.
+    real(wp) :: undrained = 0.0_wp
+    !> Constants, and state variables at the start.
+    real(wp), allocatable :: constants(:)
+    real(wp), allocatable :: start(:)
+  end type user_material_type
+end module qsmpm_user_material

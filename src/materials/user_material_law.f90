@@ -1,0 +1,55 @@
+!> Makes the law of a material whose model is in a shared library.
+module qsmpm_user_material_law
+  use qsmpm_door, only: door_type, ask_stiffness
+  use qsmpm_error, only: error_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type
+  use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
+  use qsmpm_udsm, only: udsm_type, make_udsm
+  use qsmpm_umat, only: umat_type, make_umat
+  use qsmpm_user_material, only: user_material_type, interface_udsm
+  implicit none
+  private
+
+  public :: new_user_law
+
+contains
+
+  !> Load the model and make a law of it.
+  subroutine new_user_law(user, name, young, poisson, dimension, law, error)
+    !> What the user says.
+    type(user_material_type), intent(in) :: user
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> Young's modulus and Poisson's ratio that scale stabilisation, 0 for none.
+    real(wp), intent(in) :: young
+    real(wp), intent(in) :: poisson
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The law.
+    class(law_type), allocatable, intent(out) :: law
+    !> error_user_material: why there is none.
+    type(error_type), allocatable, intent(out) :: error
+    class(door_type), allocatable :: door
+    type(umat_type), allocatable :: umat
+    type(udsm_type), allocatable :: udsm
+    type(soil_model_law_type), allocatable :: soil
+
+    if (user%interface == interface_udsm) then
+      allocate (udsm)
+      call make_udsm(user, name, udsm, error)
+      call move_alloc(udsm, door)
+    else
+      allocate (umat)
+      call make_umat(user, name, umat, error)
+      call move_alloc(umat, door)
+    end if
+    if (allocated(error)) return
+    call ask_stiffness(door, young, poisson, error)
+    if (allocated(error)) return
+    allocate (soil)
+    call make_soil_model_law(door, dimension, soil)
+    soil%name = name
+    call move_alloc(soil, law)
+  end subroutine new_user_law
+end module qsmpm_user_material_law

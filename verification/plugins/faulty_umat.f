@@ -1,0 +1,52 @@
+C     Elasticity (PROPS: Young's modulus, Poisson's ratio) that goes
+C     wrong. PROPS(3) says how:
+C       1 STOP        2 integer division by zero   3 a bad address
+C       4 NaN         5 PNEWDT, PROPS(5), where a strain is above PROPS(6)
+C       6 CALL XIT    7 a run-time error of the compiler's library
+C       8 ABORT       9 writes behind STATEV      10 a run-time error while
+C                                                     it writes to unit 6
+C     from the KINC of PROPS(4) on.
+      SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
+     1 RPL,DDSDDT,DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,
+     2 PREDEF,DPRED,CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,
+     3 DROT,PNEWDT,CELENT,DFGRD0,DFGRD1,NOEL,NPT,LAYER,KSPT,KSTEP,KINC)
+      INCLUDE 'ABA_PARAM.INC'
+      CHARACTER*80 CMNAME
+      CHARACTER*4 FORM
+      DIMENSION STRESS(NTENS),STATEV(*),DDSDDE(NTENS,NTENS),
+     1 DSTRAN(NTENS),TIME(2),PROPS(NPROPS),COORDS(3),DROT(3,3)
+      POINTER (KADDR, WRONG)
+      G=PROPS(1)/(2.D0*(1.D0+PROPS(2)))
+      A=2.D0*G*PROPS(2)/(1.D0-2.D0*PROPS(2))
+      DO 20 J=1,NTENS
+        DO 10 I=1,NTENS
+          DDSDDE(I,J)=0.D0
+          IF(I.LE.NDI.AND.J.LE.NDI) DDSDDE(I,J)=A
+   10   CONTINUE
+        DDSDDE(J,J)=DDSDDE(J,J)+G
+        IF(J.LE.NDI) DDSDDE(J,J)=DDSDDE(J,J)+G
+   20 CONTINUE
+      DO 30 J=1,NTENS
+        DO 30 I=1,NTENS
+          STRESS(I)=STRESS(I)+DDSDDE(I,J)*DSTRAN(J)
+   30 CONTINUE
+      IF(KINC.LT.NINT(PROPS(4))) RETURN
+      KIND=NINT(PROPS(3))
+      IF(KIND.EQ.1) STOP 'factor out of range'
+      IF(KIND.EQ.2) STRESS(1)=REAL(KINC/(KIND-2))
+      IF(KIND.EQ.3) THEN
+        KADDR=8
+        WRONG=1.D0
+      END IF
+      IF(KIND.EQ.4) STRESS(2)=SQRT(-1.D0-STRESS(1)**2)
+      IF(KIND.EQ.5.AND.MAXVAL(ABS(DSTRAN)).GT.PROPS(6)) PNEWDT=PROPS(5)
+      IF(KIND.EQ.6) CALL XIT
+      IF(KIND.EQ.7) OPEN(77,FILE='no/such/file',STATUS='OLD')
+      IF(KIND.EQ.8) CALL ABORT
+      IF(KIND.EQ.9) STATEV(NSTATV+1)=1.D0
+      IF(KIND.EQ.10) THEN
+        FORM='(I5)'
+        WRITE(6,FORM) G
+      END IF
+      RETURN
+      END
