@@ -25,9 +25,9 @@ contains
       'docs/methods/softening.md. Angles in degrees.', handle_softening)
     call table%parameter('TYPE', kind_word, 'the fall: in proportion, or exponential with 95 % of it at the given '// &
       'strain', default=trim(softening_words(material%softening%shape)), allowed=bar_list(softening_words))
-    call table%parameter('REGULARISATION', kind_word, 'CELL: a strain counts by the size of its cell over LENGTH, so '// &
-      'that the work of a slip surface is the same on every mesh; NONE: it counts once, and the work falls with '// &
-      'the cells', default=trim(regularisation_words(material%softening%regularisation)), &
+    call table%parameter('REGULARISATION', kind_word, 'CELL: a strain counts by the size of its cell over '// &
+      'LENGTH, so that the work of a slip surface is the same on every mesh; NONE: it counts once, and the '// &
+      'work falls with the cells', default=trim(regularisation_words(material%softening%regularisation)), &
       allowed=bar_list(regularisation_words))
     call table%parameter('LENGTH', kind_real, 'width of the band in which the strain was measured, needed with CELL', &
       range='(0, inf)', needs='REGULARISATION=CELL')
@@ -67,11 +67,13 @@ contains
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
         if (.not. material%softening%given) cycle
-        fault = softening_fault(material%softening, material%cohesion, material%friction_angle, material%dilatancy_angle)
+        fault = softening_fault(material%softening, material%cohesion, material%friction_angle, &
+          material%dilatancy_angle)
         if (.not. material%mohr_coulomb) fault = 'there is no *MOHR COULOMB that could soften'
         ! A faulty card of the peak strength has been told already.
         if (material%mohr_coulomb .and. max(material%cohesion, material%friction_angle) <= 0.0_wp) cycle
-        if (len(fault) > 0) call state%fault_from(material%where, 'SOFTENING', "material '"//material%name//"': "//fault)
+        if (len(fault) > 0) call state%fault_from(material%where, 'SOFTENING', &
+          "material '"//material%name//"': "//fault)
       end associate
     end do
   end subroutine check_softening

@@ -1,6 +1,7 @@
 !> The rate law of the paper: Jaumann rate of the Cauchy stress, strength in Cauchy stress.
 !>
-!> The stress is the state; where the strength softens, the plastic shear strain goes with it. The step's trial stress comes from qsmpm_jaumann_increment, is returned
+!> The stress is the state; where the strength softens, the plastic shear strain goes with it. The step's
+!> trial stress comes from qsmpm_jaumann_increment, is returned
 !> to the strength in principal stresses, and
 !>   Q = det(F) sigma F^-T,
 !>   A dF = det(F) d(sigma) F^-T + tr(l) Q - Q dF^T F^-T,  l = dF F^-1,

@@ -1,6 +1,7 @@
 !> Finite elasto-plasticity with logarithmic strain: Hencky elasticity, strength in tau.
 !>
-!> State is the elastic left Cauchy-Green tensor b_e, and the plastic shear strain where the strength softens. With the incremental deformation gradient F
+!> State is the elastic left Cauchy-Green tensor b_e, and the plastic shear strain where the strength
+!> softens. With the incremental deformation gradient F
 !>   b = F b_e F^T,   eps = ln(b)/2,   tau_trial = D eps,   tau = return(tau_trial),
 !>   b_e,new = exp(2 D^-1 tau),   Q = tau F^-T / J_n,   sigma = tau / (J_n det F),
 !> J_n the volume ratio at the start. The strength bounds the Kirchhoff stress tau, so that the

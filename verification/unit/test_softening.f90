@@ -143,7 +143,8 @@ contains
       0.4_wp, 0.0_wp)
     call tests%close('linear: no strain below the peak', strain_of_degree(model%softening, -0.1_wp), 0.0_wp, 0.0_wp)
     call make_principal_model(exponential(soft(strong(0.0_wp, -1.0_wp), 0.5_wp, 20.0_wp, 0.0_wp)), model)
-    call tests%close('exponential: 95 % at kappa_r', degree_of(model%softening, 0.4_wp), 1.0_wp - exp(-3.0_wp), 1.0e-15_wp)
+    call tests%close('exponential: 95 % at kappa_r', degree_of(model%softening, 0.4_wp), &
+      1.0_wp - exp(-3.0_wp), 1.0e-15_wp)
     do i = 1, 5
       kappa = 0.1_wp*i
       call tests%close('exponential: back and forth', strain_of_degree(model%softening, &
@@ -297,7 +298,8 @@ contains
     p = soft(strong_tresca(), 0.2_wp, 0.0_wp, 0.0_wp)
     call make_principal_model(p, model)
     bound = largest_band_ratio(model)
-    call tests%close('largest cell of a softening Tresca material', bound*0.8_wp/(0.4_wp*model%shear), 1.0_wp, 1.1e-3_wp)
+    call tests%close('largest cell of a softening Tresca material', &
+      bound*0.8_wp/(0.4_wp*model%shear), 1.0_wp, 1.1e-3_wp)
     call make_law(p, 2, kinematics, rate_midpoint, law)
     call tests%check('the law asks for the size of the cell', law%asks_where)
     call make_batch(law, 2, batch)
@@ -381,7 +383,8 @@ contains
     call tests%check('five fields are averaged', law%fit_count() == 5)
     call tests%close('the last one is the degree', fields(5), 0.25_wp, 1.0e-15_wp)
     call law%from_fields(fields, 1.0_wp, stress, state)
-    call tests%close('the stress comes back', maxval(abs(stress - [-1.0_wp, -2.0_wp, -1.5_wp, 0.3_wp])), 0.0_wp, 1.0e-12_wp)
+    call tests%close('the stress comes back', &
+      maxval(abs(stress - [-1.0_wp, -2.0_wp, -1.5_wp, 0.3_wp])), 0.0_wp, 1.0e-12_wp)
     call tests%close('the strain comes back', state(at), 0.1_wp, 1.0e-15_wp)
     fields(5) = 1.3_wp
     call law%from_fields(fields, 1.0_wp, stress, state)
