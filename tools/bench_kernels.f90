@@ -11,6 +11,7 @@ program bench_kernels
   use qsmpm_law, only: law_type, batch_type, tangent_none, tangent_consistent, tangent_elastic, status_ok
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, rate_midpoint, rate_paper
   use qsmpm_material_parameters, only: material_parameters_type
+  use soil_trials, only: clay_parameters, sand_parameters, make_clay, make_sand, pressed_batch
   use law_trials, only: elastic, strong, make_law, random_batch
   implicit none
 
@@ -19,6 +20,7 @@ program bench_kernels
   integer, parameter :: kinematics(3) = [kinematics_logarithmic, kinematics_jaumann, kinematics_jaumann]
   integer, parameter :: rates(3) = [rate_midpoint, rate_midpoint, rate_paper]
   character(len=16) :: word
+  class(law_type), allocatable :: subject
   integer :: points, law, dimension, row, only
 
   points = 36
@@ -40,6 +42,16 @@ program bench_kernels
       call bench('yielding', strong(5.0_wp, -1.0_wp), 0.2_wp, 1.0_wp)
     end do
   end do
+  do law = 1, 2
+    do dimension = 2, 3
+      call make_clay(clay_parameters(), dimension, law == 1, subject)
+      call bench_soil('clay inside', 2.0e-5_wp, 0.2_wp, 2.0_wp)
+      call bench_soil('clay yields', 5.0e-3_wp, 20.0_wp, 1.0_wp)
+      call make_sand(sand_parameters(), dimension, law == 1, subject)
+      call bench_soil('sand inside', 2.0e-6_wp, 0.2_wp, 2.0_wp)
+      call bench_soil('sand yields', 1.0e-3_wp, 20.0_wp, 1.0_wp)
+    end do
+  end do
 
 contains
 
@@ -59,21 +71,48 @@ contains
     type(material_parameters_type), intent(in) :: p
     !> Largest deviation of gradients from the unit tensor, of stresses from nothing.
     real(wp), intent(in) :: spread, stress
-    class(law_type), allocatable :: subject
     type(batch_type) :: batch
-    real(wp) :: share
 
     row = row + 1
     if (only > 0 .and. row /= only) return
     call make_law(p, dimension, kinematics(law), rates(law), subject)
     call random_batch(subject, points, spread, stress, batch)
+    call measure(name, batch)
+  end subroutine bench
+
+  !> Time the three tangents of a hardening soil.
+  subroutine bench_soil(name, spread, scatter, past)
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> Largest deviation of gradients from the unit tensor, of stresses from 100 kPa.
+    real(wp), intent(in) :: spread, scatter
+    !> Factor on the preconsolidation pressure.
+    real(wp), intent(in) :: past
+    type(batch_type) :: batch
+
+    row = row + 1
+    if (only > 0 .and. row /= only) return
+    call pressed_batch(subject, points, spread, scatter, 100.0_wp, batch)
+    batch%state_start(subject%state_count, :) = past*batch%state_start(subject%state_count, :)
+    if (past > 1.0_wp .and. subject%state_count > 1) batch%state_start(1, :) = 0.01_wp
+    call measure(name, batch)
+  end subroutine bench_soil
+
+  !> Time the three tangents of a batch and write the row.
+  subroutine measure(name, batch)
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    real(wp) :: share
+
     call subject%update(batch, tangent_consistent)
     if (any(batch%status(:points) /= status_ok)) error stop 'a point could not be updated'
     share = 100.0_wp*sum(batch%plastic(:points))/points
     write (*, '(a16, i5, 2x, a12, f12.0, 3f12.1)') names(law), dimension, name, share, &
       time(subject, batch, tangent_none), time(subject, batch, tangent_consistent), &
       time(subject, batch, tangent_elastic)
-  end subroutine bench
+  end subroutine measure
 
   !> Nanoseconds a point: the best of 15 runs of some milliseconds.
   real(wp) function time(subject, batch, tangent)

@@ -93,7 +93,8 @@ contains
       lateral = 0.25_wp*shear*(1.0_wp + psi) - (k0 - s%poisson*(1.0_wp + k0))/young
       volume = axial + 2.0_wp*lateral
       if (.not. volume > 0.0_wp) then
-        call fail(error, error_deck, 'Eoed is too large: elastic and shear strains alone make the soil softer than that')
+        call fail(error, error_deck, 'Eoed is too large: elastic and shear strains alone make the soil softer '// &
+          'than that')
         return
       end if
       s%cap2 = 1.0_wp/3.0_wp - lateral/volume

@@ -90,9 +90,9 @@ contains
     reason = ''
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
-        if (.not. material%mohr_coulomb) cycle
-        if (material%dilatancy_angle < material%friction_angle) reason = "the failure of material '"// &
-          material%name//"' is not associated: it need not be symmetric"
+        if (.not. (material%mohr_coulomb .or. material%hardening_soil%given)) cycle
+        if (material%dilatancy_angle < material%friction_angle .or. material%hardening_soil%given) &
+          reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate
     end do
     if (all(analysis%method%basis /= [basis_standard, basis_fem])) reason = &
