@@ -230,7 +230,8 @@ contains
     class(observer_type), intent(inout) :: observer
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    character(len=400) :: text
+    character(len=:), allocatable :: reason
+    character(len=200) :: text
 
     model%state%progress%next_step = 0.5_wp*length
     if (outcome%share > 0.0_wp) model%state%progress%next_step = min(largest_cut, outcome%share)*length
@@ -241,10 +242,12 @@ contains
       call observer%note('step cut: '//outcome%reason)
       return
     end if
-    write (text, '(3a,es13.6,3a,es9.2,a,i0,a,3(1x,es11.4))') "phase '", phase%name, &
-      "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': ', outcome%reason, &
-      '; out of balance ', outcome%out_of_balance, ', most at node ', outcome%worst_label, ' at', &
-      outcome%worst_place(:model%mesh%dimension)
-    call fail(error, outcome%cause, trim(text))
+    write (text, '(a,es13.6,a)') "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': '
+    reason = "phase '"//phase%name//trim(text)//' '//outcome%reason
+    text = ''
+    ! Without a stress there is no residual.
+    if (outcome%out_of_balance < huge(1.0_wp)) write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', &
+      outcome%out_of_balance, ', most at node ', outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
+    call fail(error, outcome%cause, reason//trim(text))
   end subroutine cut_step
 end module qsmpm_phases
