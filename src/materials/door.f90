@@ -3,7 +3,7 @@
 !> of it.
 module qsmpm_door
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_null_funptr
   use, intrinsic :: iso_fortran_env, only: output_unit
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
@@ -30,6 +30,8 @@ module qsmpm_door
     type(user_material_type) :: user
     !> Name of the material.
     character(len=:), allocatable :: name
+    !> The procedure in the library.
+    type(c_funptr) :: address = c_null_funptr
   end type door_type
 
 contains

@@ -8,8 +8,8 @@
  *     libraries have not been shut down yet, and again after each time it has been used up.
  *   - SIGFPE, SIGSEGV, SIGBUS, SIGILL and SIGABRT have a handler that jumps back while a model is being called and
  *     hands them to whoever had them before otherwise. SIGINT and SIGTERM are left alone.
- * Locks that the model held stay locked, memory that it damaged stays damaged; so a run ends after that. _exit(2)
- * and exec(3) cannot be caught.
+ * Locks that the model held stay locked, memory that it damaged stays damaged; so it is not called again, and a run
+ * ends after that. _exit(2) and exec(3) cannot be caught.
  *
  * The variables of this file belong to the process, as exit and signals do. */
 #define _DEFAULT_SOURCE
@@ -23,7 +23,9 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { left_by_exit = -1, signals = 5 };
+enum { left_by_exit = -1, signals = 5, most_abandoned = 64 };
+
+typedef void (*procedure)(void);
 
 struct guard {
     sigjmp_buf place;
@@ -33,6 +35,8 @@ struct guard {
 static const int watched[signals] = {SIGFPE, SIGSEGV, SIGBUS, SIGILL, SIGABRT};
 static struct sigaction before[signals];
 static volatile sig_atomic_t installed = 0, abandoned = 0;
+static procedure abandoned_model[most_abandoned];
+static int abandoned_by[most_abandoned];
 static _Thread_local struct guard *volatile active = NULL;
 
 /* Back to the caller of the model. */
@@ -80,11 +84,22 @@ void qsmpm_guard_exit(void)
     if (installed) atexit(on_exit_of_process);
 }
 
-/* Call a model: 0 when it has returned, the number of a signal, or -1 when it has ended the process. */
-int qsmpm_guarded(void (*call)(void *), void *data)
+/* How a model has been abandoned before, 0 when it has not been. When there are too many, all count as such. */
+static int was_abandoned(procedure model)
+{
+    int i;
+
+    for (i = 0; i < abandoned && i < most_abandoned; i++)
+        if (abandoned_model[i] == model || i == most_abandoned - 1) return abandoned_by[i];
+    return 0;
+}
+
+/* Call a model: 0 when it has returned, the number of a signal, or -1 when it has ended the process, now or before. */
+int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
 {
     struct guard here, *outer = active;
 
+    if (abandoned && was_abandoned(model)) return was_abandoned(model);
     here.what = 0;
     if (sigsetjmp(here.place, 0) == 0) {
         active = &here;
@@ -92,12 +107,16 @@ int qsmpm_guarded(void (*call)(void *), void *data)
     }
     active = outer;
     if (here.what == 0) return 0;
-    abandoned = 1;
+    if (abandoned < most_abandoned) {
+        abandoned_model[abandoned] = model;
+        abandoned_by[abandoned] = (int)here.what;
+        abandoned++;
+    }
     if (here.what == left_by_exit) atexit(on_exit_of_process);
     return (int)here.what;
 }
 
-/* Whether a model has been left in the middle. */
+/* How many models have been left in the middle. */
 int qsmpm_guard_abandoned(void)
 {
     return (int)abandoned;

@@ -32,9 +32,11 @@ module qsmpm_plugin
       type(c_funptr) :: procedure
     end function c_symbol
 
-    !> Call a procedure with its data: 0, the number of a signal, or -1 when it has ended the process (plugin.c).
-    function guarded_call(procedure, data) bind(c, name='qsmpm_guarded') result(what)
+    !> Call a procedure that calls a model, with its data: 0, the number of a signal, or -1 when the model has ended
+    !> the process. A model that has not returned is not called again (plugin.c).
+    function guarded_call(model, procedure, data) bind(c, name='qsmpm_guarded') result(what)
       import :: c_int, c_ptr, c_funptr
+      type(c_funptr), value :: model
       type(c_funptr), value :: procedure
       type(c_ptr), value :: data
       integer(c_int) :: what

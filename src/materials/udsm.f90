@@ -101,6 +101,7 @@ contains
     if (allocated(error)) return
     call c_f_procpointer(address, routine)
     model%routine => routine
+    model%address = address
     call inquire(model, error)
   end subroutine make_udsm
 
@@ -333,7 +334,7 @@ contains
 
     arguments%task = task
     call begin_silence(self, saved)
-    what = guarded_call(c_funloc(make_call), c_loc(arguments))
+    what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
     call judge_call(self, what, arguments%stvar0, answer)
     if (answer%status == status_ok) call judge_call(self, what, arguments%stvar, answer)

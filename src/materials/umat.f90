@@ -98,6 +98,7 @@ contains
     if (allocated(error)) return
     call c_f_procpointer(address, routine)
     model%routine => routine
+    model%address = address
   end subroutine make_umat
 
   !> State variables as the deck gives them.
@@ -174,7 +175,7 @@ contains
     arguments%props => props
     call fill_call(self, increment, stress, arguments)
     call begin_silence(self, saved)
-    what = guarded_call(c_funloc(make_call), c_loc(arguments))
+    what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
     call judge_call(self, what, room, answer)
     if (answer%status /= status_ok) return

@@ -14,7 +14,7 @@ module qsmpm_equilibrium
   use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_analysis, only: newton_modified, controls_type
-  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic, status_broken
+  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic, status_failed, status_broken
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_initialisation, only: step_type
@@ -73,6 +73,8 @@ module qsmpm_equilibrium
     logical :: too_long = .false.
     !> Share of the step that a law would rather have been asked for; 0 for no opinion.
     real(wp) :: share = 0.0_wp
+    !> A law is out of order: no smaller step will help.
+    logical :: broken = .false.
     !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
     integer :: worst_label = 0
@@ -155,7 +157,10 @@ contains
     solution%internal_force = step%evaluation%force
     if (step%evaluation%ok) return
     if (allocated(step%evaluation%bad_message)) solution%reason = step%evaluation%bad_message
-    if (step%evaluation%bad_status == status_broken) solution%cause = error_user_material
+    solution%broken = step%evaluation%bad_status == status_broken
+    ! Only users' models say why they fail.
+    if (solution%broken .or. (step%evaluation%bad_status == status_failed .and. &
+      allocated(step%evaluation%bad_message))) solution%cause = error_user_material
     solution%share = step%evaluation%bad_share
   end subroutine give_up
 

@@ -327,7 +327,7 @@ contains
     class(observer_type), intent(inout) :: observer
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    character(len=400) :: text
+    character(len=200) :: text
     character(len=:), allocatable :: loose, message
 
     model%state%progress%next_step = 0.5_wp*length
@@ -339,13 +339,13 @@ contains
       call observer%note('step cut: '//outcome%reason)
       return
     end if
-    write (text, '(3a,es13.6,2a)') "phase '", phase%name, "': equilibrium lost beyond load factor ", &
-      model%state%progress%load_factor, ': ', outcome%reason
-    message = trim(text)
+    write (text, '(a,es13.6,a)') "': equilibrium lost beyond load factor ", model%state%progress%load_factor, ': '
+    message = "phase '"//phase%name//trim(text)//' '//outcome%reason
     call describe_loose_pieces(model, step, loose)
     if (len(loose) > 0) then
       message = message//'; '//loose
-    else
+    else if (outcome%out_of_balance < huge(1.0_wp)) then
+      ! Without a stress there is no residual.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)

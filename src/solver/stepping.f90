@@ -9,7 +9,7 @@
 !> A step that ends in none of these is never accepted: the state before it is put back.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
+  use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: controls_type, basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
@@ -42,6 +42,8 @@ module qsmpm_stepping
     !> support; or a law is out of order.
     logical :: hopeless = .false.
     integer :: cause = error_not_converged
+    !> A law is out of order.
+    logical :: broken = .false.
     character(len=:), allocatable :: reason
     !> Figures of the last solve that failed, for the message.
     real(wp) :: out_of_balance = 0.0_wp
@@ -100,7 +102,7 @@ contains
       call note_failure(solution, outcome)
       record%rejected = record%rejected + 1
       outcome%hopeless = (outcome%cause == error_singular .and. model%state%progress%step == 0) .or. &
-        outcome%cause == error_user_material
+        outcome%broken
       if (.not. with_drag .or. outcome%hopeless .or. outcome%too_long .or. outcome%share > 0.0_wp) return
       call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
       call creep(model, step, controls, fraction, record, outcome, error)
@@ -147,6 +149,7 @@ contains
 
     outcome%accepted = .false.
     outcome%cause = solution%cause
+    outcome%broken = solution%broken
     outcome%reason = solution%reason
     outcome%out_of_balance = solution%out_of_balance
     outcome%worst_label = solution%worst_label
@@ -186,7 +189,7 @@ contains
         record%rejected = record%rejected + 1
         drag = drag_on_failure*drag
         call note_failure(solution, outcome)
-        if (drag > largest_drag .or. outcome%cause == error_user_material) exit
+        if (drag > largest_drag .or. outcome%broken) exit
         cycle
       end if
       record%substeps = record%substeps + 1
@@ -242,7 +245,7 @@ contains
       call note_solve(solution, record)
       if (solution%converged) cycle
       record%rejected = record%rejected + 1
-      if (solution%cause == error_user_material) then
+      if (solution%broken) then
         call note_failure(solution, outcome)
         outcome%hopeless = .true.
         return

@@ -33,7 +33,7 @@ C     from the KINC of PROPS(4) on.
       IF(KINC.LT.NINT(PROPS(4))) RETURN
       KIND=NINT(PROPS(3))
       IF(KIND.EQ.1) STOP 'factor out of range'
-      IF(KIND.EQ.2) STRESS(1)=REAL(KINC/(KIND-2))
+      IF(KIND.EQ.2) STRESS(1)=REAL(KINC/(KINC-NINT(PROPS(4))))
       IF(KIND.EQ.3) THEN
         KADDR=8
         WRONG=1.D0
