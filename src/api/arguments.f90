@@ -10,7 +10,7 @@ module qsmpm_arguments
 
   !> Commands.
   integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
-    command_version = 4, command_markdown = 5, command_plan = 6
+    command_version = 4, command_markdown = 5, command_plan = 6, command_point = 7
 
   !> What is asked for.
   type :: command_type
@@ -24,13 +24,17 @@ module qsmpm_arguments
     !> The plan is wanted as JSON.
     logical :: json = .false.
     logical :: profile = .false.
+    !> Tangents are compared with differences.
+    logical :: tangent = .false.
   end type command_type
 
   integer, parameter :: word_length = 10
-  character(len=word_length), parameter :: commands(4) = [character(len=word_length) :: &
-    'run', 'check', 'plan', 'help']
+  character(len=word_length), parameter :: commands(5) = [character(len=word_length) :: &
+    'run', 'point', 'check', 'plan', 'help']
   character(len=word_length), parameter :: run_options(5) = [character(len=word_length) :: &
     '--out', '--threads', '--restart', '--quiet', '--profile']
+  character(len=word_length), parameter :: point_options(3) = [character(len=word_length) :: &
+    '--out', '--tangent', '--quiet']
   character(len=1), parameter :: newline = new_line('a')
 
 contains
@@ -42,6 +46,9 @@ contains
     text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
       '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
       '    went and writes profile.json'//newline// &
+      'qsmpm point DECK [--out DIR] [--tangent] [--quiet]'//newline// &
+      '    runs a laboratory test on one material point (*POINT TEST); --tangent compares the'//newline// &
+      '    tangent of the material law with differences in every step'//newline// &
       'qsmpm check DECK'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
       'qsmpm plan DECK [--json]'//newline// &
@@ -73,7 +80,10 @@ contains
     select case (words(1)%text)
     case ('run')
       command%command = command_run
-      call parse_run(words(2:), command, error)
+      call parse_run(words(2:), 'run', run_options, command, error)
+    case ('point')
+      command%command = command_point
+      call parse_run(words(2:), 'point', point_options, command, error)
     case ('check')
       command%command = command_check
       call parse_subject(words(2:), 'check', 'a deck', command, error)
@@ -165,10 +175,12 @@ contains
     end if
   end subroutine parse_subject
 
-  !> The words behind `run`: the deck and options in any order.
-  pure subroutine parse_run(words, command, error)
+  !> The words behind `run` or `point`: the deck and options in any order.
+  pure subroutine parse_run(words, name, options, command, error)
     !> The words.
     type(string_type), intent(in) :: words(:)
+    !> The command, and the options it has.
+    character(len=*), intent(in) :: name, options(:)
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
@@ -177,15 +189,20 @@ contains
 
     i = 1
     do while (i <= size(words))
-      if (words(i)%text == '--quiet') then
+      if (index(words(i)%text, '-') == 1 .and. .not. any(options == words(i)%text)) then
+        call fail(error, error_other, name//": unknown option '"//words(i)%text//"'"// &
+          suggestion(words(i)%text, options))
+      else if (words(i)%text == '--quiet') then
         command%quiet = .true.
+      else if (words(i)%text == '--tangent') then
+        command%tangent = .true.
       else if (words(i)%text == '--profile') then
         command%profile = .true.
       else if (index(words(i)%text, '-') == 1) then
-        call parse_option(words(i:min(i + 1, size(words))), command, error)
+        call parse_option(words(i:min(i + 1, size(words))), name, command, error)
         i = i + 1
       else if (len(command%subject) > 0) then
-        call fail(error, error_other, "run: unexpected '"//words(i)%text//"': the deck is '"// &
+        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"// &
           command%subject//"'")
       else
         command%subject = words(i)%text
@@ -193,26 +210,23 @@ contains
       if (allocated(error)) return
       i = i + 1
     end do
-    if (len(command%subject) == 0) call fail(error, error_other, 'run: a deck is wanted')
+    if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is wanted')
   end subroutine parse_run
 
-  !> An option of `run` and its value.
-  pure subroutine parse_option(words, command, error)
+  !> An option of `run` or `point` and its value.
+  pure subroutine parse_option(words, name, command, error)
     !> The option, and the word behind it if there is one.
     type(string_type), intent(in) :: words(:)
+    !> The command.
+    character(len=*), intent(in) :: name
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
-    if (.not. any(run_options == words(1)%text)) then
-      call fail(error, error_other, "run: unknown option '"//words(1)%text//"'"// &
-        suggestion(words(1)%text, run_options))
-      return
-    end if
     if (size(words) < 2) then
-      call fail(error, error_other, 'run: '//words(1)%text//' wants a value')
+      call fail(error, error_other, name//': '//words(1)%text//' wants a value')
       return
     end if
     associate (value => words(2)%text)
@@ -227,10 +241,10 @@ contains
           read (value, *, iostat=status) command%threads
         end if
         if (status /= 0 .or. command%threads < 1) then
-          call fail(error, error_other, "run: --threads wants a number from 1, not '"//value//"'")
+          call fail(error, error_other, name//": --threads wants a number from 1, not '"//value//"'")
         end if
       end select
-      if (len(value) == 0) call fail(error, error_other, 'run: '//words(1)%text//' is empty')
+      if (len(value) == 0) call fail(error, error_other, name//': '//words(1)%text//' is empty')
     end associate
   end subroutine parse_option
 

@@ -9,14 +9,16 @@ module qsmpm_run
   use qsmpm_clock, only: start_clock
   use qsmpm_deck, only: read_deck, echo_text
   use qsmpm_display, only: display_plain
-  use qsmpm_error, only: error_type, error_other
+  use qsmpm_error, only: error_type, error_other, error_deck, fail
   use qsmpm_file, only: write_text
+  use qsmpm_law, only: law_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
+  use qsmpm_point, only: point_law, point_summary
   use qsmpm_phases, only: run_phases, error_stopped
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close, profile_file, signal_number
@@ -60,7 +62,7 @@ contains
     text = 'qsmpm '//version//' ('//compiler//', '//build_type//')'
   end function program_name
 
-  !> Read a deck and build its model: the smallest one where the deck leaves it open.
+  !> Read a deck and build its model: the smallest one where the deck leaves it open. A test of one point has none.
   subroutine load_deck(path, scene, expansion, verdicts, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
@@ -81,12 +83,26 @@ contains
     call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
+    if (scene%point_test%given) return
     call reduce_scene(scene, analysis, expansion, verdicts)
     call build_model(analysis, model, error)
     if (allocated(error)) return
     scene%method = model%analysis%method
     scene%materials = model%analysis%materials
   end subroutine load_deck
+
+  !> A test of one point is no scene.
+  subroutine refuse_point(path, scene, error)
+    !> Path of the deck.
+    character(len=*), intent(in) :: path
+    !> What it says.
+    type(analysis_type), intent(in) :: scene
+    !> Set when it is a test of one point.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (scene%point_test%given) call fail(error, error_deck, path// &
+      ': the deck is a test of one point: `qsmpm point` runs it')
+  end subroutine refuse_point
 
   !> Read, mesh and seed a deck and tell its totals.
   subroutine check_deck(path, summary, report, exit_code)
@@ -103,13 +119,18 @@ contains
     type(expansion_type) :: expansion
     type(verdict_type), allocatable :: verdicts(:)
     type(error_type), allocatable :: error
+    class(law_type), allocatable :: law
 
     exit_code = 0
     summary = ''
     call load_deck(path, scene, expansion, verdicts, model, report, error)
+    if (scene%point_test%given .and. .not. allocated(error)) then
+      call point_law(scene, law, error)
+      if (.not. allocated(error)) summary = point_summary(scene)
+    end if
     if (allocated(error)) then
       call report_error(report, error, exit_code)
-    else
+    else if (.not. scene%point_test%given) then
       call model_summary(model, summary)
     end if
   end subroutine check_deck
@@ -139,6 +160,7 @@ contains
     call omp_set_num_threads(1)
     call set_blas_threads(1)
     call load_deck(path, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call refuse_point(path, scene, error)
     if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)
@@ -175,6 +197,7 @@ contains
     call omp_set_num_threads(max(1, request%threads))
     call set_blas_threads(1)
     call load_deck(request%deck, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call refuse_point(request%deck, scene, error)
     if (.not. allocated(error)) call begin_whole(options%whole, scene, expansion, model, error)
     if (.not. allocated(error)) then
       call echo_text(scene, echo)

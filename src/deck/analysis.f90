@@ -7,6 +7,7 @@
 !> units. Vectors have three components; the third is unused in the plane.
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
+  use qsmpm_point_test, only: point_test_type
   implicit none
   private
 
@@ -343,6 +344,8 @@ module qsmpm_analysis
     type(history_type), allocatable :: histories(:)
     type(output_request_type) :: output
     type(phase_type), allocatable :: phases(:)
+    !> A laboratory test on one point in place of a scene.
+    type(point_test_type) :: point_test
   end type analysis_type
 
 contains

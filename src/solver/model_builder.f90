@@ -16,9 +16,8 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_law_factory, only: new_law
+  use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type
-  use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
   use qsmpm_text, only: real_text
@@ -85,20 +84,15 @@ contains
     type(model_type), intent(inout) :: model
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
-    type(material_parameters_type) :: parameters
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
     integer :: m
 
     allocate (model%laws(size(model%analysis%materials)))
     do m = 1, size(model%laws)
-      associate (material => model%analysis%materials(m), method => model%analysis%method)
-        parameters = material_parameters_type(young=material%young, poisson=material%poisson, &
-          mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, &
-          friction_angle=material%friction_angle, dilatancy_angle=material%dilatancy_angle, &
-          tensile_strength=material%tensile_strength)
-        call new_law(parameters, merge(3, 2, model%analysis%model == three_dimensional), &
-          method%kinematics, method%rate, law, error)
+      associate (material => model%analysis%materials(m))
+        call make_material_law(material, model%analysis%method, &
+          merge(3, 2, model%analysis%model == three_dimensional), law, error)
         if (allocated(error)) then
           call add_fault(faults, material%where, '*MATERIAL', error%message)
         else
