@@ -24,7 +24,7 @@ module qsmpm_point
   implicit none
   private
 
-  public :: point_request_type, run_point, point_summary, point_law
+  public :: point_request_type, run_point, point_summary, point_law, bench_type, run_stages
 
   !> What is to be run, and how.
   type :: point_request_type

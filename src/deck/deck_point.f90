@@ -23,26 +23,29 @@ contains
     type(point_test_type) :: test
 
     call table%add('POINT TEST', in_model, once, 'A laboratory test on one material point, run by `qsmpm point`. '// &
-      'Such a deck has materials, *METHOD (KINEMATICS and RATE count), *POINT STAGE cards and no scene. The axis of '// &
-      'the specimen is y.', handle_test)
-    call table%parameter('TYPE', kind_word, 'OEDOMETER: sides held. TRIAXIAL DRAINED: lateral stress kept. TRIAXIAL '// &
-      'UNDRAINED: volume kept, both sides alike. BIAXIAL: z held, stress along x kept. SIMPLE SHEAR: sides held, top '// &
-      'moves along x. ISOTROPIC: all sides alike. PATH: every component by its name', required=.true., &
+      'Such a deck has materials, *METHOD (KINEMATICS and RATE count), *POINT STAGE cards and no scene. The axis '// &
+      'of the specimen is y.', handle_test)
+    call table%parameter('TYPE', kind_word, 'OEDOMETER: sides held. TRIAXIAL DRAINED: lateral stress kept. '// &
+      'TRIAXIAL UNDRAINED: volume kept, both sides alike. BIAXIAL: z held, stress along x kept. SIMPLE SHEAR: '// &
+      'sides held, top moves along x. ISOTROPIC: all sides alike. PATH: every component by its name', &
+      required=.true., &
       allowed=bar_list(test_words))
     call table%parameter('MATERIAL', kind_name, 'name of the material; the only one when not given')
     call table%parameter('DIMENSION', kind_word, 'components the law works with: 2 (11, 22, 33, 12) or 3 (all six)', &
       default='3', allowed='2|3')
     call table%parameter('STRAIN', kind_word, 'measure of axial, volumetric and E strains: change over the first '// &
       'length or volume, or the logarithm', default=trim(strain_words(test%strain)), allowed=bar_list(strain_words))
-    call table%parameter('HEIGHT', kind_word, 'FREE: the normal stress is kept; FIXED: the height, and so the volume', &
+    call table%parameter('HEIGHT', kind_word, 'FREE: the normal stress is kept; FIXED: the height, and so the '// &
+      'volume', &
       default=trim(height_words(0)), allowed=bar_list(height_words), needs='TYPE=SIMPLE SHEAR')
-    call table%parameter('CELL PRESSURE', kind_real, 'equal stress on all sides at the start, compression positive; '// &
-      'beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', range='[0, inf)', &
+    call table%parameter('CELL PRESSURE', kind_real, 'equal stress on all sides at the start, compression '// &
+      'positive; beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', &
+      range='[0, inf)', &
       needs='TYPE=TRIAXIAL DRAINED|TRIAXIAL UNDRAINED|BIAXIAL|ISOTROPIC')
     call table%parameter('TOLERANCE', kind_real, 'stress error allowed over the largest stress of a step', &
       default=real_text(test%tolerance), range='(0, 1e-2]')
-    call table%example('*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|*POINT STAGE, STEPS=100'// &
-      '| AXIAL STRAIN, 0.1')
+    call table%example('*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|*POINT STAGE, '// &
+      'STEPS=100| AXIAL STRAIN, 0.1')
 
     call table%add('INITIAL STRESS', in_model, once, 'Stress of the point of *POINT TEST at the start, tension '// &
       'positive; zero without the card and without a cell pressure.', handle_stress)
@@ -62,21 +65,21 @@ contains
     !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('POINT STAGE', in_model, many, 'A part of a *POINT TEST: the quantities named go in equal steps '// &
-      'from what they are to the values given; what the test keeps stays as it is. Values are those at the end, not '// &
-      'increments: an unloading stage names a smaller strain or stress. Strains count from the start of the test. A '// &
-      'step that finds no equilibrium is cut.', handle_stage)
-    call table%parameter('STEPS', kind_integer, 'steps of the stage, 50 when not given; with INPUT steps to each row, '// &
-      '1 when not given', range='[1, inf)')
-    call table%parameter('INPUT', kind_file, 'CSV file of targets in place of data lines, relative to the deck: first '// &
-      'line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are brought to '// &
-      'the units of *UNITS')
+    call table%add('POINT STAGE', in_model, many, 'A part of a *POINT TEST: the quantities named go in equal '// &
+      'steps from what they are to the values given; what the test keeps stays as it is. Values are those at the '// &
+      'end, not increments: an unloading stage names a smaller strain or stress. Strains count from the start of '// &
+      'the test. A step that finds no equilibrium is cut.', handle_stage)
+    call table%parameter('STEPS', kind_integer, 'steps of the stage, 50 when not given; with INPUT steps to each '// &
+      'row, 1 when not given', range='[1, inf)')
+    call table%parameter('INPUT', kind_file, 'CSV file of targets in place of data lines, relative to the deck: '// &
+      'first line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are '// &
+      'brought to the units of *UNITS')
     call table%data('nothing: the file has them', 0, 0, when='INPUT')
     call table%data('targets', 1, 9)
-    call table%column('quantity', kind_word, 'compression positive: AXIAL STRAIN, AXIAL STRESS, DEVIATOR (axial less '// &
-      'lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC STRAIN. Along x positive: SHEAR STRAIN, '// &
-      'SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation gradient), E11 to E23 (strain; E12 is the '// &
-      'component F12), S11 to S23 (Cauchy stress); components that are never named keep their place', &
+    call table%column('quantity', kind_word, 'compression positive: AXIAL STRAIN, AXIAL STRESS, DEVIATOR (axial '// &
+      'less lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC STRAIN. Along x positive: SHEAR '// &
+      'STRAIN, SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation gradient), E11 to E23 (strain; '// &
+      'E12 is the component F12), S11 to S23 (Cauchy stress); components that are never named keep their place', &
       allowed=bar_list(lead_words))
     call table%column('value', kind_real, 'value at the end of the stage')
     call table%example('*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02')

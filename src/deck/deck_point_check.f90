@@ -10,7 +10,8 @@ module qsmpm_deck_point_check
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
-  use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, test_isotropic, &
+  use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
+      test_isotropic, &
     test_path, strain_engineering, lead_axial_strain, lead_axial_stress, lead_deviator, lead_cell_pressure, &
     lead_shear_strain, lead_shear_stress, lead_normal_stress, lead_pressure, lead_volumetric_strain, lead_gradient, &
     lead_strain, lead_stress, lead_words, lead_row, lead_column
@@ -58,7 +59,8 @@ contains
     type(deck_state_type), intent(in) :: state
     type(source_line_type) :: where
 
-    where = source_line_type(state%analysis%point_test%file, state%analysis%point_test%line)
+    where%file = state%analysis%point_test%file
+    where%line = state%analysis%point_test%line
   end function test_place
 
   !> Where a stage was written.
@@ -69,7 +71,8 @@ contains
     type(source_line_type) :: where
 
     associate (stage => state%analysis%point_test%stages(number))
-      where = source_line_type(stage%file, stage%line)
+      where%file = stage%file
+      where%line = stage%line
     end associate
   end function stage_place
 
@@ -105,7 +108,8 @@ contains
       if (test%cell_given .and. .not. test%stress_given) test%stress(:3) = -test%cell_pressure
       if (.not. test%cell_given) test%cell_pressure = -test%stress(1)
       if (test%cell_given .and. test%stress_given .and. test%kind /= test_undrained) call state%fault_from( &
-        test_place(state), 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test has both')
+        test_place(state), 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test '// &
+      'has both')
       if (any(test%kind == [test_drained, test_undrained, test_biaxial]) .and. .not. test%cell_given &
           .and. .not. test%stress_given) call state%fault_from(test_place(state), 'POINT TEST', &
         trim(test_words(test%kind))//' wants a CELL PRESSURE or an *INITIAL STRESS')

@@ -103,7 +103,7 @@ contains
       end if
       f = unit_factor(unit, is_stress(lead), stress_unit)
       if (.not. abs(f) > 0.0_wp) then
-        call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name//"' cannot be converted to the deck's '"// &
+        call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name//"' cannot be converted to '"// &
           trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(lead)))//"'")
         return
       end if

@@ -193,7 +193,9 @@ contains
       if (len(message) == 0) message = 'the material law is out of order'
       call fail(error, error_user_material, message)
     else if (len(message) > 0) then
-      call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted ('//message//')')
+      call fail(error, error_not_converged, 'the material law refuses the step: '//message)
+    else if (batch%status(1) /= status_ok) then
+      call fail(error, error_not_converged, 'the material law refuses the step')
     else
       call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted')
     end if

@@ -1,9 +1,10 @@
 !> How far a law's consistent tangent A = dQ/dF is from the differences of its own Q: the test a new law must pass
 !> before Newton's method can be expected to converge with it.
 !>
-!> Each column is compared with the central difference and with the two one-sided ones, and the nearest counts: at the
-!> point where yielding begins Q has a kink, and only one side is the derivative. The error of a column is its largest
-!> difference over the largest entry of the tangent.
+!> Each column is compared with the central difference and with the two one-sided ones, and the nearest counts: where
+!> the law turns from one face of its yield surface to another Q has a kink, and only one side is the derivative. For
+!> the same reason a neighbour that yields where the point does not, or the other way round, is left out. The error of
+!> a column is its largest difference over the largest entry of the tangent.
 module qsmpm_tangent_check
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
@@ -89,16 +90,21 @@ contains
     !> Number of the column.
     integer, intent(in) :: j
     real(wp) :: ahead, behind
+    logical :: like(2)
     integer :: n
 
     n = size(batch%gradient, 1)
+    like = trial%plastic([j, n + j]) == batch%plastic(1)
     ! The steps as they are after rounding.
     ahead = trial%gradient(j, j) - batch%gradient(j, 1)
     behind = batch%gradient(j, 1) - trial%gradient(j, n + j)
     associate (column => batch%tangent(:, j, 1), middle => batch%piola(:, 1), front => trial%piola(:, j), &
       back => trial%piola(:, n + j))
-      error = min(maxval(abs((front - back)/(ahead + behind) - column)), &
-                  maxval(abs((front - middle)/ahead - column)), maxval(abs((middle - back)/behind - column)))
+      error = huge(error)
+      if (like(1)) error = maxval(abs((front - middle)/ahead - column))
+      if (like(2)) error = min(error, maxval(abs((middle - back)/behind - column)))
+      if (all(like)) error = min(error, maxval(abs((front - back)/(ahead + behind) - column)))
+      if (.not. any(like)) error = 0.0_wp
     end associate
   end function column_error
 end module qsmpm_tangent_check

@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 
-from qsmpm_verify import batch, chart, curve, document, pictures, stability_map, view
+from qsmpm_verify import batch, chart, curve, document, pictures, point, stability_map, view
 from qsmpm_verify.trouble import Trouble
 
 
@@ -21,6 +21,7 @@ def parser() -> argparse.ArgumentParser:
     verbs_of = (
         batch.add_list, batch.add_run, curve.add_words, curve.add_functions, chart.add_words, stability_map.add_words,
         view.add_words, document.add_words, pictures.add_words,
+        point.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)
