@@ -9,6 +9,7 @@ program qsmpm_main
   use qsmpm_error, only: error_type
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type
+  use qsmpm_path, only: base_name
   use qsmpm_point, only: point_request_type, run_point
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck, program_name
   implicit none
@@ -99,22 +100,29 @@ contains
     write (output_unit, '(a)', advance='no') summary
   end subroutine check
 
-  !> Run a test of one point.
+  !> Run tests of one point, one after the other whatever comes of each.
   subroutine point(command, code)
     !> What is asked for.
     type(command_type), intent(in) :: command
-    !> Exit code.
+    !> The largest exit code.
     integer, intent(out) :: code
     type(point_request_type) :: request
     character(len=:), allocatable :: text, report
+    integer :: i, own
 
-    request%deck = command%subject
-    request%directory = command%directory
+    code = 0
     request%tangent = command%tangent
     request%banner = program_name()
-    call run_point(request, text, report, code)
-    write (error_unit, '(a)', advance='no') report
-    if (.not. command%quiet) write (output_unit, '(a)', advance='no') text
+    do i = 1, size(command%decks)
+      request%deck = command%decks(i)%text
+      request%directory = command%directory
+      if (size(command%decks) > 1 .and. len(command%directory) > 0) &
+        request%directory = command%directory//'/'//base_name(request%deck)
+      call run_point(request, text, report, own)
+      write (error_unit, '(a)', advance='no') report
+      if (.not. command%quiet) write (output_unit, '(a)', advance='no') text
+      code = max(code, own)
+    end do
   end subroutine point
 
   !> Plan a deck.

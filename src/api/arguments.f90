@@ -2,6 +2,7 @@
 !> names the nearest known one.
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_path, only: base_name
   use qsmpm_text, only: string_type, nearest_word
   implicit none
   private
@@ -17,6 +18,8 @@ module qsmpm_arguments
     integer :: command = command_help
     !> Path of the deck, or the keyword that help is wanted for (empty: the list).
     character(len=:), allocatable :: subject
+    !> All decks of `point`.
+    type(string_type), allocatable :: decks(:)
     !> Directory of the results and restart file, empty when not given.
     character(len=:), allocatable :: directory, restart
     integer :: threads = 1
@@ -46,9 +49,10 @@ contains
     text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
       '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
       '    went and writes profile.json'//newline// &
-      'qsmpm point DECK [--out DIR] [--tangent] [--quiet]'//newline// &
-      '    runs a laboratory test on one material point (*POINT TEST); --tangent compares the'//newline// &
-      '    tangent of the material law with differences in every step'//newline// &
+      'qsmpm point DECK [DECK ...] [--out DIR] [--tangent] [--quiet]'//newline// &
+      '    runs laboratory tests on one material point (*POINT TEST); --tangent compares the'//newline// &
+      '    tangent of the material law with differences in every step; the results of several'//newline// &
+      '    decks go to DIR/<job>'//newline// &
       'qsmpm check DECK'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
       'qsmpm plan DECK [--json]'//newline// &
@@ -84,6 +88,7 @@ contains
     case ('point')
       command%command = command_point
       call parse_run(words(2:), 'point', point_options, command, error)
+      if (.not. allocated(error)) call check_jobs(command%decks, error)
     case ('check')
       command%command = command_check
       call parse_subject(words(2:), 'check', 'a deck', command, error)
@@ -187,6 +192,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
+    allocate (command%decks(0))
     i = 1
     do while (i <= size(words))
       if (index(words(i)%text, '-') == 1 .and. .not. any(options == words(i)%text)) then
@@ -201,17 +207,52 @@ contains
       else if (index(words(i)%text, '-') == 1) then
         call parse_option(words(i:min(i + 1, size(words))), name, command, error)
         i = i + 1
-      else if (len(command%subject) > 0) then
+      else if (len(command%subject) > 0 .and. name == 'run') then
         call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"// &
           command%subject//"'")
       else
         command%subject = words(i)%text
+        call add_word(command%decks, words(i)%text)
       end if
       if (allocated(error)) return
       i = i + 1
     end do
     if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is wanted')
   end subroutine parse_run
+
+  !> Put a word at the end of a list.
+  pure subroutine add_word(list, word)
+    !> The list, allocated.
+    type(string_type), allocatable, intent(inout) :: list(:)
+    !> The word.
+    character(len=*), intent(in) :: word
+    type(string_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i)%text = list(i)%text
+    end do
+    longer(size(longer))%text = word
+    call move_alloc(longer, list)
+  end subroutine add_word
+
+  !> Each of several decks has results of its own.
+  pure subroutine check_jobs(decks, error)
+    !> The decks.
+    type(string_type), intent(in) :: decks(:)
+    !> Set when two have the same name.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, k
+
+    do i = 2, size(decks)
+      do k = 1, i - 1
+        if (base_name(decks(i)%text) /= base_name(decks(k)%text)) cycle
+        call fail(error, error_other, "point: two decks are called '"//base_name(decks(i)%text)//"'")
+        return
+      end do
+    end do
+  end subroutine check_jobs
 
   !> An option of `run` or `point` and its value.
   pure subroutine parse_option(words, name, command, error)

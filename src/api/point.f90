@@ -151,7 +151,7 @@ contains
     call prepare_directory(directory, error)
     if (allocated(error)) return
     call echo_text(analysis, echo)
-    call write_text(directory//'/'//analysis%job//'.echo.inp', echo, error)
+    call write_text(directory//'/'//analysis%job//'.echo.inp', echo, error, durable=.false.)
     if (allocated(error)) return
     call run_stages(analysis, bench, error)
     if (bench%tangent) bench%log = bench%log//tangent_text(bench%tally)//newline
@@ -162,8 +162,8 @@ contains
     else
       bench%log = bench%log//finished_line//newline
     end if
-    call write_text(directory//'/curves.csv', bench%curves(:bench%length), trouble)
-    if (.not. allocated(trouble)) call write_text(directory//'/job.log', bench%log, trouble)
+    call write_text(directory//'/curves.csv', bench%curves(:bench%length), trouble, durable=.false.)
+    if (.not. allocated(trouble)) call write_text(directory//'/job.log', bench%log, trouble, durable=.false.)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine record_test
 
@@ -203,7 +203,8 @@ contains
       call prepare_point(bench%law, bench%batch)
       call begin_ramps(test, bench%ramps)
       allocate (character(len=65536) :: bench%curves)
-      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law%state_count, &
+      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', &
+      bench%law%state_count, &
         bench%tangent))
       call put(bench, point_row(test, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)

@@ -67,6 +67,7 @@ contains
     call expect(tests, 'point a --threads 2', "point: unknown option '--threads'")
     call expect(tests, 'run a --tangent', "run: unknown option '--tangent'")
     call expect(tests, 'point a --out', 'point: --out wants a value')
+    call expect(tests, 'point a/x.inp y b/x.inp', "point: two decks are called 'x'")
     call expect(tests, 'check', 'check: a deck is wanted')
     call expect(tests, 'check a b', "check: unexpected 'b'")
     call expect(tests, 'check --quiet', "check: unknown option '--quiet'")
