@@ -3,13 +3,15 @@
 program qsmpm_main
   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
   use qsmpm_arguments, only: command_type, parse_arguments, usage_text, command_run, &
-    command_check, command_plan, command_help, command_version, command_markdown
+    command_check, command_point, command_plan, command_help, command_version, command_markdown
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type
   use qsmpm_plugin, only: model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
   use qsmpm_text, only: string_type
+  use qsmpm_path, only: base_name
+  use qsmpm_point, only: point_request_type, run_point
   use qsmpm_program_name, only: program_name
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck
   implicit none
@@ -32,6 +34,8 @@ program qsmpm_main
       call run(command, code)
     case (command_check)
       call check(command%subject, code)
+    case (command_point)
+      call point(command, code)
     case (command_plan)
       call plan(command, code)
     case (command_help)
@@ -98,6 +102,31 @@ contains
     write (error_unit, '(a)', advance='no') report
     write (output_unit, '(a)', advance='no') summary
   end subroutine check
+
+  !> Run tests of one point, one after the other whatever comes of each.
+  subroutine point(command, code)
+    !> What is asked for.
+    type(command_type), intent(in) :: command
+    !> The largest exit code.
+    integer, intent(out) :: code
+    type(point_request_type) :: request
+    character(len=:), allocatable :: text, report
+    integer :: i, own
+
+    code = 0
+    request%tangent = command%tangent
+    request%banner = program_name()
+    do i = 1, size(command%decks)
+      request%deck = command%decks(i)%text
+      request%directory = command%directory
+      if (size(command%decks) > 1 .and. len(command%directory) > 0) &
+        request%directory = command%directory//'/'//base_name(request%deck)
+      call run_point(request, text, report, own)
+      write (error_unit, '(a)', advance='no') report
+      if (.not. command%quiet) write (output_unit, '(a)', advance='no') text
+      code = max(code, own)
+    end do
+  end subroutine point
 
   !> Plan a deck.
   subroutine plan(command, code)

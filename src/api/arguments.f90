@@ -2,6 +2,7 @@
 !> names the nearest known one.
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_path, only: base_name
   use qsmpm_text, only: string_type, nearest_word
   implicit none
   private
@@ -10,13 +11,15 @@ module qsmpm_arguments
 
   !> Commands.
   integer, parameter, public :: command_run = 1, command_check = 2, command_help = 3, &
-    command_version = 4, command_markdown = 5, command_plan = 6
+    command_version = 4, command_markdown = 5, command_plan = 6, command_point = 7
 
   !> What is asked for.
   type :: command_type
     integer :: command = command_help
     !> Path of the deck, or the keyword that help is wanted for (empty: the list).
     character(len=:), allocatable :: subject
+    !> All decks of `point`.
+    type(string_type), allocatable :: decks(:)
     !> Directory of the results and restart file, empty when not given.
     character(len=:), allocatable :: directory, restart
     integer :: threads = 1
@@ -24,13 +27,17 @@ module qsmpm_arguments
     !> The plan is wanted as JSON.
     logical :: json = .false.
     logical :: profile = .false.
+    !> Tangents are compared with differences.
+    logical :: tangent = .false.
   end type command_type
 
   integer, parameter :: word_length = 10
-  character(len=word_length), parameter :: commands(4) = [character(len=word_length) :: &
-    'run', 'check', 'plan', 'help']
+  character(len=word_length), parameter :: commands(5) = [character(len=word_length) :: &
+    'run', 'point', 'check', 'plan', 'help']
   character(len=word_length), parameter :: run_options(5) = [character(len=word_length) :: &
     '--out', '--threads', '--restart', '--quiet', '--profile']
+  character(len=word_length), parameter :: point_options(3) = [character(len=word_length) :: &
+    '--out', '--tangent', '--quiet']
   character(len=1), parameter :: newline = new_line('a')
 
 contains
@@ -42,6 +49,10 @@ contains
     text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
       '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
       '    went and writes profile.json'//newline// &
+      'qsmpm point DECK [DECK ...] [--out DIR] [--tangent] [--quiet]'//newline// &
+      '    runs laboratory tests on one material point (*POINT TEST); --tangent compares the'//newline// &
+      '    tangent of the material law with differences in every step; the results of several'//newline// &
+      '    decks go to DIR/<job>'//newline// &
       'qsmpm check DECK'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
       'qsmpm plan DECK [--json]'//newline// &
@@ -73,7 +84,11 @@ contains
     select case (words(1)%text)
     case ('run')
       command%command = command_run
-      call parse_run(words(2:), command, error)
+      call parse_run(words(2:), 'run', run_options, command, error)
+    case ('point')
+      command%command = command_point
+      call parse_run(words(2:), 'point', point_options, command, error)
+      if (.not. allocated(error)) call check_jobs(command%decks, error)
     case ('check')
       command%command = command_check
       call parse_subject(words(2:), 'check', 'a deck', command, error)
@@ -165,54 +180,94 @@ contains
     end if
   end subroutine parse_subject
 
-  !> The words behind `run`: the deck and options in any order.
-  pure subroutine parse_run(words, command, error)
+  !> The words behind `run` or `point`: the deck and options in any order.
+  pure subroutine parse_run(words, name, options, command, error)
     !> The words.
     type(string_type), intent(in) :: words(:)
+    !> The command, and the options it has.
+    character(len=*), intent(in) :: name, options(:)
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
+    allocate (command%decks(0))
     i = 1
     do while (i <= size(words))
-      if (words(i)%text == '--quiet') then
+      if (index(words(i)%text, '-') == 1 .and. .not. any(options == words(i)%text)) then
+        call fail(error, error_other, name//": unknown option '"//words(i)%text//"'"// &
+          suggestion(words(i)%text, options))
+      else if (words(i)%text == '--quiet') then
         command%quiet = .true.
+      else if (words(i)%text == '--tangent') then
+        command%tangent = .true.
       else if (words(i)%text == '--profile') then
         command%profile = .true.
       else if (index(words(i)%text, '-') == 1) then
-        call parse_option(words(i:min(i + 1, size(words))), command, error)
+        call parse_option(words(i:min(i + 1, size(words))), name, command, error)
         i = i + 1
-      else if (len(command%subject) > 0) then
-        call fail(error, error_other, "run: unexpected '"//words(i)%text//"': the deck is '"// &
+      else if (len(command%subject) > 0 .and. name == 'run') then
+        call fail(error, error_other, name//": unexpected '"//words(i)%text//"': the deck is '"// &
           command%subject//"'")
       else
         command%subject = words(i)%text
+        call add_word(command%decks, words(i)%text)
       end if
       if (allocated(error)) return
       i = i + 1
     end do
-    if (len(command%subject) == 0) call fail(error, error_other, 'run: a deck is wanted')
+    if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is wanted')
   end subroutine parse_run
 
-  !> An option of `run` and its value.
-  pure subroutine parse_option(words, command, error)
+  !> Put a word at the end of a list.
+  pure subroutine add_word(list, word)
+    !> The list, allocated.
+    type(string_type), allocatable, intent(inout) :: list(:)
+    !> The word.
+    character(len=*), intent(in) :: word
+    type(string_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i)%text = list(i)%text
+    end do
+    longer(size(longer))%text = word
+    call move_alloc(longer, list)
+  end subroutine add_word
+
+  !> Each of several decks has results of its own.
+  pure subroutine check_jobs(decks, error)
+    !> The decks.
+    type(string_type), intent(in) :: decks(:)
+    !> Set when two have the same name.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, k
+
+    do i = 2, size(decks)
+      do k = 1, i - 1
+        if (base_name(decks(i)%text) /= base_name(decks(k)%text)) cycle
+        call fail(error, error_other, "point: two decks are called '"//base_name(decks(i)%text)//"'")
+        return
+      end do
+    end do
+  end subroutine check_jobs
+
+  !> An option of `run` or `point` and its value.
+  pure subroutine parse_option(words, name, command, error)
     !> The option, and the word behind it if there is one.
     type(string_type), intent(in) :: words(:)
+    !> The command.
+    character(len=*), intent(in) :: name
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
     type(error_type), allocatable, intent(out) :: error
     integer :: status
 
-    if (.not. any(run_options == words(1)%text)) then
-      call fail(error, error_other, "run: unknown option '"//words(1)%text//"'"// &
-        suggestion(words(1)%text, run_options))
-      return
-    end if
     if (size(words) < 2) then
-      call fail(error, error_other, 'run: '//words(1)%text//' wants a value')
+      call fail(error, error_other, name//': '//words(1)%text//' wants a value')
       return
     end if
     associate (value => words(2)%text)
@@ -227,10 +282,10 @@ contains
           read (value, *, iostat=status) command%threads
         end if
         if (status /= 0 .or. command%threads < 1) then
-          call fail(error, error_other, "run: --threads wants a number from 1, not '"//value//"'")
+          call fail(error, error_other, name//": --threads wants a number from 1, not '"//value//"'")
         end if
       end select
-      if (len(value) == 0) call fail(error, error_other, 'run: '//words(1)%text//' is empty')
+      if (len(value) == 0) call fail(error, error_other, name//': '//words(1)%text//' is empty')
     end associate
   end subroutine parse_option
 

@@ -11,12 +11,14 @@ module qsmpm_run
   use qsmpm_display, only: display_plain
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: write_text
+  use qsmpm_law, only: law_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model, model_summary
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_plan, only: make_plan
   use qsmpm_plan_items, only: plan_items_type, plan_text, plan_json
+  use qsmpm_point, only: point_law, point_summary, refuse_point
   use qsmpm_phases, only: error_stopped
   use qsmpm_problem, only: problem_type
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
@@ -53,7 +55,7 @@ module qsmpm_run
 
 contains
 
-  !> Read a deck and build its model: the smallest one where the deck leaves it open.
+  !> Read a deck and build its model: the smallest one where the deck leaves it open. A test of one point has none.
   subroutine load_deck(path, scene, expansion, verdicts, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
@@ -74,6 +76,7 @@ contains
     call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
+    if (scene%point_test%given) return
     call reduce_scene(scene, analysis, expansion, verdicts)
     call build_model(analysis, model, error)
     if (allocated(error)) return
@@ -96,13 +99,18 @@ contains
     type(expansion_type) :: expansion
     type(verdict_type), allocatable :: verdicts(:)
     type(error_type), allocatable :: error
+    class(law_type), allocatable :: law
 
     exit_code = 0
     summary = ''
     call load_deck(path, scene, expansion, verdicts, model, report, error)
+    if (scene%point_test%given .and. .not. allocated(error)) then
+      call point_law(scene, law, error)
+      if (.not. allocated(error)) summary = point_summary(scene)
+    end if
     if (allocated(error)) then
       call report_error(report, error, exit_code)
-    else
+    else if (.not. scene%point_test%given) then
       call model_summary(model, summary)
     end if
   end subroutine check_deck
@@ -132,6 +140,7 @@ contains
     call omp_set_num_threads(1)
     call set_blas_threads(1)
     call load_deck(path, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call refuse_point(scene, error)
     if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
     if (allocated(error)) then
       call report_error(report, error, exit_code)

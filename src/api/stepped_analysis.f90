@@ -18,6 +18,7 @@ module qsmpm_stepped_analysis
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, phase_is_complete
   use qsmpm_plugin, only: guard_exit
+  use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws
   use qsmpm_process_settings, only: settings_type, enter_library, leave_library
   use qsmpm_program_name, only: program_name
@@ -105,6 +106,8 @@ contains
       call fail(error, error_other, 'there is no problem: read a deck first')
       return
     end if
+    call refuse_point(problem%scene, error)
+    if (allocated(error)) return
     call enter_library(self%threads, settings)
     self%clock = problem%clock
     profile%watch = problem%watch

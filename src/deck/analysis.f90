@@ -10,6 +10,7 @@ module qsmpm_analysis
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
   use qsmpm_user_material, only: user_material_type
+  use qsmpm_point_test, only: point_test_type
   implicit none
   private
 
@@ -353,6 +354,8 @@ module qsmpm_analysis
     type(history_type), allocatable :: histories(:)
     type(output_request_type) :: output
     type(phase_type), allocatable :: phases(:)
+    !> A laboratory test on one point in place of a scene.
+    type(point_test_type) :: point_test
   end type analysis_type
 
 contains

@@ -13,6 +13,7 @@ module qsmpm_deck_echo
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
   use qsmpm_deck_user_material, only: echo_user_material
+  use qsmpm_echo_point, only: echo_point
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
     surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
     stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words, &
@@ -34,6 +35,11 @@ contains
     type(echo_type) :: echo
     integer :: i, dimension
 
+    if (analysis%point_test%given) then
+      call echo_point_deck(echo, analysis)
+      text = echo%text(:echo%length)
+      return
+    end if
     dimension = merge(3, 2, analysis%model == three_dimensional)
     call echo_general(echo, analysis)
     call echo_mesh(echo, analysis%mesh, dimension)
@@ -61,11 +67,28 @@ contains
     text = echo%text(:echo%length)
   end subroutine echo_text
 
-  !> Cards of the analysis as a whole.
-  subroutine echo_general(echo, analysis)
+  !> A deck of a point.
+  subroutine echo_point_deck(echo, analysis)
     type(echo_type), intent(inout) :: echo
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: method
+    integer :: i
+
+    call echo_head(echo, analysis)
+    method = '*METHOD, KINEMATICS='//trim(kinematics_words(analysis%method%kinematics))
+    if (analysis%method%kinematics == kinematics_jaumann) method = method//', RATE='// &
+      trim(rate_words(analysis%method%rate))
+    call echo%line(method)
+    do i = 1, size(analysis%materials)
+      call echo_material(echo, analysis%materials(i))
+    end do
+    call echo_point(echo, analysis%point_test)
+  end subroutine echo_point_deck
+
+  !> Heading and units.
+  subroutine echo_head(echo, analysis)
+    type(echo_type), intent(inout) :: echo
+    type(analysis_type), intent(in) :: analysis
 
     if (len(analysis%heading) > 0) then
       call echo%line('*HEADING')
@@ -73,6 +96,15 @@ contains
     end if
     call echo%line('*UNITS, LENGTH='//quoted(analysis%length_unit)//', FORCE='// &
       quoted(analysis%force_unit))
+  end subroutine echo_head
+
+  !> Cards of the analysis as a whole.
+  subroutine echo_general(echo, analysis)
+    type(echo_type), intent(inout) :: echo
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: method
+
+    call echo_head(echo, analysis)
     if (analysis%reduce) then
       call echo%line('*MODEL, TYPE='//trim(model_words(4))//', MIRROR='//trim(mirror_words(analysis%mirror)))
     else

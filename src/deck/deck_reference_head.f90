@@ -75,7 +75,8 @@ contains
 
     text = page([character(len=width) :: '## Order', '', &
       'The model comes first, in any order, except that properties follow their `*MATERIAL`.', &
-      'Then come the phases, `*PHASE` to `*END PHASE`, in the order they are run.', '', &
+      'Then come the phases, `*PHASE` to `*END PHASE`, in the order they are run. A deck of one', &
+      'material point (`qsmpm point`) has a `*POINT TEST` and its `*POINT STAGE` cards instead.', '', &
       'Every run writes `<job>.echo.inp`: the same analysis with includes resolved and every', &
       'default spelt out. It is a deck and gives the same results; a mesh file is named by its', &
       'full path.', ''])

@@ -9,6 +9,7 @@ module qsmpm_deck_references
   use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
+  use qsmpm_deck_point_check, only: check_point_deck
   implicit none
   private
 
@@ -21,6 +22,11 @@ contains
     !> The deck, complete.
     type(deck_state_type), intent(inout) :: state
 
+    call check_point_deck(state)
+    if (state%analysis%point_test%given) then
+      call check_materials(state)
+      return
+    end if
     call check_presence(state)
     call check_inline_mesh(state)
     call check_bodies(state)

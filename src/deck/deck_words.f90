@@ -60,6 +60,11 @@ module qsmpm_deck_words
     'POINTS']
   character(len=n), parameter, public :: quantity_words(4) = [character(len=n) :: &
     'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION']
+  character(len=18), parameter, public :: test_words(7) = [character(len=18) :: &
+    'OEDOMETER', 'TRIAXIAL DRAINED', 'TRIAXIAL UNDRAINED', 'BIAXIAL', 'SIMPLE SHEAR', 'ISOTROPIC', 'PATH']
+  character(len=n), parameter, public :: strain_words(2) = [character(len=n) :: 'ENGINEERING', 'LOGARITHMIC']
+  !> From 0.
+  character(len=n), parameter, public :: height_words(0:1) = [character(len=n) :: 'FREE', 'FIXED']
   !> From 0: a logical.
   character(len=n), parameter, public :: answer_words(0:1) = [character(len=n) :: 'NO', 'YES']
 

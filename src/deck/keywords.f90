@@ -11,6 +11,7 @@ module qsmpm_keywords
   use qsmpm_deck_histories, only: add_history_keyword
   use qsmpm_deck_phases, only: add_phase_keywords
   use qsmpm_deck_controls, only: add_control_keywords
+  use qsmpm_deck_point, only: add_point_keywords
   implicit none
   private
 
@@ -33,5 +34,6 @@ contains
     call add_output_keywords(table)
     call add_phase_keywords(table)
     call add_control_keywords(table)
+    call add_point_keywords(table)
   end subroutine make_table
 end module qsmpm_keywords

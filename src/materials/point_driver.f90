@@ -1,25 +1,26 @@
 !> One material point under mixed control: a laboratory test on a law.
 !>
-!> In each step every packed component of the incremental deformation gradient is either prescribed
-!> or free; for a free one the Cauchy stress component of the same row and column is prescribed at
-!> the end of the step. Newton's method with the law's consistent tangent finds the free ones from
-!>   d(sigma)_ij = (dQ F^T + Q dF^T)_ij / J - sigma_ij tr(dF F^-1).
+!> In each step the incremental deformation gradient f is sought for which every control (qsmpm_point_control) has its
+!> value. Newton's method uses the law's consistent tangent; controls that are linear in f hold from the first full
+!> correction on. A law whose tangent is not the consistent one takes more corrections, and gets them.
 module qsmpm_point_driver
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, tangent_consistent
-  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, &
-    gradient_size, stress_size, gradient_row, gradient_column, identity
+  use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
+  use qsmpm_law, only: law_type, batch_type, moment_type, status_ok, status_broken, tangent_consistent
+  use qsmpm_point_control, only: control_type, control_misfit, control_jacobian, control_increment, control_stress
+  use qsmpm_tensor, only: determinant, unpack_gradient, pack_gradient, gradient_size, stress_size, identity
   implicit none
   private
 
-  public :: point_type, start_point, step_point
+  public :: point_type, start_point, step_point, prepare_point, control_point
 
   !> Newton corrections and halvings of one.
   integer, parameter :: max_iterations = 60, max_halvings = 12
-  !> Stress error allowed, relative to the largest stress in the step; and round-off in F, which
+  !> Stress error of step_point, relative to the largest stress in the step; and round-off in f, which
   !> counts with the stiffness.
-  real(wp), parameter :: tolerance = 1.0e-12_wp, round_off = 8.0_wp*epsilon(1.0_wp)
+  real(wp), parameter :: tight = 1.0e-12_wp, round_off = 8.0_wp*epsilon(1.0_wp)
+  !> Error allowed in controls of the deformation.
+  real(wp), parameter :: deformation_error = 64.0_wp*epsilon(1.0_wp)
   !> Share of E put on the Jacobian's diagonal: perfect plasticity at an edge leaves lateral strains
   !> undetermined, and this picks those nearest the last ones. It slows Newton by 1e-8 a correction.
   real(wp), parameter :: ridge = 1.0e-8_wp
@@ -54,7 +55,7 @@ contains
     call law%start(stress, point%state)
   end subroutine start_point
 
-  !> One step. When it fails the point stays as it was.
+  !> One step by components of f. When it fails the point stays as it was.
   subroutine step_point(law, point, prescribed, values, error)
     !> The law.
     class(law_type), intent(in) :: law
@@ -66,28 +67,23 @@ contains
     real(wp), intent(in) :: values(:)
     !> Set when no gradient gives the stresses.
     type(error_type), allocatable, intent(out) :: error
+    type(control_type) :: controls(size(values))
     type(batch_type) :: batch
-    integer, allocatable :: free(:)
-    integer :: i
+    integer :: i, iterations
 
-    free = pack([(i, i=1, size(values))], .not. prescribed)
-    call make_batch(law, point, batch)
-    where (prescribed) batch%gradient(:, 1) = values
-    call solve_step(law, batch, free, values, error)
-    if (allocated(error)) return
-    point%stress = batch%stress(:, 1)
-    point%state = batch%state(:, 1)
-    point%plastic = batch%plastic(1) /= 0
-    point%deformation = matmul(unpack_gradient(batch%gradient(:, 1)), point%deformation)
-    point%volume_ratio = determinant(point%deformation)
+    do i = 1, size(values)
+      controls(i)%kind = merge(control_increment, control_stress, prescribed(i))
+      controls(i)%weight(i) = 1.0_wp
+      controls(i)%value = values(i)
+    end do
+    call prepare_point(law, batch)
+    call control_point(law, point, controls, tight, moment_type(), batch, iterations, error)
   end subroutine step_point
 
-  !> A batch that holds the point, with F = I.
-  subroutine make_batch(law, point, batch)
+  !> A batch for one point.
+  subroutine prepare_point(law, batch)
     !> The law.
     class(law_type), intent(in) :: law
-    !> The point.
-    type(point_type), intent(in) :: point
     !> The batch.
     type(batch_type), intent(out) :: batch
     integer :: n, m
@@ -99,110 +95,167 @@ contains
               batch%state_start(law%state_count, 1), batch%stress(m, 1), &
               batch%state(law%state_count, 1), batch%piola(n, 1), batch%tangent(n, n, 1), &
               batch%status(1), batch%plastic(1))
-    call pack_gradient(identity, batch%gradient(:, 1))
-    batch%volume_ratio = point%volume_ratio
-    batch%stress_start(:, 1) = point%stress
-    batch%state_start(:, 1) = point%state
-  end subroutine make_batch
+    allocate (batch%number(1), batch%cell(1), source=1)
+    allocate (batch%place(law%dimension, 1), source=0.0_wp)
+    allocate (batch%cell_size(1), source=1.0_wp)
+  end subroutine prepare_point
 
-  !> Newton's method on the free components, each correction halved until the error falls.
-  subroutine solve_step(law, batch, free, values, error)
-    !> The law.
-    class(law_type), intent(in) :: law
-    !> The point, its prescribed components set.
-    type(batch_type), intent(inout) :: batch
-    !> Numbers of the free components.
-    integer, intent(in) :: free(:)
-    !> Stresses wanted, by component.
-    real(wp), intent(in) :: values(:)
-    !> Set when Newton's method does not arrive.
-    type(error_type), allocatable, intent(out) :: error
-    real(wp) :: misfit(size(free)), jacobian(size(free), size(free)), before(size(free)), goal
-    integer :: iteration, halving
-
-    call law%update(batch, tangent_consistent)
-    if (batch%status(1) == status_ok) then
-      do iteration = 1, max_iterations
-        misfit = stress_misfit(law, batch, free, values)
-        if (norm2(misfit) <= allowed_misfit(batch)) return
-        jacobian = stress_jacobian(law, batch, free)
-        goal = norm2(misfit)
-        call solve_dense(jacobian, misfit)
-        before = batch%gradient(free, 1)
-        do halving = 0, max_halvings
-          batch%gradient(free, 1) = before - misfit*0.5_wp**halving
-          call law%update(batch, tangent_none)
-          if (batch%status(1) /= status_ok) cycle
-          if (norm2(stress_misfit(law, batch, free, values)) < goal) exit
-        end do
-        call law%update(batch, tangent_consistent)
-        if (batch%status(1) /= status_ok) exit
-      end do
-    end if
-    call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted')
-  end subroutine solve_step
-
-  !> Stress error at which Newton's method has arrived.
-  pure real(wp) function allowed_misfit(batch)
-    !> The point, updated with its consistent tangent.
-    type(batch_type), intent(in) :: batch
-
-    allowed_misfit = max(tolerance*maxval(abs(batch%stress(:, 1))), &
-                         tolerance*maxval(abs(batch%stress_start(:, 1))), &
-                         round_off*maxval(abs(batch%tangent(:, :, 1))))
-  end function allowed_misfit
-
-  !> Stress of the free components less the stress wanted.
-  pure function stress_misfit(law, batch, free, values) result(misfit)
+  !> One step by controls. When it fails the point stays as it was.
+  subroutine control_point(law, point, controls, tolerance, moment, batch, iterations, error)
     !> The law.
     class(law_type), intent(in) :: law
     !> The point.
-    type(batch_type), intent(in) :: batch
-    !> Numbers of the free components.
-    integer, intent(in) :: free(:)
-    !> Stresses wanted, by component.
-    real(wp), intent(in) :: values(:)
-    real(wp) :: misfit(size(free))
-    real(wp) :: stress(3, 3)
-    integer :: i
+    type(point_type), intent(inout) :: point
+    !> The controls (5 or 9).
+    type(control_type), intent(in) :: controls(:)
+    !> Stress error allowed, relative to the largest stress.
+    real(wp), intent(in) :: tolerance
+    !> When the step takes place.
+    type(moment_type), intent(in) :: moment
+    !> The point's batch; at the end start and end of the step, with the consistent tangent.
+    type(batch_type), intent(inout) :: batch
+    !> Corrections it took.
+    integer, intent(out) :: iterations
+    !> Set when no deformation gives the values, or the law is out of order.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: f(3, 3)
 
-    stress = unpack_symmetric(batch%stress(:, 1))
-    do i = 1, size(free)
-      misfit(i) = stress(gradient_row(free(i), law%dimension), &
-                         gradient_column(free(i), law%dimension)) - values(free(i))
-    end do
-  end function stress_misfit
+    batch%moment = moment
+    batch%share = 0.0_wp
+    if (allocated(batch%message)) deallocate (batch%message)
+    batch%volume_ratio = point%volume_ratio
+    batch%stress_start(:, 1) = point%stress
+    batch%state_start(:, 1) = point%state
+    call pack_gradient(identity, batch%gradient(:, 1))
+    call solve_step(law, batch, controls, point%deformation, tolerance, iterations, error)
+    if (allocated(error)) return
+    point%stress(:) = batch%stress(:, 1)
+    point%state(:) = batch%state(:, 1)
+    point%plastic = batch%plastic(1) /= 0
+    f = unpack_gradient(batch%gradient(:, 1))
+    point%deformation = matmul(f, point%deformation)
+    point%volume_ratio = determinant(point%deformation)
+  end subroutine control_point
 
-  !> Derivative of the stresses of the free components.
-  pure function stress_jacobian(law, batch, free) result(jacobian)
+  !> Newton's method, each correction halved until the error falls.
+  subroutine solve_step(law, batch, controls, start, tolerance, iterations, error)
     !> The law.
     class(law_type), intent(in) :: law
+    !> The point with f = I.
+    type(batch_type), intent(inout) :: batch
+    !> The controls.
+    type(control_type), intent(in) :: controls(:)
+    !> Deformation gradient at the start (3,3).
+    real(wp), intent(in) :: start(3, 3)
+    !> Stress error allowed.
+    real(wp), intent(in) :: tolerance
+    !> Corrections it took.
+    integer, intent(out) :: iterations
+    !> Set when it does not arrive.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: misfit(size(controls)), jacobian(size(controls), size(controls)), before(size(controls)), goal
+    integer :: iteration, halving
+
+    call law%update(batch, tangent_consistent)
+    do iteration = 1, max_iterations
+      iterations = iteration - 1
+      if (batch%status(1) /= status_ok) exit
+      call control_misfit(controls, batch, start, misfit)
+      if (has_arrived(controls, misfit, batch, tolerance)) return
+      call control_jacobian(controls, batch, start, jacobian)
+      call scale_rows(law, controls, jacobian, misfit)
+      goal = norm2(misfit)
+      call solve_dense(jacobian, misfit)
+      before = batch%gradient(:, 1)
+      do halving = 0, max_halvings
+        batch%gradient(:, 1) = before - misfit*0.5_wp**halving
+        if (.not. determinant(unpack_gradient(batch%gradient(:, 1))) > 0.0_wp) cycle
+        call law%update(batch, tangent_consistent)
+        if (batch%status(1) == status_broken) exit
+        if (batch%status(1) /= status_ok) cycle
+        if (scaled_misfit(law, controls, batch, start) < goal) exit
+      end do
+    end do
+    call tell_failure(batch, error)
+  end subroutine solve_step
+
+  !> Why a step has no end.
+  pure subroutine tell_failure(batch, error)
+    !> The point.
+    type(batch_type), intent(in) :: batch
+    !> Set.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: message
+
+    message = ''
+    if (allocated(batch%message)) message = trim(batch%message)
+    if (batch%status(1) == status_broken) then
+      if (len(message) == 0) message = 'the material law is out of order'
+      call fail(error, error_user_material, message)
+    else if (len(message) > 0) then
+      call fail(error, error_not_converged, 'the material law refuses the step: '//message)
+    else if (batch%status(1) /= status_ok) then
+      call fail(error, error_not_converged, 'the material law refuses the step')
+    else
+      call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted')
+    end if
+  end subroutine tell_failure
+
+  !> Whether every control has its value.
+  pure logical function has_arrived(controls, misfit, batch, tolerance)
+    !> The controls.
+    type(control_type), intent(in) :: controls(:)
+    !> Their misfits.
+    real(wp), intent(in) :: misfit(:)
     !> The point, updated with its consistent tangent.
     type(batch_type), intent(in) :: batch
-    !> Numbers of the free components.
-    integer, intent(in) :: free(:)
-    real(wp) :: jacobian(size(free), size(free))
-    real(wp) :: f(3, 3), f_inverse(3, 3), q(3, 3), dq(3, 3), change(3, 3), det
-    integer :: i, j, k, l
+    !> Stress error allowed.
+    real(wp), intent(in) :: tolerance
+    real(wp) :: allowed
+    integer :: i
 
-    f = unpack_gradient(batch%gradient(:, 1))
-    det = determinant(f)
-    f_inverse = inverse(f, det)
-    q = unpack_gradient(batch%piola(:, 1))
-    do j = 1, size(free)
-      k = gradient_row(free(j), law%dimension)
-      l = gradient_column(free(j), law%dimension)
-      dq = unpack_gradient(batch%tangent(:, free(j), 1))
-      change = matmul(dq, transpose(f))
-      change(:, k) = change(:, k) + q(:, l)
-      change = change/det - f_inverse(l, k)*unpack_symmetric(batch%stress(:, 1))
-      do i = 1, size(free)
-        jacobian(i, j) = change(gradient_row(free(i), law%dimension), &
-                                gradient_column(free(i), law%dimension))
-      end do
-      jacobian(j, j) = jacobian(j, j) + ridge*law%stiffness_scale
+    allowed = max(tolerance*maxval(abs(batch%stress(:, 1))), tolerance*maxval(abs(batch%stress_start(:, 1))), &
+                  round_off*maxval(abs(batch%tangent(:, :, 1))))
+    has_arrived = norm2(pack(misfit, controls%kind == control_stress)) <= allowed
+    do i = 1, size(controls)
+      if (controls(i)%kind == control_stress) cycle
+      has_arrived = has_arrived .and. abs(misfit(i)) <= deformation_error*max(1.0_wp, abs(controls(i)%value))
     end do
-  end function stress_jacobian
+  end function has_arrived
+
+  !> Rows of stresses over the stiffness, and the ridge on them.
+  pure subroutine scale_rows(law, controls, jacobian, misfit)
+    !> The law.
+    class(law_type), intent(in) :: law
+    !> The controls.
+    type(control_type), intent(in) :: controls(:)
+    !> Derivatives and misfits.
+    real(wp), intent(inout) :: jacobian(:, :), misfit(:)
+    integer :: i
+
+    do i = 1, size(controls)
+      if (controls(i)%kind /= control_stress) cycle
+      jacobian(i, :) = jacobian(i, :)/law%stiffness_scale + ridge*controls(i)%weight(:size(controls))
+      misfit(i) = misfit(i)/law%stiffness_scale
+    end do
+  end subroutine scale_rows
+
+  !> Size of the misfits, those of stresses over the stiffness.
+  pure real(wp) function scaled_misfit(law, controls, batch, start)
+    !> The law.
+    class(law_type), intent(in) :: law
+    !> The controls.
+    type(control_type), intent(in) :: controls(:)
+    !> The point, updated.
+    type(batch_type), intent(in) :: batch
+    !> Deformation gradient at the start (3,3).
+    real(wp), intent(in) :: start(3, 3)
+    real(wp) :: misfit(size(controls))
+
+    call control_misfit(controls, batch, start, misfit)
+    where (controls%kind == control_stress) misfit = misfit/law%stiffness_scale
+    scaled_misfit = norm2(misfit)
+  end function scaled_misfit
 
   !> Gauss elimination with row exchange; the right-hand side becomes the solution.
   pure subroutine solve_dense(a, b)

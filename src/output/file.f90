@@ -28,6 +28,8 @@ module qsmpm_file
     !> Bytes put so far, and those known to be on the disk as whole rows.
     integer(long) :: bytes = 0
     integer(long) :: safe_bytes = 0
+    !> It is brought to the disk before it is closed: for results that took long.
+    logical :: durable = .true.
     !> Why the file cannot be written, once it cannot.
     character(len=:), allocatable :: reason
   end type file_type
@@ -164,7 +166,7 @@ contains
     if (.not. allocated(file%reason)) then
       if (c_fflush(file%stream) /= 0) file%reason = system_message()
     end if
-    if (.not. allocated(file%reason)) then
+    if (.not. allocated(file%reason) .and. file%durable) then
       if (c_fsync(c_fileno(file%stream)) /= 0) file%reason = system_message()
     end if
     if (c_fclose(file%stream) /= 0 .and. .not. allocated(file%reason)) then
@@ -198,16 +200,19 @@ contains
   end function failure
 
   !> Write a whole text file.
-  subroutine write_text(path, text, error)
+  subroutine write_text(path, text, error, durable)
     !> Name.
     character(len=*), intent(in) :: path
     !> Contents.
     character(len=*), intent(in) :: text
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    !> Wait until it is on the disk, which takes longer than a short run; true when not given.
+    logical, intent(in), optional :: durable
     type(file_type) :: file
 
     call create_file(file, path)
+    if (present(durable)) file%durable = durable
     call put_text(file, text)
     call commit_file(file, error)
   end subroutine write_text

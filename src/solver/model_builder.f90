@@ -16,11 +16,9 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_hardening_factory, only: new_hardening_law
-  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper
+  use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type, law_slot_type
-  use qsmpm_soil_parameters, only: parameters_of, check_softening_cells
-  use qsmpm_user_material_law, only: new_user_law
+  use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
   use qsmpm_text, only: real_text
@@ -104,17 +102,9 @@ contains
           cycle
         end if
       end if
-      associate (material => model%analysis%materials(m), method => model%analysis%method)
-        if (material%user%given) then
-          call new_user_law(material%user, material%name, material%young, material%poisson, &
-            merge(3, 2, model%analysis%model == three_dimensional), law, error)
-        else if (material%cam_clay%given .or. material%hardening_soil%given) then
-          call new_hardening_law(material%cam_clay, material%hardening_soil, merge(3, 2, model%analysis%model == &
-            three_dimensional), method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
-        else
-          call new_law(parameters_of(material), merge(3, 2, model%analysis%model == three_dimensional), &
-            method%kinematics, method%rate, law, error)
-        end if
+      associate (material => model%analysis%materials(m))
+        call make_material_law(material, model%analysis%method, merge(3, 2, model%analysis%model == three_dimensional), &
+          law, error)
         if (allocated(error)) then
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
             error%message, error%code)

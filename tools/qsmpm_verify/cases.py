@@ -12,6 +12,7 @@ A file describes one deck and its variants:
     effort = "small"              small (debug build too), quick or long
     exit_code = 0                 what the program must return
     time_limit = 60               wall seconds until it is stopped
+    command = "run"               run, or point for the test of one material point
     replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
     each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)
     [[case.quantity]]             asked of this variant only
@@ -55,6 +56,7 @@ from qsmpm_verify.traces import TRACES
 from qsmpm_verify.trouble import Trouble
 
 EFFORTS = ("small", "quick", "long")
+COMMANDS = ("run", "point")
 PLACES = ("last", "first", "max", "min", "every")
 
 
@@ -98,6 +100,7 @@ class Case:
     exit_code: int = 0
     time_limit: float = 120.0
     replace: tuple[tuple[str, str], ...] = ()
+    command: str = "run"
 
     def needs(self) -> set[str]:
         """Names of the cases this one is compared with."""
@@ -183,12 +186,14 @@ def _case(
     """One case out of its table and the file's."""
     check_keys(
         entry,
-        {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity"},
+        {"name", "title", "deck", "effort", "exit_code", "time_limit", "replace", "quantity", "command"},
         where,
     )
     own = tuple(_quantity(q, table.get("source", ""), where) for q in entry.get("quantity", []))
     if entry.get("effort", "quick") not in EFFORTS:
         raise CaseError(f"{where}: effort is one of {', '.join(EFFORTS)}")
+    if entry.get("command", table.get("command", "run")) not in COMMANDS:
+        raise CaseError(f"{where}: command is one of {', '.join(COMMANDS)}")
     if any(len(pair) != 2 for pair in entry.get("replace", [])):
         raise CaseError(f"{where}: replace takes pairs of old and new text")
     if "name" not in entry:
@@ -201,6 +206,7 @@ def _case(
         effort=entry.get("effort", "quick"),
         exit_code=entry.get("exit_code", 0),
         time_limit=entry.get("time_limit", 120.0),
+        command=entry.get("command", table.get("command", "run")),
         replace=tuple((old, str(new)) for old, new in entry.get("replace", [])),
     )
 
@@ -211,7 +217,7 @@ def load_file(path: Path, top: Path) -> list[Case]:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except tomllib.TOMLDecodeError as error:
         raise CaseError(f"{path}: {error}") from error
-    check_keys(table, {"title", "deck", "source", "quantity", "case"}, str(path))
+    check_keys(table, {"title", "deck", "source", "quantity", "case", "command"}, str(path))
     for key in ("title", "deck", "case"):
         if key not in table:
             raise CaseError(f"{path}: '{key}' is missing")

@@ -10,7 +10,7 @@ import os
 import sys
 
 from qsmpm_verify import (
-    batch, chart, curve, document, effectivity, library, peers, pictures, scene, stability_map, view,
+    batch, chart, curve, document, effectivity, library, peers, pictures, point, scene, stability_map, view,
 )
 from qsmpm_verify.trouble import Trouble
 
@@ -22,8 +22,8 @@ def parser() -> argparse.ArgumentParser:
     verbs = main.add_subparsers(dest="verb", required=True, metavar="VERB")
     verbs_of = (
         batch.add_list, batch.add_run, curve.add_words, library.add_words, chart.add_words, scene.add_words,
-        peers.add_words, stability_map.add_words, effectivity.add_words, view.add_words, document.add_words,
-        pictures.add_words,
+        peers.add_words, stability_map.add_words, effectivity.add_words, point.add_words, view.add_words,
+        document.add_words, pictures.add_words,
     )  # fmt: skip
     for add in verbs_of:
         add(verbs)

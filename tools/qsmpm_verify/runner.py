@@ -76,8 +76,9 @@ def run_case(
     except (OSError, ValueError) as error:
         return Run(case, results, None, 0.0, str(error))
     started = time.monotonic()
+    command = [str(program), case.command, str(deck), "--out", str(results)]
     code, message = _execute(
-        [str(program), "run", str(deck), "--out", str(results), "--threads", str(threads), *options],
+        command + (["--tangent"] if case.command == "point" else ["--threads", str(threads), *options]),
         directory / "terminal.txt", case.time_limit, threads,
     )  # fmt: skip
     if code is not None and code != case.exit_code:

@@ -62,6 +62,12 @@ contains
     call expect(tests, 'run a --threads 99999999999', &
       "run: --threads wants a number from 1, not '99999999999'")
     call expect(tests, 'run a --out', 'run: --out wants a value')
+    call expect(tests, 'point', 'point: a deck is wanted')
+    call expect(tests, 'point a --tangen', "point: unknown option '--tangen' (did you mean --tangent?)")
+    call expect(tests, 'point a --threads 2', "point: unknown option '--threads'")
+    call expect(tests, 'run a --tangent', "run: unknown option '--tangent'")
+    call expect(tests, 'point a --out', 'point: --out wants a value')
+    call expect(tests, 'point a/x.inp y b/x.inp', "point: two decks are called 'x'")
     call expect(tests, 'check', 'check: a deck is wanted')
     call expect(tests, 'check a b', "check: unexpected 'b'")
     call expect(tests, 'check --quiet', "check: unknown option '--quiet'")

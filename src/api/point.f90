@@ -1,0 +1,331 @@
+!> `qsmpm point`: a laboratory test on one material point, from the deck to curves.csv, the echo and job.log, whose
+!> last line is `qsmpm: finished` only when the test did. A step without equilibrium is cut; when cutting does not
+!> help the test ends, and the rows so far stay.
+module qsmpm_point
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
+  use qsmpm_deck, only: read_deck, echo_text
+  use qsmpm_deck_words, only: test_words, kinematics_words
+  use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix
+  use qsmpm_file, only: write_text, file_exists
+  use qsmpm_law, only: law_type, batch_type, moment_type
+  use qsmpm_material_law, only: make_material_law
+  use qsmpm_messages, only: message_list_type, message_text
+  use qsmpm_number_text, only: integer_text, seconds_text, without_last_newline
+  use qsmpm_point_control, only: control_type
+  use qsmpm_point_curves, only: point_row_type, point_header, point_row
+  use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
+  use qsmpm_point_stages, only: ramp_type, begin_ramps, aim_ramps, set_controls
+  use qsmpm_point_test, only: point_test_type
+  use qsmpm_point_tally, only: tally_type, take_tangent, tangent_text, state_text
+  use qsmpm_posix, only: make_directory, remove_file, system_message
+  use qsmpm_tensor, only: stress_size
+  implicit none
+  private
+
+  public :: point_request_type, run_point, point_summary, point_law, refuse_point, bench_type, run_stages
+
+  !> What is to be run, and how.
+  type :: point_request_type
+    !> Path of the deck.
+    character(len=:), allocatable :: deck
+    !> Directory of the results; empty asks for output/<job>.
+    character(len=:), allocatable :: directory
+    !> Compare the law's tangent with differences in every step.
+    logical :: tangent = .false.
+    !> What stands at the top of the log.
+    character(len=:), allocatable :: banner
+  end type point_request_type
+
+  !> A test under way.
+  type :: bench_type
+    class(law_type), allocatable :: law
+    type(point_type) :: point
+    type(batch_type) :: batch
+    type(ramp_type), allocatable :: ramps(:)
+    type(tally_type) :: tally
+    !> Table and log so far: `curves(:length)`.
+    character(len=:), allocatable :: curves, log
+    integer :: length = 0
+    logical :: tangent = .false.
+  end type bench_type
+
+  !> Smallest part of a step that is tried, and bounds of the share a law may ask for.
+  real(wp), parameter :: smallest_part = 1.0_wp/1024.0_wp, least_share = 0.1_wp, most_share = 0.9_wp
+  character(len=1), parameter :: newline = new_line('a')
+  character(len=*), parameter :: finished_line = 'qsmpm: finished'
+
+contains
+
+  !> Run the test of a deck.
+  subroutine run_point(request, text, report, exit_code)
+    !> What is to be run.
+    type(point_request_type), intent(in) :: request
+    !> The log, empty when nothing was run.
+    character(len=:), allocatable, intent(out) :: text
+    !> Warnings and errors, one a line.
+    character(len=:), allocatable, intent(out) :: report
+    !> 0 when the test finished; else the code of the error.
+    integer, intent(out) :: exit_code
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(bench_type) :: bench
+    type(clock_type) :: clock
+    type(error_type), allocatable :: error
+
+    call start_clock(clock)
+    text = ''
+    exit_code = 0
+    call read_deck(request%deck, analysis, messages, error)
+    report = message_text(messages)
+    if (.not. allocated(error) .and. .not. analysis%point_test%given) call fail(error, error_deck, request%deck// &
+      ': the deck has no *POINT TEST: `qsmpm run` is for scenes')
+    if (.not. allocated(error)) call point_law(analysis, bench%law, error)
+    if (.not. allocated(error)) then
+      bench%tangent = request%tangent
+      bench%log = request%banner//newline//point_summary(analysis)
+      call record_test(analysis, request%directory, clock, bench, error)
+      text = bench%log
+    end if
+    if (.not. allocated(error)) return
+    report = report//without_last_newline(error%message)//newline
+    exit_code = error%code
+  end subroutine run_point
+
+  !> A test of one point is no scene.
+  subroutine refuse_point(scene, error)
+    !> What it says.
+    type(analysis_type), intent(in) :: scene
+    !> Set when it is a test of one point.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (scene%point_test%given) call fail(error, error_deck, scene%deck// &
+      ': the deck is a test of one point: `qsmpm point` runs it')
+  end subroutine refuse_point
+
+  !> The law of the material that is tested.
+  subroutine point_law(analysis, law, error)
+    !> The analysis, checked.
+    type(analysis_type), intent(in) :: analysis
+    !> The law.
+    class(law_type), allocatable, intent(out) :: law
+    !> Set when a parameter is out of its range.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: m
+
+    do m = 1, size(analysis%materials)
+      if (analysis%materials(m)%name /= analysis%point_test%material) cycle
+      call make_material_law(analysis%materials(m), analysis%method, analysis%point_test%dimension, law, error)
+      if (allocated(error)) call prefix(error, analysis%deck//": material '"//analysis%materials(m)%name//"'")
+      return
+    end do
+  end subroutine point_law
+
+  !> What will be tested, in a few lines.
+  pure function point_summary(analysis) result(text)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: text
+    integer :: i, steps
+
+    associate (test => analysis%point_test)
+      steps = 0
+      do i = 1, size(test%stages)
+        steps = steps + test%stages(i)%steps*size(test%stages(i)%targets, 2)
+      end do
+      text = 'point test '//analysis%job//': '//trim(test_words(test%kind))//", material '"//test%material//"', "// &
+        trim(kinematics_words(analysis%method%kinematics))//', '//integer_text(test%dimension)//'D, '// &
+        integer_text(size(test%stages))//trim(merge(' stage ', ' stages', size(test%stages) == 1))//', '// &
+        integer_text(steps)//' steps'//newline
+    end associate
+  end function point_summary
+
+  !> Run the test and write what came of it.
+  subroutine record_test(analysis, wanted_directory, clock, bench, error)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> Directory of the results, empty for the usual one.
+    character(len=*), intent(in) :: wanted_directory
+    !> Started with the program.
+    type(clock_type), intent(in) :: clock
+    !> The test; its log grows.
+    type(bench_type), intent(inout) :: bench
+    !> Set when the test did not finish or could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: trouble
+    character(len=:), allocatable :: directory, echo
+
+    directory = wanted_directory
+    if (len(directory) == 0) directory = 'output/'//analysis%job
+    call prepare_directory(directory, error)
+    if (allocated(error)) return
+    call echo_text(analysis, echo)
+    call write_text(directory//'/'//analysis%job//'.echo.inp', echo, error, durable=.false.)
+    if (allocated(error)) return
+    call run_stages(analysis, bench, error)
+    if (bench%tangent) bench%log = bench%log//tangent_text(bench%tally)//newline
+    bench%log = bench%log//integer_text(bench%tally%steps)//' steps, '//integer_text(bench%tally%iterations)// &
+      ' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
+    if (allocated(error)) then
+      bench%log = bench%log//error%message//newline
+    else
+      bench%log = bench%log//finished_line//newline
+    end if
+    call write_text(directory//'/curves.csv', bench%curves(:bench%length), trouble, durable=.false.)
+    if (.not. allocated(trouble)) call write_text(directory//'/job.log', bench%log, trouble, durable=.false.)
+    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
+  end subroutine record_test
+
+  !> Make the directory and take away what a former test left: a test that breaks off must not look finished.
+  subroutine prepare_directory(directory, error)
+    !> The directory.
+    character(len=*), intent(in) :: directory
+    !> Set when there is none.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=11), parameter :: results(2) = [character(len=11) :: '/job.log', '/curves.csv']
+    integer :: i
+
+    if (make_directory(directory) /= 0) then
+      call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
+      return
+    end if
+    do i = 1, size(results)
+      if (.not. file_exists(directory//trim(results(i)))) cycle
+      if (remove_file(directory//trim(results(i))) /= 0) call fail(error, error_other, "cannot remove '"// &
+        directory//trim(results(i))//"': "//system_message())
+    end do
+  end subroutine prepare_directory
+
+  !> All stages.
+  subroutine run_stages(analysis, bench, error)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> The test.
+    type(bench_type), intent(inout) :: bench
+    !> Set when there is no equilibrium.
+    type(error_type), allocatable, intent(out) :: error
+    type(point_row_type) :: row
+    integer :: i, k
+
+    associate (test => analysis%point_test)
+      call start_point(bench%law, test%stress(:stress_size(test%dimension)), bench%point)
+      call prepare_point(bench%law, bench%batch)
+      call begin_ramps(test, bench%ramps)
+      allocate (character(len=65536) :: bench%curves)
+      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', &
+      bench%law%state_count, &
+        bench%tangent))
+      call put(bench, point_row(test, bench%point, row, bench%tangent))
+      do i = 1, size(test%stages)
+        row%stage = i
+        do k = 1, size(test%stages(i)%targets, 2)
+          call aim_ramps(test, test%stages(i)%leads, test%stages(i)%targets(:, k), bench%point, bench%ramps)
+          call run_targets(analysis, k, bench, row, error)
+          if (allocated(error)) return
+        end do
+        bench%log = bench%log//'stage '//integer_text(i)//': '//state_text(test, bench%point)//newline
+      end do
+    end associate
+  end subroutine run_stages
+
+  !> The steps to one row of targets.
+  subroutine run_targets(analysis, number, bench, row, error)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the targets in their stage.
+    integer, intent(in) :: number
+    !> The test.
+    type(bench_type), intent(inout) :: bench
+    !> The row of the step before.
+    type(point_row_type), intent(inout) :: row
+    !> Set when there is no equilibrium.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: k
+    real(wp) :: rows
+
+    associate (test => analysis%point_test, stage => analysis%point_test%stages(row%stage))
+      rows = real(size(stage%targets, 2), wp)
+      do k = 1, stage%steps
+        row%step = row%step + 1
+        call run_step(test, number, k, bench, row, error)
+        if (allocated(error)) then
+          call prefix(error, 'stage '//integer_text(row%stage)//', step '//integer_text(row%step)//' (the last '// &
+            'equilibrium: '//state_text(test, bench%point)//')')
+          return
+        end if
+        row%load_factor = (real(number - 1, wp) + real(k, wp)/real(stage%steps, wp))/rows
+        if (bench%tangent) call take_tangent(bench%tally, bench%law, bench%batch, row%step, row%tangent_error)
+        bench%tally%steps = row%step
+        call put(bench, point_row(test, bench%point, row, bench%tangent))
+      end do
+    end associate
+  end subroutine run_targets
+
+  !> One step, in parts where it has no equilibrium.
+  subroutine run_step(test, number, step, bench, row, error)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> Number of the targets in their stage, and of the step to them.
+    integer, intent(in) :: number, step
+    !> The test.
+    type(bench_type), intent(inout) :: bench
+    !> Gains corrections and parts.
+    type(point_row_type), intent(inout) :: row
+    !> Set when there is no equilibrium.
+    type(error_type), allocatable, intent(out) :: error
+    type(control_type) :: controls(size(bench%ramps))
+    type(moment_type) :: moment
+    real(wp) :: done, part, steps, rows
+    integer :: iterations
+
+    steps = real(test%stages(row%stage)%steps, wp)
+    rows = real(size(test%stages(row%stage)%targets, 2), wp)
+    row%iterations = 0
+    row%parts = 0
+    done = 0.0_wp
+    part = 1.0_wp
+    do while (done < 1.0_wp)
+      call set_controls(bench%ramps, (real(step - 1, wp) + min(1.0_wp, done + part))/steps, controls)
+      moment = moment_type(row%stage, row%step, (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, &
+        part/(steps*rows))
+      call control_point(bench%law, bench%point, controls, test%tolerance, moment, bench%batch, iterations, error)
+      row%iterations = row%iterations + iterations
+      bench%tally%iterations = bench%tally%iterations + iterations
+      if (.not. allocated(error)) then
+        row%parts = row%parts + 1
+        done = done + part
+        part = min(2.0_wp*part, 1.0_wp - done)
+      else
+        if (error%code /= error_not_converged .or. part <= smallest_part) return
+        part = part*smaller(bench%batch%share)
+      end if
+    end do
+  end subroutine run_step
+
+  !> Share of a part that is tried next.
+  pure real(wp) function smaller(share)
+    !> What the law asks for; 0 when it does not.
+    real(wp), intent(in) :: share
+
+    smaller = 0.5_wp
+    if (share > 0.0_wp) smaller = min(max(share, least_share), most_share)
+  end function smaller
+
+  !> Put a line into the table.
+  pure subroutine put(bench, line)
+    !> The test.
+    type(bench_type), intent(inout) :: bench
+    !> The line, without its end.
+    character(len=*), intent(in) :: line
+    character(len=:), allocatable :: longer
+
+    if (bench%length + len(line) + 1 > len(bench%curves)) then
+      allocate (character(len=2*(bench%length + len(line) + 1)) :: longer)
+      longer(:bench%length) = bench%curves(:bench%length)
+      call move_alloc(longer, bench%curves)
+    end if
+    bench%curves(bench%length + 1:bench%length + len(line) + 1) = line//newline
+    bench%length = bench%length + len(line) + 1
+  end subroutine put
+end module qsmpm_point

@@ -1,0 +1,224 @@
+!> From a test of the laboratory to controls of a point: what is held, what is led, and how it goes from its value at
+!> the start of a stage to its target.
+!>
+!> Every test has as many controls as the gradient has components. Those of shear hold the gradient's components (no
+!> rotation about y); what a stage does not name keeps the value it has. Signs of the laboratory become those of
+!> tensors here, strains become ratios of lengths (1 + e, or exp(e) for logarithmic ones, which go evenly in e).
+module qsmpm_point_stages
+  use qsmpm_kinds, only: wp
+  use qsmpm_point_control, only: control_type, control_value, control_gradient, control_volume, control_stress
+  use qsmpm_point_driver, only: point_type
+  use qsmpm_point_test, only: point_test_type, test_drained, test_undrained, test_biaxial, test_shear, &
+    strain_logarithmic, lead_axial_strain, lead_axial_stress, lead_deviator, &
+    lead_cell_pressure, lead_shear_strain, lead_shear_stress, lead_normal_stress, lead_pressure, &
+    lead_volumetric_strain, lead_strain, lead_stress, lead_row, lead_column
+  use qsmpm_tensor, only: gradient_size, gradient_index
+  implicit none
+  private
+
+  public :: ramp_type, begin_ramps, aim_ramps, set_controls
+
+  !> A control on its way.
+  type :: ramp_type
+    type(control_type) :: control
+    !> Values at the start and the end, of the logarithm where the way is even in that.
+    real(wp) :: from = 0.0_wp
+    real(wp) :: to = 0.0_wp
+    logical :: logarithmic = .false.
+  end type ramp_type
+
+contains
+
+  !> Controls of a test before its first stage: what it holds.
+  pure subroutine begin_ramps(test, ramps)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> One a component (5 or 9).
+    type(ramp_type), allocatable, intent(out) :: ramps(:)
+    integer :: i, n
+
+    n = gradient_size(test%dimension)
+    allocate (ramps(n))
+    do i = 1, n
+      ramps(i)%control%weight(i) = 1.0_wp
+    end do
+    associate (xx => component(test, 1, 1), yy => component(test, 2, 2), zz => component(test, 3, 3))
+      select case (test%kind)
+      case (test_drained)
+        ramps([xx, zz])%control%kind = control_stress
+        call weigh_deviator(test, ramps(yy)%control)
+      case (test_undrained)
+        ramps(xx)%control%weight(zz) = -1.0_wp
+        ramps(zz)%control%kind = control_volume
+        call weigh_deviator(test, ramps(yy)%control)
+      case (test_biaxial)
+        ramps(xx)%control%kind = control_stress
+        call weigh_deviator(test, ramps(yy)%control)
+      case (test_shear)
+        if (.not. test%fixed_height) ramps(yy)%control%kind = control_stress
+      end select
+    end associate
+  end subroutine begin_ramps
+
+  !> Place of a component.
+  pure integer function component(test, row, column)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> Row and column.
+    integer, intent(in) :: row, column
+
+    component = gradient_index(row, column, test%dimension)
+  end function component
+
+  !> Make a control that of the deviator: lateral less axial stress, tension positive.
+  pure subroutine weigh_deviator(test, control)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> The control.
+    type(control_type), intent(inout) :: control
+
+    control%kind = control_stress
+    control%weight = 0.0_wp
+    control%weight(component(test, 2, 2)) = -1.0_wp
+    control%weight(component(test, 1, 1)) = 1.0_wp
+    if (test%kind /= test_undrained) return
+    control%weight(component(test, 1, 1)) = 0.5_wp
+    control%weight(component(test, 3, 3)) = 0.5_wp
+  end subroutine weigh_deviator
+
+  !> Aim the controls at the targets of a stage.
+  subroutine aim_ramps(test, leads, targets, point, ramps)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> Quantities led and their values at the end.
+    integer, intent(in) :: leads(:)
+    real(wp), intent(in) :: targets(:)
+    !> The point at the start of the stage.
+    type(point_type), intent(in) :: point
+    !> The controls.
+    type(ramp_type), intent(inout) :: ramps(:)
+    real(wp) :: unmoved(size(ramps))
+    logical :: led(size(ramps))
+    integer :: i
+
+    unmoved = 0.0_wp
+    led = .false.
+    ! An axial quantity of the stage before is let go: the deviator is kept, unless the stage names another.
+    if (any(test%kind == [test_drained, test_biaxial]) .and. all(leads == lead_cell_pressure)) &
+      call weigh_deviator(test, ramps(component(test, 2, 2))%control)
+    do i = 1, size(leads)
+      call lead_ramps(test, leads(i), targets(i), ramps, led)
+    end do
+    do i = 1, size(ramps)
+      associate (ramp => ramps(i))
+        if (.not. led(i)) ramp%logarithmic = .false.
+        ramp%from = control_value(ramp%control, unmoved, point%deformation, point%stress)
+        if (ramp%logarithmic) ramp%from = log(ramp%from)
+        if (.not. led(i)) ramp%to = ramp%from
+      end associate
+    end do
+  end subroutine aim_ramps
+
+  !> Aim the controls that a quantity leads.
+  subroutine lead_ramps(test, lead, target, ramps, led)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> The quantity.
+    integer, intent(in) :: lead
+    !> Its value at the end.
+    real(wp), intent(in) :: target
+    !> The controls.
+    type(ramp_type), intent(inout) :: ramps(:)
+    !> Which of them are led.
+    logical, intent(inout) :: led(:)
+    integer :: i
+
+    select case (lead)
+    case (lead_axial_strain)
+      call aim(2, 2, control_gradient, -target, .true.)
+    case (lead_axial_stress, lead_normal_stress)
+      call aim(2, 2, control_stress, -target, .false.)
+    case (lead_deviator)
+      call aim(2, 2, control_stress, target, .false.)
+      call weigh_deviator(test, ramps(component(test, 2, 2))%control)
+    case (lead_cell_pressure)
+      call aim(1, 1, control_stress, -target, .false.)
+      if (test%kind == test_drained) call aim(3, 3, control_stress, -target, .false.)
+    case (lead_shear_strain)
+      call aim(1, 2, control_gradient, target, .false.)
+    case (lead_shear_stress)
+      call aim(1, 2, control_stress, target, .false.)
+    case (lead_pressure)
+      do i = 1, 3
+        call aim(i, i, control_stress, -target, .false.)
+      end do
+    case (lead_volumetric_strain)
+      call aim(1, 1, control_volume, -target, .true.)
+      do i = 2, 3
+        call keep_ratio(i)
+      end do
+    case default
+      if (lead > lead_stress) then
+        call aim(lead_row(lead), lead_column(lead), control_stress, target, .false.)
+      else
+        call aim(lead_row(lead), lead_column(lead), control_gradient, target, &
+          lead > lead_strain .and. lead_row(lead) == lead_column(lead))
+      end if
+    end select
+
+  contains
+
+    !> Lead one component.
+    subroutine aim(row, column, kind, value, strain)
+      !> Row and column.
+      integer, intent(in) :: row, column
+      !> Kind of the control.
+      integer, intent(in) :: kind
+      !> Its value at the end, tension positive.
+      real(wp), intent(in) :: value
+      !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
+      logical, intent(in) :: strain
+      integer :: k
+
+      k = component(test, row, column)
+      ramps(k)%control%kind = kind
+      ramps(k)%control%weight = 0.0_wp
+      ramps(k)%control%weight(k) = 1.0_wp
+      ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
+      ramps(k)%to = value
+      if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
+      led(k) = .true.
+    end subroutine aim
+
+    !> Keep the difference of a length from the first one.
+    subroutine keep_ratio(axis)
+      !> The axis.
+      integer, intent(in) :: axis
+      integer :: k
+
+      k = component(test, axis, axis)
+      ramps(k)%control%kind = control_gradient
+      ramps(k)%control%weight = 0.0_wp
+      ramps(k)%control%weight(k) = 1.0_wp
+      ramps(k)%control%weight(component(test, 1, 1)) = -1.0_wp
+    end subroutine keep_ratio
+  end subroutine lead_ramps
+
+  !> Values of the controls at a share of the stage.
+  pure subroutine set_controls(ramps, share, controls)
+    !> The controls on their way.
+    type(ramp_type), intent(in) :: ramps(:)
+    !> 0 to 1.
+    real(wp), intent(in) :: share
+    !> What leads the step to there.
+    type(control_type), intent(out) :: controls(:)
+    integer :: i
+
+    do i = 1, size(ramps)
+      controls(i) = ramps(i)%control
+      controls(i)%value = ramps(i)%from + share*(ramps(i)%to - ramps(i)%from)
+      if (share >= 1.0_wp) controls(i)%value = ramps(i)%to
+      if (ramps(i)%logarithmic) controls(i)%value = exp(controls(i)%value)
+    end do
+  end subroutine set_controls
+end module qsmpm_point_stages

@@ -1,0 +1,121 @@
+!> What the steps of a point came to, in sentences: how a stage ended, and how good the law's tangent is.
+module qsmpm_point_tally
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type
+  use qsmpm_number_text, only: integer_text, short_text
+  use qsmpm_point_curves, only: laboratory_type, laboratory_values
+  use qsmpm_point_driver, only: point_type
+  use qsmpm_point_test, only: point_test_type
+  use qsmpm_tangent_check, only: tangent_check_type, check_tangent
+  implicit none
+  private
+
+  public :: tally_type, take_tangent, tangent_text, state_text
+
+  !> Differences cannot tell a smaller error of a tangent from their own; and the share of the tangent that
+  !> may change between elastic steps.
+  real(wp), parameter :: good_tangent = 1.0e-4_wp, same_tangent = 5.0e-2_wp
+
+  !> The tangents so far: of elastic steps (1) and of those that yield (2).
+  type :: tally_type
+    integer :: steps = 0
+    integer :: iterations = 0
+    integer :: compared(2) = 0
+    real(wp) :: worst(2) = 0.0_wp
+    integer :: worst_step(2) = 0
+    !> Tangent of the last elastic step (5,5) or (9,9), and the least distance of one that yields from it.
+    real(wp), allocatable :: elastic(:, :)
+    real(wp) :: from_elastic = huge(1.0_wp)
+  end type tally_type
+
+contains
+
+  !> Check the tangent of a step.
+  subroutine take_tangent(tally, law, batch, step, error)
+    !> The tally.
+    type(tally_type), intent(inout) :: tally
+    !> The law.
+    class(law_type), intent(in) :: law
+    !> The point at the end of the step.
+    type(batch_type), intent(in) :: batch
+    !> Number of the step.
+    integer, intent(in) :: step
+    !> Error of the tangent, negative when the law refused.
+    real(wp), intent(out) :: error
+    type(tangent_check_type) :: check
+    integer :: kind
+
+    call check_tangent(law, batch, check)
+    error = -1.0_wp
+    if (.not. check%made) return
+    error = check%error
+    kind = merge(2, 1, batch%plastic(1) /= 0)
+    tally%compared(kind) = tally%compared(kind) + 1
+    if (error > tally%worst(kind) .or. tally%worst_step(kind) == 0) then
+      tally%worst(kind) = error
+      tally%worst_step(kind) = step
+    end if
+    associate (tangent => batch%tangent(:, :, 1))
+      if (kind == 1) then
+        if (.not. allocated(tally%elastic)) allocate (tally%elastic, source=tangent)
+        tally%elastic(:, :) = tangent
+      else if (allocated(tally%elastic) .and. error > good_tangent) then
+        tally%from_elastic = min(tally%from_elastic, maxval(abs(tangent - tally%elastic))/maxval(abs(tangent)))
+      end if
+    end associate
+  end subroutine take_tangent
+
+  !> What the tangents are worth.
+  pure function tangent_text(tally) result(text)
+    !> The tally.
+    type(tally_type), intent(in) :: tally
+    character(len=:), allocatable :: text
+    character(len=8), parameter :: kinds(2) = [character(len=8) :: 'elastic', 'yielding']
+    integer :: i
+
+    text = ''
+    do i = 1, 2
+      if (tally%compared(i) == 0) cycle
+      if (len(text) > 0) text = text//', '
+      text = text//short_text(tally%worst(i), 2)//' in '//integer_text(tally%compared(i))//' '//trim(kinds(i))// &
+        trim(merge(' step ', ' steps', tally%compared(i) == 1))//' (step '//integer_text(tally%worst_step(i))//')'
+    end do
+    if (len(text) == 0) then
+      text = 'tangent: no step could be compared'
+      return
+    end if
+    text = 'tangent: largest error '//text//': '//verdict(tally)
+  end function tangent_text
+
+  !> Whether Newton's method may trust the tangents.
+  pure function verdict(tally) result(text)
+    !> The tally.
+    type(tally_type), intent(in) :: tally
+    character(len=:), allocatable :: text
+
+    if (maxval(tally%worst) <= good_tangent) then
+      text = 'it is consistent'
+    else if (tally%worst(1) > good_tangent) then
+      text = 'it is wrong in elastic steps already'
+    else if (tally%from_elastic < same_tangent) then
+      text = 'it is the elastic one where the law yields'
+    else
+      text = 'it is not consistent where the law yields'
+    end if
+  end function verdict
+
+  !> The state of the point in a few figures.
+  pure function state_text(test, point) result(text)
+    !> The test.
+    type(point_test_type), intent(in) :: test
+    !> The point.
+    type(point_type), intent(in) :: point
+    character(len=:), allocatable :: text
+    type(laboratory_type) :: values
+
+    values = laboratory_values(test, point)
+    text = 'axial strain '//short_text(values%axial_strain, 5)//', volumetric '// &
+      short_text(values%volumetric_strain, 5)//', shear '//short_text(values%shear_strain, 5)//', p '// &
+      short_text(values%p + 0.0_wp, 6)//', q '//short_text(values%q, 6)
+  end function state_text
+end module qsmpm_point_tally

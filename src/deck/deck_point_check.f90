@@ -1,0 +1,249 @@
+!> Checks of a deck with a *POINT TEST when it is known whole, and its tables of targets: what the deck must have,
+!> what it must not, and quantities that the kind of test leads.
+module qsmpm_deck_point_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: source_line_type, mesh_none
+  use qsmpm_error, only: error_type
+  use qsmpm_text, only: string_type
+  use qsmpm_messages, only: severity_error
+  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_words, only: test_words
+  use qsmpm_point_table, only: parse_targets
+  use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
+      test_isotropic, &
+    test_path, strain_engineering, lead_axial_strain, lead_axial_stress, lead_deviator, lead_cell_pressure, &
+    lead_shear_strain, lead_shear_stress, lead_normal_stress, lead_pressure, lead_volumetric_strain, lead_gradient, &
+    lead_strain, lead_stress, lead_words, lead_row, lead_column
+  implicit none
+  private
+
+  public :: check_point_deck
+
+contains
+
+  !> All checks of a deck with a point test, or with cards of one.
+  subroutine check_point_deck(state)
+    !> The deck, complete; tables are read into it.
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (analysis => state%analysis, test => state%analysis%point_test)
+      if (.not. allocated(test%stages)) allocate (test%stages(0))
+      if (.not. test%given) then
+        if (size(test%stages) > 0) call state%fault_from(stage_place(state, 1), 'POINT STAGE', &
+          'belongs to a *POINT TEST, and the deck has none')
+        if (test%stress_given .and. size(test%stages) == 0) call state%messages%add(severity_error, state%last, &
+          'INITIAL STRESS', 'belongs to a *POINT TEST, and the deck has none')
+        return
+      end if
+      if (state%model_given .or. analysis%mesh%kind /= mesh_none .or. size(analysis%bodies) > 0 &
+          .or. size(analysis%phases) > 0) call state%fault_from(test_place(state), 'POINT TEST', &
+        'a deck of a point has no *MODEL, mesh, *BODY or *PHASE: a scene is another deck')
+      if (size(analysis%materials) == 0) call state%messages%add(severity_error, state%last, 'MATERIAL', &
+        'the deck lacks a material')
+      if (size(test%stages) == 0) call state%messages%add(severity_error, state%last, 'POINT STAGE', &
+        'the deck lacks a stage of its *POINT TEST')
+    end associate
+    if (state%analysis%point_test%kind == 0) return
+    call choose_material(state)
+    call check_start(state)
+    do i = 1, size(state%analysis%point_test%stages)
+      call read_table(state, i)
+      call check_stage(state, i)
+    end do
+  end subroutine check_point_deck
+
+  !> Where the test was written.
+  pure function test_place(state) result(where)
+    type(deck_state_type), intent(in) :: state
+    type(source_line_type) :: where
+
+    where%file = state%analysis%point_test%file
+    where%line = state%analysis%point_test%line
+  end function test_place
+
+  !> Where a stage was written.
+  pure function stage_place(state, number) result(where)
+    type(deck_state_type), intent(in) :: state
+    !> Number of the stage.
+    integer, intent(in) :: number
+    type(source_line_type) :: where
+
+    associate (stage => state%analysis%point_test%stages(number))
+      where%file = stage%file
+      where%line = stage%line
+    end associate
+  end function stage_place
+
+  !> The material there is, or the one that is named.
+  subroutine choose_material(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: names(:)
+    integer :: i
+
+    associate (test => state%analysis%point_test, materials => state%analysis%materials)
+      if (size(materials) == 0) return
+      if (len(test%material) == 0) then
+        test%material = materials(1)%name
+        if (size(materials) > 1) call state%fault_from(test_place(state), 'POINT TEST', &
+          'the deck has several materials; MATERIAL= tells which is tested')
+        return
+      end if
+      allocate (names(0))
+      do i = 1, size(materials)
+        if (materials(i)%name == test%material) return
+        call add_name(names, materials(i)%name)
+      end do
+      call state%fault_from(test_place(state), 'POINT TEST', "there is no material '"//test%material//"'"// &
+        did_you_mean(test%material, names))
+    end associate
+  end subroutine choose_material
+
+  !> The stress at the start; a cell pressure is one.
+  subroutine check_start(state)
+    type(deck_state_type), intent(inout) :: state
+
+    associate (test => state%analysis%point_test)
+      if (test%cell_given .and. .not. test%stress_given) test%stress(:3) = -test%cell_pressure
+      if (.not. test%cell_given) test%cell_pressure = -test%stress(1)
+      if (test%cell_given .and. test%stress_given .and. test%kind /= test_undrained) call state%fault_from( &
+        test_place(state), 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test '// &
+      'has both')
+      if (any(test%kind == [test_drained, test_undrained, test_biaxial]) .and. .not. test%cell_given &
+          .and. .not. test%stress_given) call state%fault_from(test_place(state), 'POINT TEST', &
+        trim(test_words(test%kind))//' wants a CELL PRESSURE or an *INITIAL STRESS')
+      if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%fault_from(test_place(state), &
+        'POINT TEST', 'the stress at the start has components 13 or 23: DIMENSION=3 holds them')
+    end associate
+  end subroutine check_start
+
+  !> Read the table of a stage.
+  subroutine read_table(state, number)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the stage.
+    integer, intent(in) :: number
+    character(len=:), allocatable :: text
+    type(error_type), allocatable :: error
+    logical :: found
+
+    associate (stage => state%analysis%point_test%stages(number), analysis => state%analysis)
+      if (len(stage%table) == 0) return
+      call read_whole_file(stage%table, text, found)
+      if (.not. found) then
+        call state%fault_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
+        return
+      end if
+      call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', stage%leads, &
+        stage%targets, error)
+      if (allocated(error)) then
+        call state%fault_from(stage_place(state, number), 'POINT STAGE', error%message)
+        if (allocated(stage%leads)) deallocate (stage%leads)
+        allocate (stage%leads(0))
+      end if
+    end associate
+  end subroutine read_table
+
+  !> What a stage leads can be led together in this kind of test.
+  subroutine check_stage(state, number)
+    type(deck_state_type), intent(inout) :: state
+    !> Number of the stage.
+    integer, intent(in) :: number
+    integer, allocatable :: leads(:)
+    integer :: i, k
+
+    associate (stage => state%analysis%point_test%stages(number), test => state%analysis%point_test)
+      if (any(stage%leads == 0)) return
+      leads = stage%leads
+      do i = 1, size(leads)
+        if (.not. may_lead(test%kind, test%dimension, leads(i))) then
+          call fault("'"//trim(lead_words(leads(i)))//"' is not led in "//trim(test_words(test%kind))// &
+            trim(merge(' of two dimensions', repeat(' ', 18), test%kind == test_path .and. test%dimension == 2)))
+        else if (leads(i) == lead_normal_stress .and. test%fixed_height) then
+          call fault("'NORMAL STRESS' is not led at HEIGHT=FIXED")
+        else if (.not. in_reach(leads(i), test%strain, stage%targets(i, :))) then
+          call fault("'"//trim(lead_words(leads(i)))//"' leaves the point without volume")
+        end if
+        do k = 1, i - 1
+          if (place(leads(k)) == place(leads(i))) call fault("'"//trim(lead_words(leads(k)))//"' and '"// &
+            trim(lead_words(leads(i)))//"' lead the same component")
+        end do
+      end do
+    end associate
+
+  contains
+
+    !> Report a fault of the stage.
+    subroutine fault(sentence)
+      !> What is wrong.
+      character(len=*), intent(in) :: sentence
+
+      call state%fault_from(stage_place(state, number), 'POINT STAGE', sentence)
+    end subroutine fault
+  end subroutine check_stage
+
+  !> Whether a kind of test leads a quantity.
+  pure logical function may_lead(kind, dimension, lead)
+    !> Kind of test.
+    integer, intent(in) :: kind
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The quantity.
+    integer, intent(in) :: lead
+
+    select case (kind)
+    case (test_oedometer)
+      may_lead = any(lead == [lead_axial_strain, lead_axial_stress])
+    case (test_drained, test_biaxial)
+      may_lead = any(lead == [lead_axial_strain, lead_axial_stress, lead_deviator, lead_cell_pressure])
+    case (test_undrained)
+      may_lead = any(lead == [lead_axial_strain, lead_deviator])
+    case (test_shear)
+      may_lead = any(lead == [lead_shear_strain, lead_shear_stress, lead_normal_stress])
+    case (test_isotropic)
+      may_lead = any(lead == [lead_pressure, lead_volumetric_strain])
+    case default
+      may_lead = lead > lead_gradient
+      if (may_lead .and. dimension == 2 .and. (lead_row(lead) == 3 .neqv. lead_column(lead) == 3)) may_lead = .false.
+    end select
+  end function may_lead
+
+  !> Whether targets of a strain leave a length.
+  pure logical function in_reach(lead, strain, targets)
+    !> The quantity.
+    integer, intent(in) :: lead
+    !> Measure of strain.
+    integer, intent(in) :: strain
+    !> Its targets.
+    real(wp), intent(in) :: targets(:)
+
+    in_reach = .true.
+    if (lead > lead_gradient .and. lead <= lead_strain) then
+      if (lead_row(lead) == lead_column(lead)) in_reach = all(targets > 0.0_wp)
+    else if (strain == strain_engineering) then
+      if (any(lead == [lead_axial_strain, lead_volumetric_strain])) in_reach = all(targets < 1.0_wp)
+      if (lead > lead_strain .and. lead <= lead_stress) then
+        if (lead_row(lead) == lead_column(lead)) in_reach = all(targets > -1.0_wp)
+      end if
+    end if
+  end function in_reach
+
+  !> What two quantities must not share: the component they lead.
+  pure integer function place(lead)
+    !> The quantity.
+    integer, intent(in) :: lead
+
+    select case (lead)
+    case (lead_axial_strain, lead_axial_stress, lead_deviator)
+      place = -1
+    case (lead_shear_strain, lead_shear_stress)
+      place = -2
+    case (lead_pressure, lead_volumetric_strain)
+      place = -3
+    case (lead_cell_pressure, lead_normal_stress)
+      place = -4
+    case default
+      place = 3*lead_row(lead) + lead_column(lead)
+    end select
+  end function place
+end module qsmpm_deck_point_check

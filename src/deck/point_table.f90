@@ -1,0 +1,202 @@
+!> Tables of targets for a point: a CSV file whose first line names what is led, `e22 [%],s11 [kPa]`, and whose other
+!> lines are targets one after the other. Columns named `time`, `step` or `phase` are not read.
+module qsmpm_point_table
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_deck, fail
+  use qsmpm_text, only: string_type, upper, stripped, squeezed, split, read_real, integer_text, number_good
+  use qsmpm_point_test, only: lead_words, lead_stress, lead_axial_stress, lead_deviator, lead_cell_pressure, &
+    lead_shear_stress, lead_normal_stress, lead_pressure
+  implicit none
+  private
+
+  public :: parse_targets, unit_factor, is_stress
+
+  !> Units of stress that are converted, in Pa.
+  character(len=8), parameter :: stress_units(10) = [character(len=8) :: 'Pa', 'kPa', 'MPa', 'GPa', 'N/m^2', &
+    'kN/m^2', 'MN/m^2', 'N/mm^2', 'N/cm^2', 'bar']
+  real(wp), parameter :: pascals(10) = [1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e9_wp, 1.0_wp, 1.0e3_wp, 1.0e6_wp, 1.0e6_wp, &
+    1.0e4_wp, 1.0e5_wp]
+  character(len=1), parameter :: newline = new_line('a')
+
+contains
+
+  !> Whether a quantity is a stress.
+  pure logical function is_stress(lead)
+    !> One of lead_*.
+    integer, intent(in) :: lead
+
+    is_stress = lead > lead_stress .or. any(lead == [lead_axial_stress, lead_deviator, lead_cell_pressure, &
+      lead_shear_stress, lead_normal_stress, lead_pressure])
+  end function is_stress
+
+  !> Targets of a table.
+  pure subroutine parse_targets(path, text, stress_unit, leads, targets, error)
+    !> Path of the file, for messages.
+    character(len=*), intent(in) :: path
+    !> What it holds.
+    character(len=*), intent(in) :: text
+    !> Unit of stress of the deck, FORCE/LENGTH^2.
+    character(len=*), intent(in) :: stress_unit
+    !> What is led, one of lead_* a column.
+    integer, allocatable, intent(out) :: leads(:)
+    !> Targets in the deck's units (column, row).
+    real(wp), allocatable, intent(out) :: targets(:, :)
+    !> Set when the table is not good.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type), allocatable :: lines(:), cells(:)
+    integer, allocatable :: column(:), places(:)
+    real(wp), allocatable :: factor(:)
+    integer :: i, row
+
+    call split(text, newline, lines)
+    allocate (places(0))
+    do i = 1, size(lines)
+      if (len(stripped(without_return(lines(i)%text))) > 0) places = [places, i]
+    end do
+    if (size(places) < 2) then
+      call fail(error, error_deck, path//': a line of headings and a row of targets are wanted')
+      return
+    end if
+    call parse_head(path, without_return(lines(places(1))%text), stress_unit, leads, column, factor, error)
+    if (allocated(error)) return
+    allocate (targets(size(leads), size(places) - 1))
+    do row = 2, size(places)
+      call split(without_return(lines(places(row))%text), ',', cells)
+      call parse_row(path//':'//integer_text(places(row)), cells, column, factor, targets(:, row - 1), error)
+      if (allocated(error)) return
+    end do
+  end subroutine parse_targets
+
+  !> The line of headings.
+  pure subroutine parse_head(path, line, stress_unit, leads, column, factor, error)
+    !> Path of the file.
+    character(len=*), intent(in) :: path
+    !> The line.
+    character(len=*), intent(in) :: line
+    !> Unit of stress of the deck.
+    character(len=*), intent(in) :: stress_unit
+    !> What is led.
+    integer, allocatable, intent(out) :: leads(:)
+    !> Where it stands in a row, and the factor to the deck's unit.
+    integer, allocatable, intent(out) :: column(:)
+    real(wp), allocatable, intent(out) :: factor(:)
+    !> Set when a heading is not known.
+    type(error_type), allocatable, intent(out) :: error
+    type(string_type), allocatable :: cells(:)
+    character(len=:), allocatable :: name, unit
+    integer :: i, lead
+    real(wp) :: f
+
+    call split(line, ',', cells)
+    allocate (leads(0), column(0), factor(0))
+    do i = 1, size(cells)
+      call cut_heading(cells(i)%text, name, unit)
+      if (any(name == ['TIME ', 'STEP ', 'PHASE'])) cycle
+      lead = findloc(lead_words == name, .true., dim=1)
+      if (lead == 0) then
+        call fail(error, error_deck, path//":1: nothing is called '"//stripped(cells(i)%text)//"'")
+        return
+      end if
+      if (any(leads == lead)) then
+        call fail(error, error_deck, path//":1: '"//trim(lead_words(lead))//"' stands there twice")
+        return
+      end if
+      f = unit_factor(unit, is_stress(lead), stress_unit)
+      if (.not. abs(f) > 0.0_wp) then
+        call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name//"' cannot be converted to '"// &
+          trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(lead)))//"'")
+        return
+      end if
+      leads = [leads, lead]
+      column = [column, i]
+      factor = [factor, f]
+    end do
+    if (size(leads) == 0) call fail(error, error_deck, path//':1: no column is led')
+  end subroutine parse_head
+
+  !> Name and unit of a heading `name [unit]`.
+  pure subroutine cut_heading(text, name, unit)
+    !> The heading.
+    character(len=*), intent(in) :: text
+    !> Its name as capitals, blanks and underscores as one blank.
+    character(len=:), allocatable, intent(out) :: name
+    !> Its unit, empty when there is none.
+    character(len=:), allocatable, intent(out) :: unit
+    integer :: open, close, i
+
+    open = scan(text//'[', '[')
+    name = text(:open - 1)
+    do i = 1, len(name)
+      if (name(i:i) == '_') name(i:i) = ' '
+    end do
+    name = upper(squeezed(name))
+    unit = ''
+    close = index(text, ']')
+    if (close > open) unit = stripped(text(open + 1:close - 1))
+  end subroutine cut_heading
+
+  !> Factor from a unit to the deck's; 0 when there is none.
+  pure real(wp) function unit_factor(unit, stress, stress_unit) result(factor)
+    !> The unit, empty for the deck's.
+    character(len=*), intent(in) :: unit
+    !> It is one of stress, else of strain.
+    logical, intent(in) :: stress
+    !> Unit of stress of the deck.
+    character(len=*), intent(in) :: stress_unit
+    integer :: from, to
+
+    factor = 0.0_wp
+    if (len(unit) == 0) factor = 1.0_wp
+    if (stress) then
+      if (unit == stress_unit) factor = 1.0_wp
+      from = findloc(stress_units == unit, .true., dim=1)
+      to = findloc(stress_units == stress_unit, .true., dim=1)
+      if (from > 0 .and. to > 0) factor = pascals(from)/pascals(to)
+    else
+      if (unit == '-' .or. unit == '1') factor = 1.0_wp
+      if (unit == '%') factor = 1.0e-2_wp
+    end if
+  end function unit_factor
+
+  !> A row of targets.
+  pure subroutine parse_row(place, cells, column, factor, targets, error)
+    !> File and line, for messages.
+    character(len=*), intent(in) :: place
+    !> The cells.
+    type(string_type), intent(in) :: cells(:)
+    !> Where the targets stand, and their factors.
+    integer, intent(in) :: column(:)
+    real(wp), intent(in) :: factor(:)
+    !> The targets.
+    real(wp), intent(out) :: targets(:)
+    !> Set when one is no number.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i, outcome
+
+    targets = 0.0_wp
+    do i = 1, size(column)
+      if (column(i) > size(cells)) then
+        call fail(error, error_deck, place//': a number for each heading is wanted')
+        return
+      end if
+      call read_real(stripped(cells(column(i))%text), targets(i), outcome)
+      if (outcome /= number_good) then
+        call fail(error, error_deck, place//": '"//stripped(cells(column(i))%text)//"' is not a number")
+        return
+      end if
+    end do
+    targets = targets*factor
+  end subroutine parse_row
+
+  !> A line without the return that some systems put at its end.
+  pure function without_return(text) result(line)
+    !> The line.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: line
+
+    line = text
+    if (len(line) > 0) then
+      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
+    end if
+  end function without_return
+end module qsmpm_point_table

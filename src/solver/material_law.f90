@@ -1,0 +1,39 @@
+!> The law of a material of the deck: the one place that knows which card makes which law.
+module qsmpm_material_law
+  use qsmpm_analysis, only: material_type, method_type
+  use qsmpm_error, only: error_type
+  use qsmpm_law, only: law_type
+  use qsmpm_hardening_factory, only: new_hardening_law
+  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper
+  use qsmpm_soil_parameters, only: parameters_of
+  use qsmpm_user_material_law, only: new_user_law
+  implicit none
+  private
+
+  public :: make_material_law
+
+contains
+
+  !> Make the law of a material.
+  subroutine make_material_law(material, method, dimension, law, error)
+    !> What the deck says of it.
+    type(material_type), intent(in) :: material
+    !> Kinematics and rate.
+    type(method_type), intent(in) :: method
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The law, with its exact consistent tangent.
+    class(law_type), allocatable, intent(out) :: law
+    !> Set when a parameter is out of its range.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (material%user%given) then
+      call new_user_law(material%user, material%name, material%young, material%poisson, dimension, law, error)
+    else if (material%cam_clay%given .or. material%hardening_soil%given) then
+      call new_hardening_law(material%cam_clay, material%hardening_soil, dimension, &
+        method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
+    else
+      call new_law(parameters_of(material), dimension, method%kinematics, method%rate, law, error)
+    end if
+  end subroutine make_material_law
+end module qsmpm_material_law
