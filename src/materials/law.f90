@@ -11,7 +11,7 @@
 !> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
 module qsmpm_law
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -80,6 +80,8 @@ module qsmpm_law
     !> State variables a point needs, in `state`; for the logarithmic kinematics the first are the
     !> elastic left Cauchy-Green tensor in stress order.
     integer :: state_count = 0
+    !> Names of the state variables in results; those without a name are not written (state_count).
+    type(string_type), allocatable :: state_names(:)
     !> Whether the law wants number, cell, place and cell size of its points.
     logical :: asks_where = .false.
     !> True when the consistent tangent is symmetric for every state.
