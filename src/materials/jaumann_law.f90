@@ -16,8 +16,9 @@ module qsmpm_jaumann_law
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_point_result, only: finish_points
   use qsmpm_principal_model, only: principal_model_type
-  use qsmpm_softening, only: degree_of, strain_of_degree
+  use qsmpm_softening, only: degree_of, strain_of_degree, softening_state
   use qsmpm_tensor, only: stress_size
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -54,6 +55,7 @@ contains
     law%rate = rate
     law%state_count = merge(1, 0, model%softening%active)
     law%asks_where = model%softening%by_cell
+    if (model%softening%active) allocate (law%state_names, source=[string_type(softening_state)])
     law%symmetric = .false.
     law%stiffness_scale = model%young
     law%shear_scale = model%shear

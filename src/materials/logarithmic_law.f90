@@ -22,7 +22,7 @@ module qsmpm_logarithmic_law
   use qsmpm_logarithmic_solid, only: update_solid
   use qsmpm_point_result, only: finish_points
   use qsmpm_principal_model, only: principal_model_type, elastic_strain
-  use qsmpm_softening, only: degree_of, strain_of_degree
+  use qsmpm_softening, only: degree_of, strain_of_degree, softening_state
   use qsmpm_spectral, only: spectral
   use qsmpm_tensor, only: unpack_symmetric, pack_symmetric, stress_size
   implicit none
@@ -51,11 +51,19 @@ contains
     integer, intent(in) :: dimension
     !> The law.
     type(logarithmic_law_type), intent(out) :: law
+    integer :: i
 
     law%model = model
     law%dimension = dimension
     law%state_count = stress_size(dimension) + merge(1, 0, model%softening%active)
     law%asks_where = model%softening%by_cell
+    if (model%softening%active) then
+      allocate (law%state_names(law%state_count))
+      do i = 1, law%state_count
+        law%state_names(i)%text = ''
+      end do
+      law%state_names(law%state_count)%text = softening_state
+    end if
     law%symmetric = model%associated_flow .and. .not. model%softening%active
     law%stiffness_scale = model%young
     law%shear_scale = model%shear

@@ -17,6 +17,8 @@ module qsmpm_softening
   public :: softening_type, strength_change_type, make_softening, degree_of, strain_of_degree, band_ratio, &
     softened_strength
 
+  !> Name of kappa in results.
+  character(len=*), parameter, public :: softening_state = 'plastic_shear_strain'
   !> 3 in exp(-3 kappa/kappa_r): 95 % of the way at kappa_r.
   real(wp), parameter :: decay = 3.0_wp
   !> A degree nearer to 1 than this is residual; an exponential law never gets there.

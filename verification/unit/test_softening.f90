@@ -371,13 +371,15 @@ contains
     class(law_type), allocatable :: law
     real(wp), allocatable :: fields(:), state(:)
     real(wp) :: stress(4)
-    integer :: at
+    integer :: at, i
 
     at = place_of_kappa(2, kinematics)
     call make_law(soft(strong(0.0_wp, -1.0_wp), 0.2_wp, 18.0_wp, 0.0_wp), 2, kinematics, rate_midpoint, law)
     allocate (fields(law%fit_count()), state(law%state_count))
     call law%start([-1.0_wp, -2.0_wp, -1.5_wp, 0.3_wp], state)
     call tests%close('a new point has not softened', state(at), 0.0_wp, 0.0_wp)
+    call tests%check('its name in results', law%state_names(at)%text == 'plastic_shear_strain')
+    call tests%check('no other has one', all([(len(law%state_names(i)%text) == 0 .or. i == at, i=1, law%state_count)]))
     state(at) = 0.1_wp
     call law%to_fields([-1.0_wp, -2.0_wp, -1.5_wp, 0.3_wp], state, fields)
     call tests%check('five fields are averaged', law%fit_count() == 5)
