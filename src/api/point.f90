@@ -211,10 +211,10 @@ contains
     associate (test => analysis%point_test)
       call start_point(bench%law, test%stress(:stress_size(test%dimension)), bench%point)
       call prepare_point(bench%law, bench%batch)
+      bench%batch%cell_size = measured_width(analysis)
       call begin_ramps(test, bench%ramps)
       allocate (character(len=65536) :: bench%curves)
-      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', &
-      bench%law%state_count, &
+      call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law, &
         bench%tangent))
       call put(bench, point_row(test, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)
@@ -228,6 +228,20 @@ contains
       end do
     end associate
   end subroutine run_stages
+
+  !> Width of a sample: that of the band in which softening was measured, so that a test gives back what was
+  !> measured.
+  pure real(wp) function measured_width(analysis)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    integer :: m
+
+    measured_width = 1.0_wp
+    do m = 1, size(analysis%materials)
+      if (analysis%materials(m)%name == analysis%point_test%material .and. analysis%materials(m)%softening%length > 0.0_wp) &
+        measured_width = analysis%materials(m)%softening%length
+    end do
+  end function measured_width
 
   !> The steps to one row of targets.
   subroutine run_targets(analysis, number, bench, row, error)

@@ -6,6 +6,7 @@
 module qsmpm_point_curves
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: tensor_logarithm
+  use qsmpm_law, only: law_type
   use qsmpm_point_driver, only: point_type
   use qsmpm_point_test, only: point_test_type, strain_logarithmic, test_undrained
   use qsmpm_tensor, only: pack_symmetric, gradient_row, gradient_column, gradient_size, stress_size
@@ -49,13 +50,13 @@ module qsmpm_point_curves
 contains
 
   !> The first line, without its end.
-  pure function point_header(test, stress_unit, states, with_tangent) result(text)
+  pure function point_header(test, stress_unit, law, with_tangent) result(text)
     !> The test.
     type(point_test_type), intent(in) :: test
     !> Unit of stress.
     character(len=*), intent(in) :: stress_unit
-    !> State variables of the law.
-    integer, intent(in) :: states
+    !> The law, whose state variables have names or numbers.
+    class(law_type), intent(in) :: law
     !> There is a column of the tangent.
     logical, intent(in) :: with_tangent
     character(len=:), allocatable :: text
@@ -75,10 +76,23 @@ contains
     do i = 1, stress_size(test%dimension)
       text = text//',s'//pairs(i)//' ['//stress_unit//']'
     end do
-    do i = 1, states
-      text = text//',state_'//integer_text(i)
+    do i = 1, law%state_count
+      text = text//','//state_name(law, i)
     end do
   end function point_header
+
+  !> Name of a state variable.
+  pure function state_name(law, i) result(text)
+    !> The law.
+    class(law_type), intent(in) :: law
+    !> Number of the variable.
+    integer, intent(in) :: i
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (allocated(law%state_names)) text = law%state_names(i)%text
+    if (len(text) == 0) text = 'state_'//integer_text(i)
+  end function state_name
 
   !> A row, without its end.
   pure function point_row(test, point, row, with_tangent) result(text)

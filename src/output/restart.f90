@@ -19,7 +19,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 4
+  integer, parameter :: layout = 5
 
 contains
 
@@ -92,6 +92,7 @@ contains
     call put_attribute(image, '/progress', 'load_factor', progress%load_factor)
     call put_attribute(image, '/progress', 'next_step', progress%next_step)
     call put_attribute(image, '/progress', 'proximal', progress%proximal)
+    call put_attribute(image, '/progress', 'whole_corrections', merge(1, 0, progress%whole_corrections))
     call put_attribute(image, '/progress', 'external_work', progress%external_work)
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
@@ -208,13 +209,17 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Where the analysis stood.
     type(progress_type), intent(inout) :: progress
+    integer :: whole
 
+    whole = 0
     call get_attribute(reader, '/progress', 'phase', progress%phase)
     call get_attribute(reader, '/progress', 'step', progress%step)
     call get_attribute(reader, '/progress', 'fraction', progress%fraction)
     call get_attribute(reader, '/progress', 'load_factor', progress%load_factor)
     call get_attribute(reader, '/progress', 'next_step', progress%next_step)
     call get_attribute(reader, '/progress', 'proximal', progress%proximal)
+    call get_attribute(reader, '/progress', 'whole_corrections', whole)
+    progress%whole_corrections = whole == 1
     call get_attribute(reader, '/progress', 'external_work', progress%external_work)
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)

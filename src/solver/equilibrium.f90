@@ -61,6 +61,8 @@ module qsmpm_equilibrium
     !> Internal force at the end (dimension, node_count).
     real(wp), allocatable :: internal_force(:, :)
     integer :: iterations = 0
+    !> Those of an attempt before that led nowhere.
+    integer :: lost_iterations = 0
     real(wp) :: out_of_balance = huge(1.0_wp)
     !> Norm of the load that out-of-balance and shares refer to.
     real(wp) :: load_norm = 0.0_wp

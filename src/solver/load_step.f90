@@ -7,9 +7,9 @@
 !> Either the whole step is taken, or the state of the model is what it was before.
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_analysis, only: controls_type, newton_full
   use qsmpm_law, only: moment_type
   use qsmpm_model, only: model_type
   use qsmpm_kept_state, only: kept_places_type, keep, restore
@@ -62,7 +62,7 @@ contains
     call set_loads(model, step, fraction, force_before, goal)
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
-    call solve_equilibrium(model, step, goal, controls, solution)
+    call find_equilibrium(model, step, goal, controls, solution)
     if (solution%converged) call judge_length(model, step, goal, controls, fraction, limit, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
@@ -81,6 +81,36 @@ contains
       model%state%progress%fraction = fraction
     end if
   end subroutine load_step
+
+  !> Equilibrium of the step. Where nothing yields and the line search does not get there, whole corrections are
+  !> tried: a slender body that bends is far out of balance on Newton's way, and a search that wants the
+  !> residual to fall makes it a long one. What has worked is tried first from then on.
+  subroutine find_equilibrium(model, step, goal, controls, solution)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> What is to be reached.
+    type(target_type), intent(in) :: goal
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> What was reached.
+    type(solution_type), intent(out) :: solution
+    type(controls_type) :: tried
+    integer :: lost
+
+    tried = controls
+    tried%line_search = controls%line_search .and. .not. model%state%progress%whole_corrections
+    call solve_equilibrium(model, step, goal, tried, solution)
+    if (solution%converged .or. .not. controls%line_search .or. controls%newton /= newton_full) return
+    if (goal%drag > 0.0_wp .or. solution%cause /= error_not_converged .or. solution%share > 0.0_wp) return
+    if (any(model%state%points%plastic > 0)) return
+    lost = solution%iterations
+    tried%line_search = .not. tried%line_search
+    call solve_equilibrium(model, step, goal, tried, solution)
+    solution%lost_iterations = lost
+    if (solution%converged) model%state%progress%whole_corrections = .not. tried%line_search
+  end subroutine find_equilibrium
 
   !> Loads and prescribed displacements to be reached, the loads of the start, and the time for the laws.
   subroutine set_loads(model, step, fraction, force_before, goal)

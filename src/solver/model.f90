@@ -27,6 +27,8 @@ module qsmpm_model
     real(wp) :: next_step = 0.0_wp
     !> Remembered coefficient of the proximal term, 0 = not chosen yet.
     real(wp) :: proximal = 0.0_wp
+    !> The last equilibrium was found without a line search, which had failed.
+    logical :: whole_corrections = .false.
     !> Work of external loads and of stresses so far.
     real(wp) :: external_work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp

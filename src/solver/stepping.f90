@@ -132,7 +132,7 @@ contains
     !> How the step went.
     type(step_record_type), intent(inout) :: record
 
-    record%iterations = record%iterations + solution%iterations
+    record%iterations = record%iterations + solution%iterations + solution%lost_iterations
     if (.not. solution%converged) return
     record%out_of_balance = solution%out_of_balance
     record%drag_share = solution%drag_share
