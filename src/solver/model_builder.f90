@@ -6,7 +6,7 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid
+    cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid, stress_rate_cauchy
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
@@ -16,7 +16,7 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_law_factory, only: new_law
+  use qsmpm_law_factory, only: new_law, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_law, only: law_type
   use qsmpm_user_material_law, only: new_user_law
   use qsmpm_material_parameters, only: material_parameters_type
@@ -89,7 +89,7 @@ contains
     type(material_parameters_type) :: parameters
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
-    integer :: m
+    integer :: m, rate
 
     allocate (model%laws(size(model%analysis%materials)))
     do m = 1, size(model%laws)
@@ -98,12 +98,15 @@ contains
           mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, &
           friction_angle=material%friction_angle, dilatancy_angle=material%dilatancy_angle, &
           tensile_strength=material%tensile_strength)
+        rate = method%rate
+        if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &
+          rate == rate_paper)
         if (material%user%given) then
           call new_user_law(material%user, material%name, material%young, material%poisson, &
             merge(3, 2, model%analysis%model == three_dimensional), law, error)
         else
           call new_law(parameters, merge(3, 2, model%analysis%model == three_dimensional), &
-            method%kinematics, method%rate, law, error)
+            method%kinematics, rate, law, error)
         end if
         if (allocated(error)) then
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &

@@ -20,6 +20,7 @@ program run_unit_tests
   use test_halved_law, only: collect_halved_law
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
+  use test_doors, only: collect_doors
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
@@ -90,6 +91,7 @@ program run_unit_tests
   call register('halved_law', collect_halved_law)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
+  call register('doors', collect_doors)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
