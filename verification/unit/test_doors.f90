@@ -368,21 +368,30 @@ contains
     type(tests_type), intent(inout) :: tests
     type(soil_answer_type) :: answer
 
-    call ask_faulty(5, [0.25_wp, 0.0_wp], answer)
+    call ask_faulty('faulty', 5, [0.25_wp, 0.0_wp], answer)
     call tests%check('PNEWDT below 1 cuts the step', answer%status == status_cut)
     call tests%close('by that share', answer%share, 0.25_wp, 0.0_wp)
-    call ask_faulty(9, [0.0_wp, 0.0_wp], answer)
+    call ask_faulty('faulty', 9, [0.0_wp, 0.0_wp], answer)
     call tests%check('writing beyond the state is seen', answer%status == status_broken)
     call tests%check('and said', index(answer%message, 'STATE is too small') > 0)
-    call ask_faulty(3, [0.0_wp, 0.0_wp], answer)
+    call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], answer)
     call tests%check('a fault comes back', answer%status == status_broken)
     call tests%check('with its signal', index(answer%message, 'SIGSEGV') > 0)
-    call ask_faulty(0, [0.0_wp, 0.0_wp], answer)
+    call ask_faulty('faulty', 0, [0.0_wp, 0.0_wp], answer)
     call tests%check('a model that did not return is not called again', answer%status == status_broken)
+    call ask_faulty('faulty_stop', 1, [0.0_wp, 0.0_wp], answer)
+    call tests%check('STOP comes back', answer%status == status_broken .and. index(answer%message, 'STOP') > 0)
+    call ask_faulty('faulty_arithmetic', 2, [0.0_wp, 0.0_wp], answer)
+    call tests%check('a division by zero comes back', answer%status == status_broken .and. &
+      index(answer%message, 'SIGFPE') > 0)
+    call ask_faulty('faulty_abort', 8, [0.0_wp, 0.0_wp], answer)
+    call tests%check('ABORT comes back', answer%status == status_broken .and. index(answer%message, 'SIGABRT') > 0)
   end subroutine check_faulty_models
 
   !> Ask the faulty UMAT.
-  subroutine ask_faulty(kind, more, answer)
+  subroutine ask_faulty(library, kind, more, answer)
+    !> Name of the plug-in.
+    character(len=*), intent(in) :: library
     !> What goes wrong, and two more constants.
     integer, intent(in) :: kind
     real(wp), intent(in) :: more(2)
@@ -391,7 +400,7 @@ contains
     type(error_type), allocatable :: error
     real(wp) :: stress(6), state(0)
 
-    call make_umat(user_of(interface_umat, 'faulty', [200.0_wp, 0.3_wp, real(kind, wp), 1.0_wp, more], 0), 'bad', &
+    call make_umat(user_of(interface_umat, library, [200.0_wp, 0.3_wp, real(kind, wp), 17.0_wp, more], 0), 'bad', &
       model, error)
     stress = 0.0_wp
     call model%update(distinct_increment(), stress, state, answer)
