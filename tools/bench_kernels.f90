@@ -5,7 +5,8 @@
 !> Batches of 36 points unless told otherwise (a cell of 6 by 6 points): points of an elastic material,
 !> points of a Mohr-Coulomb material that stay inside the strength, points that all yield. One row a law
 !> and dimension, one column for stress only, stress with consistent tangent, stress with elastic tangent.
-!> The best of several runs is printed. `row` is the number of the one row to run, for a profile.
+!> The best of several runs is printed. `row` is the number of the one row to run, for a profile. The last rows
+!> are an elastic UMAT and UDSM of verification/plugins: what a call through a door costs.
 program bench_kernels
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, tangent_none, tangent_consistent, tangent_elastic, status_ok
@@ -13,6 +14,10 @@ program bench_kernels
   use qsmpm_material_parameters, only: material_parameters_type
   use soil_trials, only: clay_parameters, sand_parameters, make_clay, make_sand, pressed_batch
   use law_trials, only: elastic, strong, make_law, random_batch
+  use plugin_paths, only: plugin
+  use qsmpm_error, only: error_type
+  use qsmpm_user_material, only: user_material_type, interface_umat, interface_udsm
+  use qsmpm_user_material_law, only: new_user_law
   implicit none
 
   character(len=*), parameter :: names(3) = [character(len=16) :: 'logarithmic', 'Jaumann midpoint', &
@@ -53,6 +58,11 @@ program bench_kernels
     end do
   end do
 
+  do dimension = 2, 3
+    call bench_door('UMAT', interface_umat, 'umat', 0)
+    call bench_door('UDSM', interface_udsm, 'user_mod', -1)
+  end do
+
 contains
 
   !> A strength that nothing reaches.
@@ -62,6 +72,36 @@ contains
     p = strong(5.0_wp, -1.0_wp)
     p%cohesion = 1.0e4_wp
   end function inside
+
+  !> Time a model behind a door.
+  subroutine bench_door(name, interface, symbol, states)
+    !> Name of the door.
+    character(len=*), intent(in) :: name
+    !> Which door it is, its procedure, and its state variables.
+    integer, intent(in) :: interface
+    character(len=*), intent(in) :: symbol
+    integer, intent(in) :: states
+    type(user_material_type) :: user
+    class(law_type), allocatable :: subject
+    type(error_type), allocatable :: error
+    type(batch_type) :: batch
+
+    row = row + 1
+    if (only > 0 .and. row /= only) return
+    user%interface = interface
+    user%library = plugin(merge('elastic_umat', 'elastic_udsm', interface == interface_umat))
+    user%symbol = symbol
+    user%states = states
+    allocate (user%constants(2), user%start(0))
+    user%constants(1) = 200.0_wp
+    user%constants(2) = 0.33_wp
+    call new_user_law(user, name, 0.0_wp, 0.0_wp, dimension, subject, error)
+    if (allocated(error)) error stop 'the plug-ins are not built'
+    call random_batch(subject, points, 0.05_wp, 0.0_wp, batch)
+    write (*, '(a16, i5, 2x, a12, f12.0, 3f12.1)') name, dimension, 'elastic', 0.0_wp, &
+      time(subject, batch, tangent_none), time(subject, batch, tangent_consistent), &
+      time(subject, batch, tangent_elastic)
+  end subroutine bench_door
 
   !> Time the three tangents of one law, dimension and material.
   subroutine bench(name, p, spread, stress)

@@ -43,6 +43,8 @@ module qsmpm_analysis
   !> Kinematics of the law, and how the rate is integrated.
   integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+  !> Stress whose Jaumann rate is proportional to the strain rate.
+  integer, parameter, public :: stress_rate_kirchhoff = 1, stress_rate_cauchy = 2
   !> Support of a surface: none, no motion along its normal, no motion.
   integer, parameter, public :: support_none = 0, support_normal = 1, support_all = 2
   !> Stabilisation of boundary cells.
@@ -187,6 +189,7 @@ module qsmpm_analysis
     integer :: integration = integrate_points
     integer :: kinematics = kinematics_logarithmic
     integer :: rate = rate_midpoint
+    integer :: stress_rate = stress_rate_kirchhoff
     !> BACKGROUND is the default of the elements, GHOST of GIMP and splines.
     integer :: stabilisation = stabilise_background
     !> Background eps or ghost gamma; negative asks for usual_factor.

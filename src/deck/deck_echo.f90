@@ -15,7 +15,7 @@ module qsmpm_deck_echo
   use qsmpm_deck_user_material, only: echo_user_material
   use qsmpm_echo_point, only: echo_point
   use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
-    surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, &
+    surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, stress_rate_words, &
     stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words, &
     softening_words, regularisation_words
   use qsmpm_softening_parameters, only: regularise_cell
@@ -115,7 +115,8 @@ contains
       if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
         trim(integration_words(m%integration))
       method = method//', KINEMATICS='//trim(kinematics_words(m%kinematics))
-      if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))
+      if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))// &
+        ', STRESS RATE='//trim(stress_rate_words(m%stress_rate))
       if (m%basis /= basis_fem) method = method//', STABILISATION='// &
         trim(stabilisation_words(m%stabilisation))
       if (m%stabilisation /= stabilise_none) method = method//', FACTOR='// &

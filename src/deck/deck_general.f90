@@ -9,7 +9,8 @@ module qsmpm_deck_general
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_words, only: bar_list, position_of, model_words, mirror_words, basis_words, integration_words, &
-    kinematics_words, rate_words, stabilisation_words, solver_words, precision_words, keep_words, axis_words, &
+    kinematics_words, rate_words, stress_rate_words, stabilisation_words, solver_words, precision_words, &
+      keep_words, axis_words, &
     answer_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_name, &
     kind_file, kind_integer, kind_real
@@ -99,6 +100,10 @@ contains
     call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
       'paper, or on the mid configuration', default=trim(rate_words(method%rate)), &
       allowed=bar_list(rate_words), needs='KINEMATICS=JAUMANN')
+    call table%parameter('STRESS RATE', kind_word, 'stress whose Jaumann rate is elastic: J sigma as in the '// &
+      'paper, or '// &
+      'sigma as in most UMATs', default=trim(stress_rate_words(method%stress_rate)), &
+      allowed=bar_list(stress_rate_words), needs='KINEMATICS=JAUMANN')
     call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary; '// &
       'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines', &
       allowed=bar_list(stabilisation_words), needs=not_fem)
@@ -221,6 +226,7 @@ contains
       method%integration = position_of(card%word('INTEGRATION'), integration_words)
       method%kinematics = position_of(card%word('KINEMATICS'), kinematics_words)
       method%rate = position_of(card%word('RATE'), rate_words)
+      method%stress_rate = position_of(card%word('STRESS RATE'), stress_rate_words)
       if (method%basis /= basis_standard) method%stabilisation = stabilise_ghost
       if (method%basis == basis_fem) method%stabilisation = stabilise_none
       if (card%has('STABILISATION')) method%stabilisation = &

@@ -27,7 +27,8 @@ contains
     type(table_type), intent(inout) :: table
     type(user_material_type) :: user
 
-    call table%add('USER MATERIAL', in_material, once, 'A model of your own in a shared library: an Abaqus UMAT or a '// &
+    call table%add('USER MATERIAL', in_material, once, 'A model of your own in a shared library: an Abaqus UMAT '// &
+      'or a '// &
       'PLAXIS UDSM; docs/doors.md says how it is built and called.', handle_user_material)
     call table%parameter('INTERFACE', kind_word, 'how the model is called', required=.true., &
       allowed=bar_list(interface_words))
@@ -35,9 +36,11 @@ contains
       'working directory', required=.true.)
     call table%parameter('SYMBOL', kind_name, 'name of the procedure, UMAT or USER_MOD when not given; NAME_, NAME '// &
       'in small letters and NAME in capitals are tried')
-    call table%parameter('MODEL', kind_integer, 'number of the model in the library', default=integer_text(user%model), &
+    call table%parameter('MODEL', kind_integer, 'number of the model in the library', &
+      default=integer_text(user%model), &
       range='[1, inf)', needs='INTERFACE=UDSM')
-    call table%parameter('STATE', kind_integer, 'state variables of a point; a UMAT has none when not given, a UDSM '// &
+    call table%parameter('STATE', kind_integer, 'state variables of a point; a UMAT has none when not given, a '// &
+      'UDSM '// &
       'says it itself and must agree', range='[0, inf)')
     call add_choices(table, user)
     call table%data('constants of the model, in any number of lines', 0, huge(1))
@@ -45,7 +48,8 @@ contains
     call table%example('*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libsand.so, STATE=14, TANGENT=NUMERICAL| 33, 0, '// &
       '1.5e6, 0.28| 0.55, 0.95, 1.05')
 
-    call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the start, '// &
+    call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the '// &
+      'start, '// &
       'zero where the list is shorter. A UDSM is handed them in its task 1 and may replace them.', handle_user_state)
     call table%data('values, in any number of lines', 1, huge(1))
     call table%column('value', kind_real, 'state variables in the order of the model', repeated=.true.)
@@ -58,20 +62,27 @@ contains
     !> Defaults.
     type(user_material_type), intent(in) :: user
 
-    call table%parameter('TANGENT', kind_word, 'tangent used: AUTO takes what the model is supposed to return (UMAT: '// &
-      'CONSISTENT; UDSM: by its iTang), ELASTIC asks at no strain (UMAT) or task 6 (UDSM), NUMERICAL differentiates '// &
-      'the stress, 12 calls more', default=trim(model_tangent_words(user%tangent)), allowed=bar_list(model_tangent_words))
-    call table%parameter('SYMMETRIC', kind_word, 'YES uses the symmetric part of the tangent: cheaper equations, more '// &
+    call table%parameter('TANGENT', kind_word, 'tangent used: AUTO takes what the model is supposed to return '// &
+      '(UMAT: '// &
+      'CONSISTENT; UDSM: by its iTang), ELASTIC asks at no strain (UMAT) or task 6 (UDSM), NUMERICAL '// &
+      'differentiates '// &
+      'the stress, 12 calls more', default=trim(model_tangent_words(user%tangent)), &
+      allowed=bar_list(model_tangent_words))
+    call table%parameter('SYMMETRIC', kind_word, 'YES uses the symmetric part of the tangent: cheaper '// &
+      'equations, more '// &
       'iterations', default='NO', allowed=bar_list(answer_words))
-    call table%parameter('THREAD SAFE', kind_word, 'YES lets several threads call the model at once; it must be free '// &
+    call table%parameter('THREAD SAFE', kind_word, 'YES lets several threads call the model at once; it must be '// &
+      'free '// &
       'of common blocks and saved variables', default='NO', allowed=bar_list(answer_words))
     call table%parameter('SILENT', kind_word, 'YES hides what the model prints to the standard output', default='NO', &
       allowed=bar_list(answer_words))
     call table%parameter('COMPONENTS', kind_integer, 'stress components that the model is told of: 6, or 4 in the '// &
       'plane', default=integer_text(user%components), range='[4, 6]', needs='INTERFACE=UMAT')
-    call table%parameter('STIFFNESS', kind_real, "Young's modulus that scales stabilisation; when not given that of "// &
+    call table%parameter('STIFFNESS', kind_real, "Young's modulus that scales stabilisation; when not given "// &
+      "that of "// &
       "*ELASTIC or, without it, that of the model's tangent at no stress", range='(0, inf)')
-    call table%parameter('UNDRAINED', kind_real, 'bulk modulus of the pore water over the porosity; the model is then '// &
+    call table%parameter('UNDRAINED', kind_real, 'bulk modulus of the pore water over the porosity; the model '// &
+      'is then '// &
       'undrained', range='(0, inf)', needs='INTERFACE=UDSM')
   end subroutine add_choices
 

@@ -30,6 +30,7 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &
     'JAUMANN', 'LOGARITHMIC']
   character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
+  character(len=n), parameter, public :: stress_rate_words(2) = [character(len=n) :: 'KIRCHHOFF', 'CAUCHY']
   !> From 0.
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
     'NONE', 'BACKGROUND', 'GHOST']

@@ -8,6 +8,7 @@
 !>     (1 + tr/2) sigma_trial = (1 - tr/2) R sigma0 R^T + D d(eps),
 !>     sigma = R return(sigma_trial) R^T,
 !>   second order, objective, and exact under confined compression in any number of steps.
+!> With the Cauchy rate, the usual one of a UMAT, the terms -sigma tr d(eps) are absent from both.
 !> Both are one formula, whose terms `increment_type` holds. The return mapping and the derivative are those of
 !> qsmpm_jaumann_solid; the plane has its own form of all this, qsmpm_jaumann_plane.
 module qsmpm_jaumann_increment
@@ -17,10 +18,10 @@ module qsmpm_jaumann_increment
   implicit none
   private
 
-  public :: increment_type, make_increment
+  public :: increment_type, make_increment, is_cauchy
 
-  !> How the rate is integrated; numbered as in the deck's description.
-  integer, parameter, public :: rate_paper = 1, rate_midpoint = 2
+  !> How the rate of J sigma is integrated, numbered as in the deck's description, and that of sigma.
+  integer, parameter, public :: rate_paper = 1, rate_midpoint = 2, rate_paper_cauchy = 3, rate_midpoint_cauchy = 4
 
   !> Smallest 1 + tr/2 of the midpoint rule; at 0 the volume is compressed to nothing.
   real(wp), parameter, public :: smallest_pivot = 1.0e-3_wp
@@ -49,7 +50,7 @@ contains
 
   !> Trial stress of a step.
   pure subroutine make_increment(rate, lame, shear, f, stress, increment, ok)
-    !> rate_paper or rate_midpoint.
+    !> One of rate_*.
     integer, intent(in) :: rate
     !> Lame's first modulus.
     real(wp), intent(in) :: lame
@@ -63,21 +64,33 @@ contains
     type(increment_type), intent(out) :: increment
     !> False when the step is too large for the rule.
     logical, intent(out) :: ok
+    logical :: cauchy
 
-    if (rate == rate_paper) then
+    cauchy = is_cauchy(rate)
+    if (rate == rate_paper .or. rate == rate_paper_cauchy) then
       ok = .true.
-      call paper_increment(lame, shear, f - identity, stress, increment)
+      call paper_increment(lame, shear, cauchy, f - identity, stress, increment)
     else
-      call midpoint_increment(lame, shear, f, stress, increment, ok)
+      call midpoint_increment(lame, shear, cauchy, f, stress, increment, ok)
     end if
   end subroutine make_increment
 
+  !> Whether the rate is that of sigma.
+  pure logical function is_cauchy(rate)
+    !> One of rate_*.
+    integer, intent(in) :: rate
+
+    is_cauchy = rate == rate_paper_cauchy .or. rate == rate_midpoint_cauchy
+  end function is_cauchy
+
   !> Eq. 26 with eqs. 9 and 10.
-  pure subroutine paper_increment(lame, shear, g, stress, increment)
+  pure subroutine paper_increment(lame, shear, cauchy, g, stress, increment)
     !> Lame's first modulus.
     real(wp), intent(in) :: lame
     !> Shear modulus.
     real(wp), intent(in) :: shear
+    !> The rate of sigma.
+    logical, intent(in) :: cauchy
     !> Displacement gradient on the start configuration (3,3).
     real(wp), intent(in) :: g(3, 3)
     !> Cauchy stress at the start (3,3).
@@ -89,18 +102,20 @@ contains
 
     increment%spin = identity
     increment%start = stress
-    increment%volume_stress = stress
+    if (.not. cauchy) increment%volume_stress = stress
     spin = 0.5_wp*(g - transpose(g))
     turn = matmul(spin, stress)
-    increment%trial = stress + turn + transpose(turn) + hooke(lame, shear, g) - trace(g)*stress
+    increment%trial = stress + turn + transpose(turn) + hooke(lame, shear, g) - trace(g)*increment%volume_stress
   end subroutine paper_increment
 
   !> The midpoint rule.
-  pure subroutine midpoint_increment(lame, shear, f, stress, increment, ok)
+  pure subroutine midpoint_increment(lame, shear, cauchy, f, stress, increment, ok)
     !> Lame's first modulus.
     real(wp), intent(in) :: lame
     !> Shear modulus.
     real(wp), intent(in) :: shear
+    !> The rate of sigma.
+    logical, intent(in) :: cauchy
     !> Incremental deformation gradient (3,3).
     real(wp), intent(in) :: f(3, 3)
     !> Cauchy stress at the start (3,3).
@@ -119,8 +134,10 @@ contains
     increment%mid = transpose(g)*(1.0_wp/det)
     half = f - identity
     g = matmul(half, increment%mid)
-    increment%pivot = 1.0_wp + 0.5_wp*trace(g)
-    increment%keep = 1.0_wp - 0.5_wp*trace(g)
+    if (.not. cauchy) then
+      increment%pivot = 1.0_wp + 0.5_wp*trace(g)
+      increment%keep = 1.0_wp - 0.5_wp*trace(g)
+    end if
     ok = increment%pivot > smallest_pivot
     if (.not. ok) return
     t = 0.5_wp*axial(g)
@@ -131,7 +148,7 @@ contains
     half = matmul(stress, half)
     increment%start = matmul(increment%rotation, half)
     increment%trial = (increment%keep*increment%start + hooke(lame, shear, g))*(1.0_wp/increment%pivot)
-    increment%volume_stress = 0.5_wp*(increment%start + increment%trial)
+    if (.not. cauchy) increment%volume_stress = 0.5_wp*(increment%start + increment%trial)
   end subroutine midpoint_increment
 
   !> Elastic stress of the symmetric part of a gradient.

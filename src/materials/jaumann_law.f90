@@ -27,7 +27,7 @@ module qsmpm_jaumann_law
   !> The law.
   type, extends(law_type) :: jaumann_law_type
     type(principal_model_type) :: model
-    !> rate_paper or rate_midpoint of qsmpm_jaumann_increment.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer :: rate = 0
   contains
     procedure :: start
@@ -45,7 +45,7 @@ contains
     type(principal_model_type), intent(in) :: model
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> rate_paper or rate_midpoint.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> The law.
     type(jaumann_law_type), intent(out) :: law

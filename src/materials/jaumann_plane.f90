@@ -8,7 +8,7 @@
 module qsmpm_jaumann_plane
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_jaumann_increment, only: rate_paper, smallest_pivot
+  use qsmpm_jaumann_increment, only: rate_paper, rate_paper_cauchy, smallest_pivot, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, response_type, inside_strength, respond, blend_elastic
@@ -29,6 +29,8 @@ module qsmpm_jaumann_plane
     !> ((F + I)/2)^-1: 11, 21, 12, 22, 33.
     real(wp) :: mid(5) = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
     real(wp) :: keep = 1.0_wp, pivot = 1.0_wp
+    !> Whether the rate is that of J sigma, with the terms -sigma tr d(eps).
+    logical :: volume = .true.
     !> Start stress after the first half rotation, and trial stress: mean, half difference, shear, 33.
     real(wp) :: start(4) = 0.0_wp, trial(4) = 0.0_wp
   end type step_type
@@ -39,7 +41,7 @@ contains
   pure subroutine update_plane(model, rate, blend, batch, tangent)
     !> Moduli and strength.
     type(principal_model_type), intent(in) :: model
-    !> rate_paper or rate_midpoint.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
@@ -74,6 +76,8 @@ contains
       if (.not. yields) batch%stress(:, p) = stress_order(stress)
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
+      ! [K_E + K_G]^0 is that of the rate of J sigma.
+      if (tangent == tangent_elastic) step%volume = .true.
       call point_tangent(model, step, yields, map, stress, batch%gradient(:, p), batch%tangent(:, :, p))
     end do
   end subroutine update_plane
@@ -82,7 +86,7 @@ contains
   pure subroutine make_step(model, rate, f, stress, step, status)
     !> Moduli.
     type(principal_model_type), intent(in) :: model
-    !> rate_paper or rate_midpoint.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
@@ -103,7 +107,8 @@ contains
     if (.not. (det > 0.0_wp .and. f(5) > 0.0_wp)) return
     start = [0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)]
     g = [f(1) - 1.0_wp, f(2), f(3), f(4) - 1.0_wp, f(5) - 1.0_wp]
-    if (rate == rate_paper) then
+    step%volume = .not. is_cauchy(rate)
+    if (rate == rate_paper .or. rate == rate_paper_cauchy) then
       call paper_step(model, g, start, step)
       status = status_ok
     else
@@ -125,7 +130,8 @@ contains
 
     spin = g(2) - g(3)
     step%start = start
-    step%trial = start + hooke(model, g) - (g(1) + g(4) + g(5))*start
+    step%trial = start + hooke(model, g)
+    if (step%volume) step%trial = step%trial - (g(1) + g(4) + g(5))*start
     step%trial(2) = step%trial(2) - spin*start(3)
     step%trial(3) = step%trial(3) + spin*start(2)
   end subroutine paper_step
@@ -155,8 +161,10 @@ contains
         u(5)*m(5)]
     end associate
     trace = g(1) + g(4) + g(5)
-    step%pivot = 1.0_wp + 0.5_wp*trace
-    step%keep = 1.0_wp - 0.5_wp*trace
+    if (step%volume) then
+      step%pivot = 1.0_wp + 0.5_wp*trace
+      step%keep = 1.0_wp - 0.5_wp*trace
+    end if
     if (.not. step%pivot > smallest_pivot) return
     status = status_ok
     step%turns = .true.
@@ -273,6 +281,7 @@ contains
     start = turned(step, step%start)
     volume = scale*start
     if (step%turns) volume = 0.5_wp*scale*(start + turned(step, step%trial))
+    if (.not. step%volume) volume = 0.0_wp
     change(:, 1) = [2.0_wp*lame + shear, 0.0_wp, 0.0_wp, 2.0_wp*lame] - 2.0_wp*volume
     change(:, 2) = [0.0_wp, shear, 0.0_wp, 0.0_wp]
     change(:, 3) = [0.0_wp, 0.0_wp, shear, 0.0_wp]

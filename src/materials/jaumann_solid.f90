@@ -8,7 +8,7 @@ module qsmpm_jaumann_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: isotropic_change
-  use qsmpm_jaumann_increment, only: increment_type, make_increment
+  use qsmpm_jaumann_increment, only: increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, response_type, respond, blend_elastic
   use qsmpm_softening_return, only: respond_softening
@@ -24,7 +24,7 @@ contains
   pure subroutine update_solid(model, rate, blend, batch, tangent)
     !> Moduli and strength.
     type(principal_model_type), intent(in) :: model
-    !> rate_paper or rate_midpoint.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
@@ -61,6 +61,8 @@ contains
       if (tangent == tangent_none) cycle
       call blend_elastic(trial, merge(1.0_wp, blend, tangent == tangent_elastic), response)
       if (response%yields) call end_stress(increment, response, n, stress)
+      ! [K_E + K_G]^0 is that of the rate of J sigma.
+      if (tangent == tangent_elastic .and. is_cauchy(rate)) increment%volume_stress = increment%start
       call point_tangent(model, increment, response, n, stress, inverse, det, batch%tangent(:, :, p))
     end do
   end subroutine update_solid
@@ -69,7 +71,7 @@ contains
   pure subroutine start_point(model, rate, f, start, increment, inverse, det, status)
     !> Moduli.
     type(principal_model_type), intent(in) :: model
-    !> rate_paper or rate_midpoint.
+    !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)

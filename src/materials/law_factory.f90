@@ -1,7 +1,7 @@
 !> Makes the law of a material from its parameters and the chosen kinematics.
 module qsmpm_law_factory
   use qsmpm_error, only: error_type, fail, error_other
-  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint
+  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_jaumann_law, only: jaumann_law_type, make_jaumann_law
   use qsmpm_law, only: law_type
   use qsmpm_logarithmic_law, only: logarithmic_law_type, make_logarithmic_law
@@ -10,7 +10,7 @@ module qsmpm_law_factory
   implicit none
   private
 
-  public :: new_law, rate_paper, rate_midpoint
+  public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
 
   !> Kinematics, numbered as in the deck's description.
   integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
@@ -44,7 +44,7 @@ contains
     call make_principal_model(parameters, model)
     select case (kinematics)
     case (kinematics_jaumann)
-      if (rate /= rate_paper .and. rate /= rate_midpoint) then
+      if (all(rate /= [rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy])) then
         call fail(error, error_other, 'unknown integration of the stress rate')
         return
       end if

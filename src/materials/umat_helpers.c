@@ -137,6 +137,12 @@ void xit_(void)
     exit(1);
 }
 
+/* CALL ABORT of gfortran, which takes the signal's handler away first. */
+void _gfortran_abort(void)
+{
+    abort();
+}
+
 /* A message, with %I, %R and %S in its text for the next whole number, real number and word of 8 characters; lop 1
  * tells, -1 warns, -2 is an error, and -3 ends the run. */
 void stdb_abqerr_(const int *lop, const char *string, const int *intv, const double *realv, const char *charv,

@@ -107,8 +107,8 @@ contains
           end do
         end associate
         if (any(flat .and. (low < box(:mesh%dimension, 1) - slack .or. high > box(:mesh%dimension, 2) + slack))) cycle
-        if (any(.not. flat .and. (high <= box(:mesh%dimension, 1) + slack .or. low >= box(:mesh%dimension, 2) - slack))) &
-          cycle
+        if (any(.not. flat .and. (high <= box(:mesh%dimension, 1) + slack .or. &
+          low >= box(:mesh%dimension, 2) - slack))) cycle
         if (any(low < box(:mesh%dimension, 1) - slack .or. high > box(:mesh%dimension, 2) + slack)) cuts = .true.
       end do
     end do

@@ -1,10 +1,10 @@
 !> The law of a material of the deck: the one place that knows which card makes which law.
 module qsmpm_material_law
-  use qsmpm_analysis, only: material_type, method_type
+  use qsmpm_analysis, only: material_type, method_type, stress_rate_cauchy
   use qsmpm_error, only: error_type
   use qsmpm_law, only: law_type
   use qsmpm_hardening_factory, only: new_hardening_law
-  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper
+  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_soil_parameters, only: parameters_of
   use qsmpm_user_material_law, only: new_user_law
   implicit none
@@ -26,6 +26,7 @@ contains
     class(law_type), allocatable, intent(out) :: law
     !> Set when a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
+    integer :: rate
 
     if (material%user%given) then
       call new_user_law(material%user, material%name, material%young, material%poisson, dimension, law, error)
@@ -33,7 +34,10 @@ contains
       call new_hardening_law(material%cam_clay, material%hardening_soil, dimension, &
         method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
     else
-      call new_law(parameters_of(material), dimension, method%kinematics, method%rate, law, error)
+      rate = method%rate
+      if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &
+        rate == rate_paper)
+      call new_law(parameters_of(material), dimension, method%kinematics, rate, law, error)
     end if
   end subroutine make_material_law
 end module qsmpm_material_law

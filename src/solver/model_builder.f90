@@ -103,8 +103,8 @@ contains
         end if
       end if
       associate (material => model%analysis%materials(m))
-        call make_material_law(material, model%analysis%method, merge(3, 2, model%analysis%model == three_dimensional), &
-          law, error)
+        call make_material_law(material, model%analysis%method, &
+          merge(3, 2, model%analysis%model == three_dimensional), law, error)
         if (allocated(error)) then
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
             error%message, error%code)

@@ -12,7 +12,7 @@ A deck begins with what is expected, one line each:
 Each must be found as the start of the message of one line of output, for that file and line (text
 behind `...` anywhere in it), and the number of messages must be that of the expectations. A deck with a
 *POINT TEST is run by `point`; a line `** by run` or `** by point` behind the expectations names the command instead,
-and then the deck itself is good. A deck that is refused with code 2 is both
+and then the deck itself is good. A deck that is refused with code 2, or at a line with another code, is both
 checked and run, and nothing may be written; one that fails later passes the check.
 Prints one line per deck and closes with `N passed, N failed`.
 """
@@ -92,7 +92,8 @@ def try_deck(program: str, deck: pathlib.Path) -> str:
     if not wanted:
         return "the deck does not tell what is expected"
     code, output = call(program, "check", deck.name)
-    good = wanted[0].code != 2 or by_command(deck.read_text(encoding="utf-8-sig", errors="replace"))
+    early = wanted[0].code == 2 or bool(wanted[0].place)
+    good = not early or by_command(deck.read_text(encoding="utf-8-sig", errors="replace"))
     if good and code != 0:
         return f"check: exit code {code}, not 0: {output.strip()[-200:]}"
     problem = judge(output, code, wanted) if not good else ""
@@ -107,7 +108,7 @@ def try_deck(program: str, deck: pathlib.Path) -> str:
         problem = judge(output, code, wanted)
         if problem:
             return "run: " + problem
-        if wanted[0].code == 2 and (target.exists() or set(HERE.rglob("*")) != before):
+        if early and (target.exists() or set(HERE.rglob("*")) != before):
             return "run: something was written"
     return ""
 

@@ -23,6 +23,7 @@ program run_unit_tests
   use test_hardening_soil, only: collect_hardening_soil
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
+  use test_doors, only: collect_doors
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
@@ -100,6 +101,7 @@ program run_unit_tests
   call register('hardening_soil', collect_hardening_soil)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
+  call register('doors', collect_doors)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)

@@ -1,0 +1,472 @@
+!> The doors to UMAT and UDSM: every argument by models that write theirs down, the order of components, the tangent
+!> by differences, the frame of the state, and faults planted in doors and models, each of which must be seen.
+module test_doors
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_char, c_funptr, c_f_procpointer
+  use law_trials, only: random_batch, difference_error
+  use plugin_paths, only: plugin
+  use qsmpm_door, only: ask_stiffness
+  use qsmpm_error, only: error_type, error_user_material
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_broken, tangent_consistent
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint_cauchy
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_plugin, only: load_procedure
+  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
+  use qsmpm_udsm, only: udsm_type, make_udsm
+  use qsmpm_umat, only: umat_type, make_umat
+  use qsmpm_user_material, only: user_material_type, interface_umat, interface_udsm, model_tangent_consistent, &
+    model_tangent_elastic, model_tangent_numerical
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_doors
+
+  abstract interface
+    !> What the recording library has written down.
+    subroutine recall_interface(reals, integers, name) bind(c)
+      import :: c_double, c_int, c_char
+      real(c_double), intent(out) :: reals(400)
+      integer(c_int), intent(out) :: integers(100)
+      character(kind=c_char), intent(out) :: name(80)
+    end subroutine recall_interface
+  end interface
+
+  real(wp), parameter :: stress0(6) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
+
+contains
+
+  subroutine collect_doors(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('doors')
+    call check_umat_slots(tests)
+    call check_udsm_slots(tests)
+    call check_undrained(tests)
+    call check_tangents(tests)
+    call check_as_built_in(tests)
+    call check_faulty_models(tests)
+    call check_planted(tests)
+    call check_loading(tests)
+  end subroutine collect_doors
+
+  !> What a deck would say.
+  function user_of(interface, library, constants, states) result(user)
+    integer, intent(in) :: interface
+    !> Name of the plug-in.
+    character(len=*), intent(in) :: library
+    real(wp), intent(in) :: constants(:)
+    integer, intent(in) :: states
+    type(user_material_type) :: user
+    integer :: i
+
+    user%given = .true.
+    user%interface = interface
+    user%library = plugin(library)
+    user%symbol = trim(merge('user_mod', 'umat    ', interface == interface_udsm))
+    user%states = states
+    allocate (user%constants(size(constants)))
+    do i = 1, size(constants)
+      user%constants(i) = constants(i)
+    end do
+    allocate (user%start(0))
+  end function user_of
+
+  !> An increment in which every number is another one.
+  function distinct_increment() result(increment)
+    type(soil_increment_type) :: increment
+    integer :: i
+
+    do i = 1, 6
+      increment%strain(i) = 1.0e-3_wp*i
+      increment%strain_start(i) = 1.0e-2_wp*i
+    end do
+    increment%rotation = reshape([(0.1_wp*i, i=1, 9)], [3, 3])
+    increment%gradient_start = reshape([(10.0_wp + i, i=1, 9)], [3, 3])
+    increment%gradient_end = reshape([(20.0_wp + i, i=1, 9)], [3, 3])
+    increment%moment%phase = 3
+    increment%moment%step = 17
+    increment%moment%start = 0.25_wp
+    increment%moment%duration = 0.125_wp
+    increment%point = 42
+    increment%cell = 24
+    increment%place = [1.5_wp, 2.5_wp, 3.5_wp]
+    increment%cell_size = 0.75_wp
+  end function distinct_increment
+
+  !> What the recorder has written down.
+  subroutine recalled(reals, integers, name)
+    real(wp), intent(out) :: reals(400)
+    integer, intent(out) :: integers(100)
+    character(len=80), intent(out) :: name
+    procedure(recall_interface), pointer :: recall
+    type(c_funptr) :: address
+    type(error_type), allocatable :: error
+    integer(c_int) :: whole(100)
+    character(kind=c_char) :: letters(80)
+    integer :: i
+
+    call load_procedure(plugin('recorder'), 'recall', address, error)
+    call c_f_procpointer(address, recall)
+    call recall(reals, whole, letters)
+    integers = whole
+    do i = 1, 80
+      name(i:i) = letters(i)
+    end do
+  end subroutine recalled
+
+  !> The 37 arguments of a UMAT. They are copied, so they are equal to the last bit.
+  subroutine check_umat_slots(tests)
+    type(tests_type), intent(inout) :: tests
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(3), r(400)
+    integer :: n(100), i
+    character(len=80) :: name
+
+    call make_umat(user_of(interface_umat, 'recorder', [31.0_wp, 32.0_wp, 33.0_wp], 3), 'loose sand', model, error)
+    call tests%check('the recording UMAT is loaded', .not. allocated(error))
+    increment = distinct_increment()
+    stress = stress0
+    state = [7.0_wp, 8.0_wp, 9.0_wp]
+    call model%update(increment, stress, state, answer)
+    call recalled(r, n, name)
+    call tests%check('STRESS', same(r(1:6), stress0))
+    call tests%check('STATEV', same(r(11:13), [7.0_wp, 8.0_wp, 9.0_wp]))
+    call tests%check('SSE, SPD, SCD, RPL, DRPLDT, DDSDDE are zero', same(r(21:26), spread(0.0_wp, 1, 6)))
+    call tests%check('STRAN', same(r(31:36), increment%strain_start))
+    call tests%check('DSTRAN', same(r(41:46), increment%strain))
+    call tests%check('TIME, DTIME, TEMP, DTEMP, PREDEF, DPRED', same(r(51:57), &
+      [0.25_wp, 2.25_wp, 0.125_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
+    call tests%check('PROPS', same(r(61:63), [31.0_wp, 32.0_wp, 33.0_wp]))
+    call tests%check('COORDS', same(r(71:73), increment%place))
+    call tests%check('PNEWDT, CELENT', same(r(74:75), [1.0_wp, 0.75_wp]))
+    call tests%check('DROT column by column', same(r(81:89), reshape(increment%rotation, [9])))
+    call tests%check('DFGRD0', same(r(91:99), reshape(increment%gradient_start, [9])))
+    call tests%check('DFGRD1', same(r(101:109), reshape(increment%gradient_end, [9])))
+    call tests%check('DDSDDT, DRPLDE are zero', same(r(111:112), [0.0_wp, 0.0_wp]))
+    call tests%check('NDI, NSHR, NTENS, NSTATV, NPROPS', all(n(1:5) == [3, 3, 6, 3, 3]))
+    call tests%check('NOEL, NPT, LAYER, KSPT', all(n(6:9) == [24, 42, 1, 1]))
+    call tests%check('four numbers behind KSTEP, and KINC', all(n(10:14) == [3, 1, 1, 0, 17]))
+    call tests%check('CMNAME in capitals, 80 long', name == 'LOOSE SAND' .and. n(15) == 80)
+    call tests%check('the stress comes back', same(stress, stress0 + [(100.0_wp*i, i=1, 6)]))
+    call tests%check('the state comes back', same(state, [8.0_wp, 9.0_wp, 10.0_wp]))
+    call tests%check('DDSDDE comes back untransposed', abs(answer%tangent(2, 5) - 25.0_wp) <= 0.0_wp .and. &
+      abs(answer%tangent(5, 2) - 52.0_wp) <= 0.0_wp)
+    call check_four(tests, increment)
+  end subroutine check_umat_slots
+
+  !> NTENS = 4, and a step at held load.
+  subroutine check_four(tests, increment)
+    type(tests_type), intent(inout) :: tests
+    type(soil_increment_type), intent(inout) :: increment
+    type(user_material_type) :: user
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(0), r(400)
+    integer :: n(100)
+    character(len=80) :: name
+
+    user = user_of(interface_umat, 'recorder', [1.0_wp], 0)
+    user%components = 4
+    call make_umat(user, 'clay', model, error)
+    increment%moment%duration = 0.0_wp
+    stress = stress0
+    call model%update(increment, stress, state, answer)
+    call recalled(r, n, name)
+    call tests%check('four components: 3, 1, 4', all(n(1:3) == [3, 1, 4]))
+    call tests%check('four components: the others are left', same(stress(5:6), stress0(5:6)))
+    call tests%check('four components: DDSDDE is 4 by 4', abs(answer%tangent(4, 1) - 41.0_wp) <= 0.0_wp .and. &
+      abs(answer%tangent(5, 1)) <= 0.0_wp)
+    call tests%check('DTIME is positive at held load', r(53) > 0.0_wp)
+  end subroutine check_four
+
+  !> Whether two lists are the same numbers.
+  pure logical function same(a, b)
+    real(wp), intent(in) :: a(:), b(:)
+
+    same = all(abs(a - b) <= 0.0_wp)
+  end function same
+
+  !> The 31 arguments of a UDSM.
+  subroutine check_udsm_slots(tests)
+    type(tests_type), intent(inout) :: tests
+    type(udsm_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(2), r(400)
+    integer :: n(100)
+    character(len=80) :: name
+    integer, parameter :: swapped(6) = [1, 2, 3, 4, 6, 5]
+
+    call make_udsm(user_of(interface_udsm, 'recorder', [31.0_wp, 32.0_wp], -1), 'clay', model, error)
+    call tests%check('the recording UDSM is loaded', .not. allocated(error))
+    call tests%check('task 4 tells the state variables', model%state_count == 2)
+    call tests%check('task 5 tells of a tangent', model%user%tangent == model_tangent_consistent)
+    call model%start(stress0, state)
+    call tests%check('task 1 answers in StVar0', same(state, [7.0_wp, 8.0_wp]))
+    increment = distinct_increment()
+    stress = stress0
+    call model%update(increment, stress, state, answer)
+    call recalled(r, n, name)
+    call tests%check('Sig0: 5 and 6 exchanged, zero beyond', same(r(1:6), stress0(swapped)) .and. same(r(7:20), &
+      spread(0.0_wp, 1, 14)))
+    call tests%check('dEps: the increment', same(r(21:26), increment%strain(swapped)))
+    call tests%check('dEps: the strain at the start', same(r(27:32), increment%strain_start(swapped)))
+    call tests%check('Props as task 1 has left them', same(r([41, 42, 43, 60]), [31.0_wp, 32.0_wp, 0.0_wp, 20.0_wp]))
+    call tests%check('X, Y, Z, Time0, dTime, Swp0, BulkW', same(r(91:97), [1.5_wp, 2.5_wp, 3.5_wp, 2.25_wp, &
+      0.125_wp, 0.0_wp, 0.0_wp]))
+    call tests%check('StVar0', same(r(101:102), [7.0_wp, 8.0_wp]))
+    call tests%check('D of task 6 is handed to task 2', same(r(111:146:7), [1001.0_wp, 1002.0_wp, 1003.0_wp, &
+      1004.0_wp, 1005.0_wp, 1006.0_wp]))
+    call tests%check('Sig is preset by Sig0', same(r(151:156), stress0(swapped)))
+    call tests%check('iMod, IsUndr, iStep, iTer, iEl, Int', all(n(21:26) == [1, 0, 17, 1, 24, 42]))
+    call tests%check('iPrjDir is a directory, by character codes', n(27) == 2 .and. all(n(28:29) == iachar(['.', '/'])))
+    call tests%check('ipl, nStat, NonSym, iStrsDep, iTimeDep, iTang', all(n(40:45) == [0, 2, 1, 0, 0, 1]))
+    call tests%check('iAbort', n(46) == 0)
+    call tests%check('Sig comes back exchanged', same(stress, stress0 + [100.0_wp, 200.0_wp, 300.0_wp, 400.0_wp, &
+      600.0_wp, 500.0_wp]))
+    call tests%check('StVar comes back', same(state, [8.0_wp, 9.0_wp]))
+    call tests%check('D of task 3 comes back exchanged', abs(answer%tangent(2, 5) - 26.0_wp) <= 0.0_wp .and. &
+      abs(answer%tangent(5, 6) - 65.0_wp) <= 0.0_wp .and. abs(answer%tangent(6, 4) - 54.0_wp) <= 0.0_wp)
+    call tests%check('ipl tells that it yields', answer%plastic)
+  end subroutine check_udsm_slots
+
+  !> Pore water: Sig0 is without it, Sig with it, and it is carried.
+  subroutine check_undrained(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    type(udsm_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(3), r(400)
+    integer :: n(100)
+    character(len=80) :: name
+
+    user = user_of(interface_udsm, 'recorder', [1.0_wp], -1)
+    user%undrained = 900.0_wp
+    call make_udsm(user, 'clay', model, error)
+    stress = stress0
+    state = [-40.0_wp, 1.0_wp, 2.0_wp]
+    call model%update(distinct_increment(), stress, state, answer)
+    call recalled(r, n, name)
+    call tests%check('Sig0 is the effective stress', same(r(1:4), stress0(1:4) + [40.0_wp, 40.0_wp, 40.0_wp, 0.0_wp]))
+    call tests%check('IsUndr, Swp0 and BulkW', n(22) == 1 .and. same(r(96:97), [-40.0_wp, 900.0_wp]))
+    call tests%check('Swp is carried', same(state, [-35.0_wp, 2.0_wp, 3.0_wp]))
+    call tests%check('the stress is the total one', same(stress(1:4), [1.0_wp + 105.0_wp, 207.0_wp, 308.0_wp, 404.0_wp]))
+    call tests%check('the tangent is that of the total stress', abs(answer%tangent(1, 2) - 912.0_wp) <= 0.0_wp)
+  end subroutine check_undrained
+
+  !> Tangents: returned, at no strain, by differences. Differences of a linear law err by round-off over the change
+  !> of the strain, 1e-16 1e1/1e-9 at the most, of 2700.
+  subroutine check_tangents(tests)
+    type(tests_type), intent(inout) :: tests
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    type(user_material_type) :: user
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    real(wp) :: stress(6), state(6), returned(6, 6)
+
+    user = user_of(interface_umat, 'fibre', [2000.0_wp, 0.3_wp, 500.0_wp], 6)
+    call make_umat(user, 'peat', model, error)
+    increment%strain = 1.0e-3_wp*[1.0_wp, -2.0_wp, 0.5_wp, 1.0_wp, 0.3_wp, -0.7_wp]
+    stress = 0.0_wp
+    state = [0.5_wp, 0.2_wp, 0.3_wp, 0.1_wp, 0.4_wp, -0.2_wp]
+    call model%update(increment, stress, state, answer)
+    returned = answer%tangent
+    model%user%tangent = model_tangent_numerical
+    stress = 0.0_wp
+    call model%update(increment, stress, state, answer)
+    call tests%close('differences give the tangent', maxval(abs(answer%tangent - returned)), 0.0_wp, 1.0e-5_wp)
+    model%user%tangent = model_tangent_elastic
+    stress = 0.0_wp
+    call model%update(increment, stress, state, answer)
+    call tests%close('at no strain it is the same here', maxval(abs(answer%tangent - returned)), 0.0_wp, 0.0_wp)
+    call ask_stiffness(model, 0.0_wp, 0.0_wp, error)
+    call tests%check('a stiffness is found', .not. allocated(error) .and. model%stiffness_scale > 1000.0_wp)
+    call ask_stiffness(model, 10.0_wp, 0.25_wp, error)
+    call tests%close('that of *ELASTIC goes before it', model%stiffness_scale, 10.0_wp, 0.0_wp)
+    call tests%close('and its shear modulus', model%shear_scale, 4.0_wp, 1.0e-15_wp)
+  end subroutine check_tangents
+
+  !> A door's law, which must exist.
+  subroutine door_law(user, dimension, law)
+    type(user_material_type), intent(in) :: user
+    integer, intent(in) :: dimension
+    type(soil_model_law_type), intent(out) :: law
+    type(umat_type) :: umat
+    type(udsm_type) :: udsm
+    type(error_type), allocatable :: error
+
+    if (user%interface == interface_udsm) then
+      call make_udsm(user, 'soil', udsm, error)
+      call make_soil_model_law(udsm, dimension, law)
+    else
+      call make_umat(user, 'soil', umat, error)
+      call make_soil_model_law(umat, dimension, law)
+    end if
+  end subroutine door_law
+
+  !> Built-in laws of the Cauchy rate, and the same as UMAT and UDSM: stress, Q and A, to round-off relative to E.
+  subroutine check_as_built_in(tests)
+    type(tests_type), intent(inout) :: tests
+    type(material_parameters_type) :: p
+    type(user_material_type) :: user
+    integer :: dimension
+
+    do dimension = 2, 3
+      p = material_parameters_type(young=200.0_wp, poisson=0.33_wp)
+      call compare(tests, 'elastic UMAT', user_of(interface_umat, 'elastic_umat', [200.0_wp, 0.33_wp], 0), p, &
+        dimension, 1.0e-13_wp)
+      call compare(tests, 'elastic UDSM', user_of(interface_udsm, 'elastic_udsm', [200.0_wp, 0.33_wp], -1), p, &
+        dimension, 1.0e-13_wp)
+      p%mohr_coulomb = .true.
+      p%cohesion = 1.0_wp
+      p%friction_angle = 25.0_wp
+      user = user_of(interface_umat, 'mohr_coulomb', [200.0_wp, 0.33_wp, 1.0_wp, 25.0_wp, 0.0_wp], 0)
+      ! Gaps of principal stresses that nearly close amplify round-off in the tangent.
+      call compare(tests, 'Mohr-Coulomb UMAT', user, p, dimension, 1.0e-9_wp)
+      user%components = 4
+      if (dimension == 2) call compare(tests, 'UMAT of four components', user, p, dimension, 1.0e-9_wp)
+    end do
+  end subroutine check_as_built_in
+
+  !> Compare a door with a built-in law.
+  subroutine compare(tests, name, user, p, dimension, tolerance)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(user_material_type), intent(in) :: user
+    type(material_parameters_type), intent(in) :: p
+    integer, intent(in) :: dimension
+    !> Relative to Young's modulus.
+    real(wp), intent(in) :: tolerance
+    type(soil_model_law_type) :: door
+    class(law_type), allocatable :: built_in
+    type(batch_type) :: one, other
+    type(error_type), allocatable :: error
+
+    call door_law(user, dimension, door)
+    call new_law(p, dimension, kinematics_jaumann, rate_midpoint_cauchy, built_in, error)
+    call random_batch(door, 200, 0.03_wp, 1.0_wp, one)
+    call random_batch(built_in, 200, 0.03_wp, 1.0_wp, other)
+    call door%update(one, tangent_consistent)
+    call built_in%update(other, tangent_consistent)
+    call tests%check(name//': every point is updated', all(one%status == status_ok))
+    call tests%close(name//': stress', maxval(abs(one%stress - other%stress)), 0.0_wp, tolerance*p%young)
+    call tests%close(name//': Q', maxval(abs(one%piola - other%piola)), 0.0_wp, tolerance*p%young)
+    call tests%close(name//': A', maxval(abs(one%tangent - other%tangent)), 0.0_wp, 10.0_wp*tolerance*p%young)
+  end subroutine compare
+
+  !> Models that do not return: the reason, and that others go on.
+  subroutine check_faulty_models(tests)
+    type(tests_type), intent(inout) :: tests
+    type(soil_answer_type) :: answer
+
+    call ask_faulty('faulty', 5, [0.25_wp, 0.0_wp], answer)
+    call tests%check('PNEWDT below 1 cuts the step', answer%status == status_cut)
+    call tests%close('by that share', answer%share, 0.25_wp, 0.0_wp)
+    call ask_faulty('faulty', 9, [0.0_wp, 0.0_wp], answer)
+    call tests%check('writing beyond the state is seen', answer%status == status_broken)
+    call tests%check('and said', index(answer%message, 'STATE is too small') > 0)
+    call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], answer)
+    call tests%check('a fault comes back', answer%status == status_broken)
+    call tests%check('with its signal', index(answer%message, 'SIGSEGV') > 0)
+    call ask_faulty('faulty', 0, [0.0_wp, 0.0_wp], answer)
+    call tests%check('a model that did not return is not called again', answer%status == status_broken)
+    call ask_faulty('faulty_stop', 1, [0.0_wp, 0.0_wp], answer)
+    call tests%check('STOP comes back', answer%status == status_broken .and. index(answer%message, 'STOP') > 0)
+    call ask_faulty('faulty_arithmetic', 2, [0.0_wp, 0.0_wp], answer)
+    call tests%check('a division by zero comes back', answer%status == status_broken .and. &
+      index(answer%message, 'SIGFPE') > 0)
+    call ask_faulty('faulty_abort', 8, [0.0_wp, 0.0_wp], answer)
+    call tests%check('ABORT comes back', answer%status == status_broken .and. index(answer%message, 'SIGABRT') > 0)
+  end subroutine check_faulty_models
+
+  !> Ask the faulty UMAT.
+  subroutine ask_faulty(library, kind, more, answer)
+    !> Name of the plug-in.
+    character(len=*), intent(in) :: library
+    !> What goes wrong, and two more constants.
+    integer, intent(in) :: kind
+    real(wp), intent(in) :: more(2)
+    type(soil_answer_type), intent(out) :: answer
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    real(wp) :: stress(6), state(0)
+
+    call make_umat(user_of(interface_umat, library, [200.0_wp, 0.3_wp, real(kind, wp), 17.0_wp, more], 0), 'bad', &
+      model, error)
+    stress = 0.0_wp
+    call model%update(distinct_increment(), stress, state, answer)
+  end subroutine ask_faulty
+
+  !> Faults planted in models: a UDSM whose last two components are exchanged, tensor shear, a transposed tangent and
+  !> a rotation from the wrong side give other answers than the same models without, by far.
+  subroutine check_planted(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: names(4) = [character(len=24) :: 'slots 5 and 6 exchanged', 'tensor shear', &
+      'transposed tangent', 'DROT from the wrong side']
+    type(soil_model_law_type) :: law
+    real(wp) :: error(0:4)
+    integer :: kind
+
+    do kind = 0, 4
+      call door_law(user_of(interface_umat, 'planted', [200.0_wp, 0.3_wp, 150.0_wp, real(kind, wp)], 6), 3, law)
+      call planted_error(law, error(kind))
+    end do
+    call tests%close('the sound model: tangent is the derivative', error(0), 0.0_wp, 1.0e-7_wp)
+    do kind = 1, 4
+      call tests%check('a fault is seen: '//trim(names(kind)), error(kind) > 1.0e-3_wp)
+    end do
+  end subroutine check_planted
+
+  !> Error of the tangent by differences at turned, strained points.
+  subroutine planted_error(law, error)
+    type(soil_model_law_type), intent(in) :: law
+    real(wp), intent(out) :: error
+    type(batch_type) :: batch
+    integer :: compared, p
+
+    call random_batch(law, 10, 0.1_wp, 50.0_wp, batch)
+    do p = 1, batch%count
+      batch%state_start(law%before_own + 1:, p) = [0.4_wp, 0.1_wp, 0.5_wp, 0.2_wp, -0.3_wp, 0.25_wp]
+    end do
+    call law%update(batch, tangent_consistent)
+    call difference_error(law, batch, batch%tangent, error, compared)
+  end subroutine planted_error
+
+  !> Libraries and procedures that are not there, and a wrong number of state variables.
+  subroutine check_loading(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    type(umat_type) :: umat
+    type(udsm_type) :: udsm
+    type(error_type), allocatable :: error
+
+    user = user_of(interface_umat, 'elastic_umat', [1.0_wp, 0.0_wp], 0)
+    user%symbol = 'nothing'
+    call make_umat(user, 'soil', umat, error)
+    call tests%check('a missing procedure', refused(error, "has no procedure 'nothing'"))
+    user%library = '/no/such/library.so'
+    call make_umat(user, 'soil', umat, error)
+    call tests%check('a missing library', refused(error, "there is no library '/no/such/library.so'"))
+    call make_udsm(user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], 3), 'soil', udsm, error)
+    call tests%check('another number of state variables', refused(error, 'the model has 1 state variables'))
+  end subroutine check_loading
+
+  !> Whether an error is one of the user's material and says something.
+  pure logical function refused(error, words)
+    type(error_type), allocatable, intent(in) :: error
+    character(len=*), intent(in) :: words
+
+    refused = .false.
+    if (.not. allocated(error)) return
+    refused = error%code == error_user_material .and. index(error%message, words) > 0
+  end function refused
+end module test_doors
