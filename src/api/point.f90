@@ -238,8 +238,10 @@ contains
 
     measured_width = 1.0_wp
     do m = 1, size(analysis%materials)
-      if (analysis%materials(m)%name == analysis%point_test%material .and. analysis%materials(m)%softening%length > 0.0_wp) &
-        measured_width = analysis%materials(m)%softening%length
+      associate (material => analysis%materials(m))
+        if (material%name == analysis%point_test%material .and. material%softening%length > 0.0_wp) &
+          measured_width = material%softening%length
+      end associate
     end do
   end function measured_width
 
