@@ -137,7 +137,7 @@ contains
       text = 'point test '//analysis%job//': '//trim(test_words(test%kind))//", material '"//test%material//"', "// &
         trim(kinematics_words(analysis%method%kinematics))//', '//integer_text(test%dimension)//'D, '// &
         integer_text(size(test%stages))//trim(merge(' stage ', ' stages', size(test%stages) == 1))//', '// &
-        integer_text(steps)//' steps'//newline
+        integer_text(steps)//trim(merge(' step ', ' steps', steps == 1))//newline
     end associate
   end function point_summary
 

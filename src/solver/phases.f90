@@ -344,8 +344,8 @@ contains
     call describe_loose_pieces(model, step, loose)
     if (len(loose) > 0) then
       message = message//'; '//loose
-    else if (outcome%out_of_balance < huge(1.0_wp)) then
-      ! Without a stress there is no residual.
+    else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
+      ! Without a stress there is no residual, and none is worth a word where equilibrium was found.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)
