@@ -131,6 +131,7 @@ contains
     end if
     model%user%states = max(0, int(arguments%states))
     model%state_count = model%before + model%user%states
+    call name_states(model)
     allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
     call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, other, arguments)
     call take_start(model, room)
@@ -138,6 +139,19 @@ contains
     if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
     model%props = arguments%props
   end subroutine inquire
+
+  !> Names of the state in results: the model's own by number, behind the pore pressure.
+  subroutine name_states(model)
+    type(udsm_type), intent(inout) :: model
+    integer :: i
+
+    if (model%before == 0) return
+    allocate (model%state_names(model%state_count))
+    model%state_names(1)%text = 'excess_pore_pressure'
+    do i = 1, model%user%states
+      model%state_names(1 + i)%text = 'state_'//integer_text(i)
+    end do
+  end subroutine name_states
 
   !> The deck's start values, as far as they go.
   subroutine take_start(model, state)
