@@ -137,7 +137,7 @@ contains
       text = 'point test '//analysis%job//': '//trim(test_words(test%kind))//", material '"//test%material//"', "// &
         trim(kinematics_words(analysis%method%kinematics))//', '//integer_text(test%dimension)//'D, '// &
         integer_text(size(test%stages))//trim(merge(' stage ', ' stages', size(test%stages) == 1))//', '// &
-        integer_text(steps)//' steps'//newline
+        integer_text(steps)//trim(merge(' step ', ' steps', steps == 1))//newline
     end associate
   end function point_summary
 
@@ -216,7 +216,7 @@ contains
       allocate (character(len=65536) :: bench%curves)
       call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law, &
         bench%tangent))
-      call put(bench, point_row(test, bench%point, row, bench%tangent))
+      call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)
         row%stage = i
         do k = 1, size(test%stages(i)%targets, 2)
@@ -273,7 +273,7 @@ contains
         row%load_factor = (real(number - 1, wp) + real(k, wp)/real(stage%steps, wp))/rows
         if (bench%tangent) call take_tangent(bench%tally, bench%law, bench%batch, row%step, row%tangent_error)
         bench%tally%steps = row%step
-        call put(bench, point_row(test, bench%point, row, bench%tangent))
+        call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
       end do
     end associate
   end subroutine run_targets

@@ -55,7 +55,7 @@ contains
     type(point_test_type), intent(in) :: test
     !> Unit of stress.
     character(len=*), intent(in) :: stress_unit
-    !> The law, whose state variables have names or numbers.
+    !> The law, whose state variables that have names are written.
     class(law_type), intent(in) :: law
     !> There is a column of the tangent.
     logical, intent(in) :: with_tangent
@@ -77,27 +77,27 @@ contains
       text = text//',s'//pairs(i)//' ['//stress_unit//']'
     end do
     do i = 1, law%state_count
-      text = text//','//state_name(law, i)
+      if (is_named(law, i)) text = text//','//law%state_names(i)%text
     end do
   end function point_header
 
-  !> Name of a state variable.
-  pure function state_name(law, i) result(text)
+  !> Whether a state variable is one of the results: it has a name.
+  pure logical function is_named(law, i)
     !> The law.
     class(law_type), intent(in) :: law
     !> Number of the variable.
     integer, intent(in) :: i
-    character(len=:), allocatable :: text
 
-    text = ''
-    if (allocated(law%state_names)) text = law%state_names(i)%text
-    if (len(text) == 0) text = 'state_'//integer_text(i)
-  end function state_name
+    is_named = .false.
+    if (allocated(law%state_names)) is_named = len(law%state_names(i)%text) > 0
+  end function is_named
 
   !> A row, without its end.
-  pure function point_row(test, point, row, with_tangent) result(text)
+  pure function point_row(test, law, point, row, with_tangent) result(text)
     !> The test.
     type(point_test_type), intent(in) :: test
+    !> The law.
+    class(law_type), intent(in) :: law
     !> The point.
     type(point_type), intent(in) :: point
     !> How the step went.
@@ -119,7 +119,10 @@ contains
     if (test%kind == test_undrained) text = text//numbers([test%cell_pressure + &
       0.5_wp*(point%stress(1) + point%stress(3))])
     text = text//numbers([(point%deformation(gradient_row(i, d), gradient_column(i, d)), i=1, gradient_size(d))])
-    text = text//numbers(values%strain)//numbers(point%stress)//numbers(point%state)
+    text = text//numbers(values%strain)//numbers(point%stress)
+    do i = 1, law%state_count
+      if (is_named(law, i)) text = text//numbers(point%state(i:i))
+    end do
   end function point_row
 
   !> What a laboratory would record of the point.

@@ -6,15 +6,14 @@ module qsmpm_point_tally
   use qsmpm_point_curves, only: laboratory_type, laboratory_values
   use qsmpm_point_driver, only: point_type
   use qsmpm_point_test, only: point_test_type
-  use qsmpm_tangent_check, only: tangent_check_type, check_tangent
+  use qsmpm_tangent_check, only: tangent_check_type, check_tangent, good_tangent
   implicit none
   private
 
   public :: tally_type, take_tangent, tangent_text, state_text
 
-  !> Differences cannot tell a smaller error of a tangent from their own; and the share of the tangent that
-  !> may change between elastic steps.
-  real(wp), parameter :: good_tangent = 1.0e-4_wp, same_tangent = 5.0e-2_wp
+  !> The share of the tangent that may change between elastic steps.
+  real(wp), parameter :: same_tangent = 5.0e-2_wp
 
   !> The tangents so far: of elastic steps (1) and of those that yield (2).
   type :: tally_type
@@ -40,7 +39,7 @@ contains
     type(batch_type), intent(in) :: batch
     !> Number of the step.
     integer, intent(in) :: step
-    !> Error of the tangent, negative when the law refused.
+    !> Error of the tangent, negative where it cannot be told.
     real(wp), intent(out) :: error
     type(tangent_check_type) :: check
     integer :: kind

@@ -158,6 +158,9 @@ contains
 
     if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
       "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
+    if (material%user%given .and. (material%cam_clay%given .or. material%hardening_soil%given)) &
+      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      "' has *USER MATERIAL beside *CAM CLAY or *HARDENING SOIL")
     if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
       'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
   end subroutine check_user_material

@@ -41,7 +41,7 @@ contains
       range='[1, inf)', needs='INTERFACE=UDSM')
     call table%parameter('STATE', kind_integer, 'state variables of a point; a UMAT has none when not given, a '// &
       'UDSM '// &
-      'says it itself and must agree', range='[0, inf)')
+      'says it itself and must agree', range='[0, 10000]')
     call add_choices(table, user)
     call table%data('constants of the model, in any number of lines', 0, huge(1))
     call table%column('constant', kind_real, 'constants in the order in which the model wants them', repeated=.true.)

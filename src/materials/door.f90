@@ -15,13 +15,13 @@ module qsmpm_door
   private
 
   public :: door_type, begin_silence, end_silence, judge_call, add_margin, margin_damaged, difference_tangent, &
-    ask_stiffness, held_duration
+    ask_stiffness, held_duration, take_user
 
   !> How long a step at held load lasts as a share of its phase: some models divide by it.
   real(wp), parameter :: held_duration = 1.0e-6_wp
-  !> Numbers behind the state, and what is in them.
+  !> Numbers behind the state, and what is in them: too small for anything to be added without a trace.
   integer, parameter, public :: margin = 32
-  real(wp), parameter :: mark = -7.70843e123_wp
+  real(wp), parameter :: mark = -7.70843e-301_wp
   !> Change of a strain for differences: this share of the largest one, at the least of the smallest one.
   real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp
 
@@ -35,6 +35,23 @@ module qsmpm_door
   end type door_type
 
 contains
+
+  !> What the deck says; lists it does not give are empty.
+  subroutine take_user(door, user, name)
+    class(door_type), intent(inout) :: door
+    !> What the deck says.
+    type(user_material_type), intent(in) :: user
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+
+    door%user = user
+    door%name = name
+    door%thread_safe = user%thread_safe
+    door%symmetric = user%symmetric
+    door%reads_strain = .true.
+    if (.not. allocated(door%user%constants)) allocate (door%user%constants(0))
+    if (.not. allocated(door%user%start)) allocate (door%user%start(0))
+  end subroutine take_user
 
   !> Let the model's output go nowhere; what the unit holds back is written first.
   subroutine begin_silence(door, saved)

@@ -60,7 +60,26 @@ contains
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
     law%shear_scale = model%shear_scale
+    call name_states(model, law)
   end subroutine make_soil_model_law
+
+  !> The model's own state has names, what the law keeps before it has none.
+  subroutine name_states(model, law)
+    !> The model.
+    class(soil_model_type), intent(in) :: model
+    !> Gains the names.
+    type(soil_model_law_type), intent(inout) :: law
+    integer :: i
+
+    allocate (law%state_names(law%state_count))
+    do i = 1, law%before_own
+      law%state_names(i)%text = ''
+    end do
+    do i = 1, model%state_count
+      law%state_names(law%before_own + i)%text = 'state_'//integer_text(i)
+      if (allocated(model%state_names)) law%state_names(law%before_own + i)%text = model%state_names(i)%text
+    end do
+  end subroutine name_states
 
   !> State of a point with a given stress, undeformed.
   subroutine start(self, stress, state)

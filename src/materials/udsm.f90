@@ -11,7 +11,7 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
-    difference_tangent
+    difference_tangent, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
@@ -89,14 +89,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     procedure(udsm_interface), pointer :: routine
     type(c_funptr) :: address
+    integer :: n
 
-    model%user = user
-    model%name = name
+    call take_user(model, user, name)
     model%before = merge(1, 0, user%undrained > 0.0_wp)
-    model%thread_safe = user%thread_safe
-    model%symmetric = user%symmetric
-    model%reads_strain = .true.
-    model%props(:min(constants, size(user%constants))) = user%constants(:min(constants, size(user%constants)))
+    n = min(constants, size(model%user%constants))
+    model%props(:n) = model%user%constants(:n)
     call load_procedure(user%library, user%symbol, address, error)
     if (allocated(error)) return
     call c_f_procpointer(address, routine)
@@ -133,6 +131,7 @@ contains
     end if
     model%user%states = max(0, int(arguments%states))
     model%state_count = model%before + model%user%states
+    call name_states(model)
     allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
     call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, other, arguments)
     call take_start(model, room)
@@ -140,6 +139,19 @@ contains
     if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
     model%props = arguments%props
   end subroutine inquire
+
+  !> Names of the state in results: the model's own by number, behind the pore pressure.
+  subroutine name_states(model)
+    type(udsm_type), intent(inout) :: model
+    integer :: i
+
+    if (model%before == 0) return
+    allocate (model%state_names(model%state_count))
+    model%state_names(1)%text = 'excess_pore_pressure'
+    do i = 1, model%user%states
+      model%state_names(1 + i)%text = 'state_'//integer_text(i)
+    end do
+  end subroutine name_states
 
   !> The deck's start values, as far as they go.
   subroutine take_start(model, state)

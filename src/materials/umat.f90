@@ -8,7 +8,7 @@ module qsmpm_umat
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
     c_f_pointer, c_f_procpointer
   use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
-    difference_tangent
+    difference_tangent, take_user
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
@@ -81,19 +81,15 @@ contains
     character(len=len(name)) :: large
     integer :: i
 
-    model%user = user
-    model%name = name
+    call take_user(model, user, name)
     model%state_count = max(0, user%states)
-    model%symmetric = user%symmetric
-    model%thread_safe = user%thread_safe
-    model%reads_strain = .true.
     model%reads_gradient = .true.
     large = upper(name)
     do i = 1, min(name_length, len(name))
       model%cmname(i) = large(i:i)
     end do
-    allocate (model%props(max(1, size(user%constants))), source=0.0_c_double)
-    model%props(:size(user%constants)) = user%constants
+    allocate (model%props(max(1, size(model%user%constants))), source=0.0_c_double)
+    model%props(:size(model%user%constants)) = model%user%constants
     call load_procedure(user%library, user%symbol, address, error)
     if (allocated(error)) return
     call c_f_procpointer(address, routine)

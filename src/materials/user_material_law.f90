@@ -1,13 +1,14 @@
 !> Makes the law of a material whose model is in a shared library.
 module qsmpm_user_material_law
   use qsmpm_door, only: door_type, ask_stiffness
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
+  use qsmpm_text, only: integer_text
   use qsmpm_udsm, only: udsm_type, make_udsm
   use qsmpm_umat, only: umat_type, make_umat
-  use qsmpm_user_material, only: user_material_type, interface_udsm
+  use qsmpm_user_material, only: user_material_type, interface_udsm, interface_umat
   implicit none
   private
 
@@ -38,10 +39,12 @@ contains
     if (user%interface == interface_udsm) then
       allocate (udsm)
       call make_udsm(user, name, udsm, error)
+      if (.not. allocated(error)) call check_fit(user, udsm%user%states, dimension, error)
       call move_alloc(udsm, door)
     else
       allocate (umat)
-      call make_umat(user, name, umat, error)
+      call check_fit(user, max(0, user%states), dimension, error)
+      if (.not. allocated(error)) call make_umat(user, name, umat, error)
       call move_alloc(umat, door)
     end if
     if (allocated(error)) return
@@ -52,4 +55,23 @@ contains
     soil%name = name
     call move_alloc(soil, law)
   end subroutine new_user_law
+
+  !> What the deck says fits the model.
+  subroutine check_fit(user, states, dimension, error)
+    !> What the user says.
+    type(user_material_type), intent(in) :: user
+    !> State variables of the model.
+    integer, intent(in) :: states
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> error_deck: why not.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (dimension == 3 .and. user%interface == interface_umat .and. user%components < 6) then
+      call fail(error, error_deck, 'COMPONENTS=4 is for the plane, this model is one of space')
+    else if (allocated(user%start)) then
+      if (size(user%start) > states) call fail(error, error_deck, '*USER STATE has '// &
+        integer_text(size(user%start))//' numbers, the model has '//integer_text(states)//' state variables')
+    end if
+  end subroutine check_fit
 end module qsmpm_user_material_law

@@ -5,7 +5,8 @@ module qsmpm_phases
   use qsmpm_error, only: error_type, fail
   use qsmpm_stopwatch, only: turn_to, part_control, part_output
   use qsmpm_run_profile, only: run_profile_type
-  use qsmpm_analysis, only: phase_type
+  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
@@ -129,7 +130,7 @@ contains
       if (model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
       else
-        call start_phase(model)
+        call enter_phase(model, observer)
       end if
       march%begun = .true.
     end if
@@ -138,12 +139,28 @@ contains
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
       model%state%progress%phase = model%state%progress%phase + 1
       march%told = .false.
-      call start_phase(model)
+      call enter_phase(model, observer)
     end if
     call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model)) call end_phase(model, march, observer, error)
   end subroutine march_step
+
+  !> Begin the current phase; initial stresses that the soil cannot carry are worth a word.
+  subroutine enter_phase(model, observer)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    integer :: beyond
+
+    call start_phase(model)
+    if (model%analysis%phases(model%state%progress%phase)%initial%kind /= initial_k0) return
+    beyond = count_beyond_strength(model)
+    if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
+      integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
+      'brings it back and moves them: change k0 of *INITIAL')
+  end subroutine enter_phase
 
   !> Tell the observer that the phase has ended.
   subroutine end_phase(model, march, observer, error)
@@ -344,8 +361,8 @@ contains
     call describe_loose_pieces(model, step, loose)
     if (len(loose) > 0) then
       message = message//'; '//loose
-    else if (outcome%out_of_balance < huge(1.0_wp)) then
-      ! Without a stress there is no residual.
+    else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
+      ! Without a stress there is no residual, and none is worth a word where equilibrium was found.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
       message = message//trim(text)

@@ -72,12 +72,25 @@ contains
     if (band_ratio(principal%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
     if (principal%softening%by_cell) then
       call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
-        "' softens too fast for its cells, a point would snap back: size "//real_text(largest)//', at most '// &
-        real_text(bound*principal%softening%length))
+        "' softens too fast for its cells, a point would snap back: size "//figure(largest)//', at most '// &
+        figure(bound*principal%softening%length))
     else
       call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast, a point would snap back: plastic shear strain at least "// &
-        real_text(principal%softening%strain/bound))
+        figure(principal%softening%strain/bound))
     end if
   end subroutine check_material
+
+  !> A number to three digits.
+  pure function figure(value) result(text)
+    !> The number.
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=16) :: digits
+    real(wp) :: rounded
+
+    write (digits, '(es16.2e3)') value
+    read (digits, *) rounded
+    text = real_text(rounded)
+  end function figure
 end module qsmpm_soil_parameters

@@ -5,6 +5,7 @@ C       4 NaN         5 PNEWDT, PROPS(5), where a strain is above PROPS(6)
 C       6 CALL XIT    7 a run-time error of the compiler's library
 C       8 ABORT       9 writes behind STATEV      10 a run-time error while
 C                                                     it writes to unit 6
+C      11 adds to a number behind STATEV
 C     from the KINC of PROPS(4) on.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
      1 RPL,DDSDDT,DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,
@@ -44,6 +45,7 @@ C     from the KINC of PROPS(4) on.
       IF(KIND.EQ.7) OPEN(77,FILE='no/such/file',STATUS='OLD')
       IF(KIND.EQ.8) CALL ABORT
       IF(KIND.EQ.9) STATEV(NSTATV+1)=1.D0
+      IF(KIND.EQ.11) STATEV(NSTATV+1)=STATEV(NSTATV+1)+1.D-15
       IF(KIND.EQ.10) THEN
         FORM='(I5)'
         WRITE(6,FORM) G

@@ -46,6 +46,8 @@ program run_unit_tests
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
+  use test_point_laws, only: collect_point_laws
+  use test_point_states, only: collect_point_states
   use test_stress_error, only: collect_stress_error
   use test_loose_pieces, only: collect_loose_pieces
   use test_grid, only: collect_grid
@@ -124,6 +126,8 @@ program run_unit_tests
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
+  call register('point_laws', collect_point_laws)
+  call register('point_states', collect_point_states)
   call register('stress_error', collect_stress_error)
   call register('loose_pieces', collect_loose_pieces)
   call register('grid', collect_grid)

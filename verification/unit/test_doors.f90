@@ -70,7 +70,6 @@ contains
     do i = 1, size(constants)
       user%constants(i) = constants(i)
     end do
-    allocate (user%start(0))
   end function user_of
 
   !> An increment in which every number is another one.
@@ -373,6 +372,8 @@ contains
     call tests%close('by that share', answer%share, 0.25_wp, 0.0_wp)
     call ask_faulty('faulty', 9, [0.0_wp, 0.0_wp], answer)
     call tests%check('writing beyond the state is seen', answer%status == status_broken)
+    call ask_faulty('faulty', 11, [0.0_wp, 0.0_wp], answer)
+    call tests%check('so is a small number that is added there', answer%status == status_broken)
     call tests%check('and said', index(answer%message, 'STATE is too small') > 0)
     call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], answer)
     call tests%check('a fault comes back', answer%status == status_broken)

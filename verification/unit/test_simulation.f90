@@ -6,6 +6,7 @@ module test_simulation
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
     value_shape, value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
     error_user_material, status_broken, law_type
+  use qsmpm_posix, only: remove_file
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
   implicit none
@@ -296,6 +297,7 @@ contains
     call other%add_stage('more', 1, error)
     call other%load(path, error)
     call tests%check('a file of other stages is refused', allocated(error))
+    call tests%check('the file is taken away again', remove_file(path) == 0)
     call run%destroy()
     call other%destroy()
   end subroutine check_saved

@@ -1,0 +1,47 @@
+!> Whether the stresses that a phase starts from are ones that the materials can carry.
+!>
+!> *INITIAL, TYPE=K0 writes stresses without asking the laws. One beyond the strength is returned to it by the first
+!> step, which moves the soil before any load is there. A point that does not deform shows it: its law is asked for
+!> a step with F = 1, and a stress that changes was not one of the material's. Models of the user's are not asked.
+module qsmpm_initial_strength
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: batch_type, tangent_none, status_ok
+  use qsmpm_model, only: model_type
+  use qsmpm_point_driver, only: prepare_point
+  use qsmpm_tensor, only: identity, pack_gradient
+  implicit none
+  private
+
+  public :: count_beyond_strength
+
+  !> Change of a stress that is put down to round-off.
+  real(wp), parameter :: round_off = 1.0e-6_wp
+
+contains
+
+  !> Material points whose stress changes though they do not move.
+  integer function count_beyond_strength(model) result(beyond)
+    !> The model at the start of a phase.
+    type(model_type), intent(in) :: model
+    type(batch_type) :: batch
+    integer :: p, m
+
+    beyond = 0
+    do m = 1, size(model%laws)
+      if (model%analysis%materials(m)%user%given) cycle
+      associate (law => model%laws(m)%law, points => model%state%points)
+        call prepare_point(law, batch)
+        call pack_gradient(identity, batch%gradient(:, 1))
+        batch%volume_ratio = 1.0_wp
+        do p = 1, points%count
+          if (points%material(p) /= m) cycle
+          batch%stress_start(:, 1) = points%stress(:, p)
+          batch%state_start(:, 1) = points%state(:law%state_count, p)
+          call law%update(batch, tangent_none)
+          if (batch%status(1) /= status_ok) cycle
+          if (norm2(batch%stress(:, 1) - points%stress(:, p)) > round_off*norm2(points%stress(:, p))) beyond = beyond + 1
+        end do
+      end associate
+    end do
+  end function count_beyond_strength
+end module qsmpm_initial_strength

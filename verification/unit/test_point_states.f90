@@ -1,0 +1,111 @@
+!> States of material points of several laws in one model: what results call them, and initial stresses that a law
+!> cannot carry.
+module test_point_states
+  use deck_samples, only: joined
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_fields, only: state_names, state_values
+  use qsmpm_initial_strength, only: count_beyond_strength
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_text, only: string_type, same_bits
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_point_states
+
+  integer, parameter :: rock = 1, clay = 2, sand = 3, till = 4
+
+contains
+
+  !> All tests.
+  subroutine collect_point_states(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+
+    call tests%start('point_states')
+    call build('0.5', model)
+    call check_names(tests, model)
+    call check_strength(tests)
+  end subroutine collect_point_states
+
+  !> Four layers of four laws under their weight.
+  subroutine build(k0, model)
+    !> Horizontal over vertical stress.
+    character(len=*), intent(in) :: k0
+    type(model_type), intent(out) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('layers.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 1, 1|Y, 0, 4, 4|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=rock|*ELASTIC|1e5, 0.3|*UNIT WEIGHT|20|'// &
+      '*MATERIAL, NAME=clay|*CAM CLAY, OCR=2|1, 0.2, 0.04, 2.2, 0.3|*UNIT WEIGHT|20|'// &
+      '*MATERIAL, NAME=sand|*HARDENING SOIL|3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5|*UNIT WEIGHT|20|'// &
+      '*MATERIAL, NAME=till|*ELASTIC|5e4, 0.3|*MOHR COULOMB|0, 30, 0|*SOFTENING, REGULARISATION=NONE|0, 25, 0, 0.5|'// &
+      '*UNIT WEIGHT|20|*BODY, NAME=a, MATERIAL=rock, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=b, MATERIAL=clay, SHAPE=BOX|'// &
+      '0, 1, 1, 2|*BODY, NAME=c, MATERIAL=sand, SHAPE=BOX|0, 1, 2, 3|*BODY, NAME=d, MATERIAL=till, SHAPE=BOX|'// &
+      '0, 1, 3, 4|*METHOD, BASIS=GIMP|*POINTS, PER ELEMENT=4|*PHASE, NAME=weight|*INITIAL, TYPE=K0|4, '//k0// &
+      '|*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=1|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the layers of the unit tests cannot be built'
+    call start_phase(model)
+  end subroutine build
+
+  !> Every name once, the values where a law has it, in the place it has there; 0 elsewhere.
+  subroutine check_names(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(string_type), allocatable :: names(:)
+    real(wp), allocatable :: values(:, :)
+    integer :: p, last
+    logical :: right
+
+    call state_names(model, names)
+    call tests%check('two laws that share a name give one field', size(names) == 2)
+    if (size(names) /= 2) return
+    call tests%check('in the order of the laws', names(1)%text == 'preconsolidation_pressure' &
+      .and. names(2)%text == 'plastic_shear_strain')
+    call state_values(model, 'preconsolidation_pressure', values)
+    right = .true.
+    do p = 1, model%state%points%count
+      select case (model%state%points%material(p))
+      case (clay)
+        right = right .and. same_bits(values(1, p), model%state%points%state(1, p))
+      case (sand)
+        right = right .and. same_bits(values(1, p), model%state%points%state(2, p))
+      case default
+        right = right .and. .not. abs(values(1, p)) > 0.0_wp
+      end select
+    end do
+    call tests%check('the pressure is that of clay and sand, no other has one', right .and. maxval(values) > 40.0_wp)
+    last = model%laws(till)%law%state_count
+    model%state%points%state(last, :) = 0.25_wp
+    call state_values(model, 'plastic_shear_strain', values)
+    call tests%check('the strain of the till is its last state', &
+      all(pack(abs(values(1, :) - 0.25_wp), model%state%points%material == till) <= 0.0_wp))
+    call tests%check('rock has none', all(pack(abs(values(1, :)), model%state%points%material == rock) <= 0.0_wp))
+  end subroutine check_names
+
+  !> Till and sand carry horizontal stresses from a third of the vertical one to three times it; clay and rock more.
+  subroutine check_strength(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    integer :: layer
+
+    call build('0.5', model)
+    layer = count(model%state%points%material == till)
+    call tests%check('a layer has four points', layer == 4)
+    call tests%check('an initial stress within the strength is none to warn of', count_beyond_strength(model) == 0)
+    call build('0.34', model)
+    call tests%check('nor is one that is nearly the active one', count_beyond_strength(model) == 0)
+    call build('0.3', model)
+    call tests%check('below the active one the till is told of', count_beyond_strength(model) == layer)
+    call build('4.5', model)
+    call tests%check('above the passive one till and sand are', count_beyond_strength(model) == 2*layer)
+  end subroutine check_strength
+end module test_point_states
