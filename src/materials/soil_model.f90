@@ -10,6 +10,7 @@ module qsmpm_soil_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: moment_type
   use qsmpm_tensor, only: identity
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -56,6 +57,8 @@ module qsmpm_soil_model
   type, abstract :: soil_model_type
     !> State variables of a point.
     integer :: state_count = 0
+    !> Names of the state variables in results, where they have any (state_count).
+    type(string_type), allocatable :: state_names(:)
     !> Whether the tangent is symmetric for every state.
     logical :: symmetric = .false.
     !> Whether several threads may call it at once.

@@ -49,6 +49,7 @@ contains
     integer, intent(in) :: dimension
     !> The law.
     type(soil_model_law_type), intent(out) :: law
+    integer :: i
 
     allocate (law%model, source=model)
     law%name = ''
@@ -60,6 +61,14 @@ contains
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
     law%shear_scale = model%shear_scale
+    if (.not. allocated(model%state_names)) return
+    allocate (law%state_names(law%state_count))
+    do i = 1, law%before_own
+      law%state_names(i)%text = ''
+    end do
+    do i = 1, model%state_count
+      law%state_names(law%before_own + i)%text = model%state_names(i)%text
+    end do
   end subroutine make_soil_model_law
 
   !> State of a point with a given stress, undeformed.
@@ -219,7 +228,12 @@ contains
     if (.not. all(ieee_is_finite(stress))) what = 'a stress'
     if (len(what) == 0) return
     answer%status = status_failed
-    answer%message = 'the model returns '//what//' that is not a number'
+    if (allocated(answer%message)) then
+      what = what//' that is not a number; '//answer%message
+    else
+      what = what//' that is not a number'
+    end if
+    answer%message = 'the model returns '//what
   end subroutine check_answer
 
   !> Pass on why a point could not be updated, and where it is.
