@@ -159,6 +159,8 @@ contains
     deallocate (sample%laws(1)%law)
     allocate (sample%laws(1)%law, source=law)
     allocate (still(2, sample%space%node_count), source=0.0_wp)
+    allocate (sample%at_points%cell_size(sample%at_points%group_count), source=1.0_wp)
+    allocate (sample%at_points%cell_centre(2, sample%at_points%group_count), source=0.0_wp)
     call prepare_evaluation(sample%at_points, 2, sample%space%node_count, .false., .false., evaluation)
     call evaluate(sample%at_points, sample%points, sample%laws, still, tangent_none, evaluation)
     call tests%check('a point refuses', .not. evaluation%ok .and. evaluation%bad_status == status_cut)
