@@ -7,6 +7,10 @@ set(source_dir ${CMAKE_INSTALL_DATADIR}/qsmpm/fortran)
 if(QSMPM_PROGRAM)
   install(TARGETS qsmpm_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# Builds soil models of the user's own: the script, and what it looks for under share/qsmpm/umat.
+install(PROGRAMS tools/build-umat DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(FILES tools/umat/ABA_PARAM.INC tools/umat/aba_param.inc src/materials/umat_helpers.c
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm/umat)
 install(TARGETS qsmpm EXPORT qsmpm_targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT qsmpm_targets FILE qsmpmTargets.cmake NAMESPACE qsmpm:: DESTINATION ${package_dir})

@@ -219,6 +219,7 @@ contains
       call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)
         row%stage = i
+        row%increments = 0
         do k = 1, size(test%stages(i)%targets, 2)
           call aim_ramps(test, test%stages(i)%leads, test%stages(i)%targets(:, k), bench%point, bench%ramps)
           call run_targets(analysis, k, bench, row, error)
@@ -303,13 +304,14 @@ contains
     part = 1.0_wp
     do while (done < 1.0_wp)
       call set_controls(bench%ramps, (real(step - 1, wp) + min(1.0_wp, done + part))/steps, controls)
-      moment = moment_type(row%stage, row%step, (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, &
-        part/(steps*rows))
+      moment = moment_type(row%stage, row%step, row%increments + 1, &
+        (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, part/(steps*rows))
       call control_point(bench%law, bench%point, controls, test%tolerance, moment, bench%batch, iterations, error)
       row%iterations = row%iterations + iterations
       bench%tally%iterations = bench%tally%iterations + iterations
       if (.not. allocated(error)) then
         row%parts = row%parts + 1
+        row%increments = row%increments + 1
         done = done + part
         part = min(2.0_wp*part, 1.0_wp - done)
       else

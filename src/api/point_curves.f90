@@ -23,6 +23,8 @@ module qsmpm_point_curves
   type :: point_row_type
     integer :: stage = 1
     integer :: step = 0
+    !> Increments of the stage so far: steps, and parts of those that were cut.
+    integer :: increments = 0
     !> Share of the stage, or number of the row of its table.
     real(wp) :: load_factor = 0.0_wp
     integer :: iterations = 0

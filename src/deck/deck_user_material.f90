@@ -76,6 +76,8 @@ contains
       'of common blocks and saved variables', default='NO', allowed=bar_list(answer_words))
     call table%parameter('SILENT', kind_word, 'YES hides what the model prints to the standard output', default='NO', &
       allowed=bar_list(answer_words))
+    call table%parameter('STATE OUTPUT', kind_word, 'YES writes the state variables to the results, as SDV1, SDV2, '// &
+      '... with the names that a UDSM gives them', default='YES', allowed=bar_list(answer_words))
     call table%parameter('COMPONENTS', kind_integer, 'stress components that the model is told of: 6, or 4 in the '// &
       'plane', default=integer_text(user%components), range='[4, 6]', needs='INTERFACE=UMAT')
     call table%parameter('STIFFNESS', kind_real, "Young's modulus that scales stabilisation; when not given "// &
@@ -104,6 +106,7 @@ contains
       user%symmetric = card%word('SYMMETRIC') == 'YES'
       user%thread_safe = card%word('THREAD SAFE') == 'YES'
       user%silent = card%word('SILENT') == 'YES'
+      user%shows_state = card%word('STATE OUTPUT') == 'YES'
       if (card%has('COMPONENTS')) user%components = card%whole('COMPONENTS')
       if (card%has('STIFFNESS')) user%stiffness = card%number('STIFFNESS')
       if (card%has('UNDRAINED')) user%undrained = card%number('UNDRAINED')
@@ -185,7 +188,8 @@ contains
       if (user%interface == interface_udsm) text = text//', MODEL='//integer_text(user%model)
       if (user%states >= 0) text = text//', STATE='//integer_text(user%states)
       text = text//', TANGENT='//trim(model_tangent_words(user%tangent))//', SYMMETRIC='//answer(user%symmetric)// &
-        ', THREAD SAFE='//answer(user%thread_safe)//', SILENT='//answer(user%silent)
+        ', THREAD SAFE='//answer(user%thread_safe)//', SILENT='//answer(user%silent)// &
+        ', STATE OUTPUT='//answer(user%shows_state)
       if (user%interface == interface_umat) text = text//', COMPONENTS='//integer_text(user%components)
       if (user%stiffness > 0.0_wp) text = text//', STIFFNESS='//real_text(user%stiffness)
       if (user%undrained > 0.0_wp) text = text//', UNDRAINED='//real_text(user%undrained)

@@ -10,12 +10,13 @@ module qsmpm_door
   use qsmpm_law, only: status_ok, status_broken
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_text, only: string_type, integer_text
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
   public :: door_type, begin_silence, end_silence, judge_call, add_margin, margin_damaged, difference_tangent, &
-    ask_stiffness, held_duration, take_user
+    ask_stiffness, held_duration, take_user, number_states
 
   !> How long a step at held load lasts as a share of its phase: some models divide by it.
   real(wp), parameter :: held_duration = 1.0e-6_wp
@@ -105,6 +106,20 @@ contains
 
     state(size(state) - margin + 1:) = mark
   end subroutine add_margin
+
+  !> SDV1, SDV2, ... for the state variables of a model.
+  pure subroutine number_states(count, names)
+    !> How many.
+    integer, intent(in) :: count
+    !> Their names (count).
+    type(string_type), allocatable, intent(out) :: names(:)
+    integer :: i
+
+    allocate (names(count))
+    do i = 1, count
+      names(i)%text = 'SDV'//integer_text(i)
+    end do
+  end subroutine number_states
 
   !> Whether something has been written there.
   pure logical function margin_damaged(state)

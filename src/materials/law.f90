@@ -30,6 +30,8 @@ module qsmpm_law
     !> Number of the phase, and of the step in all phases, from 1.
     integer :: phase = 1
     integer :: step = 1
+    !> Number of the step in its phase, from 1.
+    integer :: step_of_phase = 1
     !> Share of the phase at the start of the step, and the share that the step goes.
     real(wp) :: start = 0.0_wp
     real(wp) :: duration = 1.0_wp

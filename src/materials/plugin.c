@@ -160,6 +160,12 @@ void (*qsmpm_library_symbol(void *library, const char *name))(void)
     return procedure;
 }
 
+/* Not 0 when files may be made in a directory. */
+int qsmpm_may_write(const char *path)
+{
+    return access(path, W_OK | X_OK) == 0;
+}
+
 /* Send standard output to nowhere (saved < 0), or back to where it went; what to give to the second call. */
 int qsmpm_silence(int saved)
 {

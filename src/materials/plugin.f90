@@ -9,7 +9,7 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence
+  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence, may_write
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024
@@ -51,6 +51,12 @@ module qsmpm_plugin
     integer(c_int) function c_abandoned() bind(c, name='qsmpm_guard_abandoned')
       import :: c_int
     end function c_abandoned
+
+    !> access(2) for writing (plugin.c).
+    integer(c_int) function c_may_write(path) bind(c, name='qsmpm_may_write')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+    end function c_may_write
 
     !> End the process without waiting for anybody (plugin.c).
     subroutine leave_process(code) bind(c, name='qsmpm_leave_process')
@@ -110,6 +116,14 @@ contains
     text = path
     if (index(path, '/') == 0) text = './'//path
   end function with_slash
+
+  !> Whether files may be made in a directory.
+  logical function may_write(directory)
+    !> Its path.
+    character(len=*), intent(in) :: directory
+
+    may_write = c_may_write(directory//c_null_char) /= 0
+  end function may_write
 
   !> Capital letters; every other character stays.
   pure function capitals(text) result(large)

@@ -9,8 +9,8 @@
 module qsmpm_soil_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: moment_type
-  use qsmpm_text, only: string_type
   use qsmpm_tensor, only: identity
+  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -57,7 +57,7 @@ module qsmpm_soil_model
   type, abstract :: soil_model_type
     !> State variables of a point.
     integer :: state_count = 0
-    !> Names of the state variables in results; state_1, state_2, ... where there are none (state_count).
+    !> Names of the state variables in results, where they have any (state_count).
     type(string_type), allocatable :: state_names(:)
     !> Whether the tangent is symmetric for every state.
     logical :: symmetric = .false.

@@ -60,7 +60,7 @@ contains
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
     law%shear_scale = model%shear_scale
-    call name_states(model, law)
+    if (allocated(model%state_names)) call name_states(model, law)
   end subroutine make_soil_model_law
 
   !> The model's own state has names, what the law keeps before it has none.
@@ -76,8 +76,7 @@ contains
       law%state_names(i)%text = ''
     end do
     do i = 1, model%state_count
-      law%state_names(law%before_own + i)%text = 'state_'//integer_text(i)
-      if (allocated(model%state_names)) law%state_names(law%before_own + i)%text = model%state_names(i)%text
+      law%state_names(law%before_own + i)%text = model%state_names(i)%text
     end do
   end subroutine name_states
 
@@ -238,7 +237,12 @@ contains
     if (.not. all(ieee_is_finite(stress))) what = 'a stress'
     if (len(what) == 0) return
     answer%status = status_failed
-    answer%message = 'the model returns '//what//' that is not a number'
+    if (allocated(answer%message)) then
+      what = what//' that is not a number; '//answer%message
+    else
+      what = what//' that is not a number'
+    end if
+    answer%message = 'the model returns '//what
   end subroutine check_answer
 
   !> Pass on why a point could not be updated, and where it is.

@@ -15,9 +15,10 @@ module qsmpm_udsm
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
-  use qsmpm_plugin, only: load_procedure, guarded_call
+  use qsmpm_plugin, only: load_procedure, guarded_call, may_write
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: integer_text, string_type
+  use qsmpm_udsm_words, only: check_parameters, name_states
   use qsmpm_user_material, only: user_material_type, model_tangent_auto, model_tangent_consistent, &
     model_tangent_elastic, model_tangent_numerical
   implicit none
@@ -32,8 +33,8 @@ module qsmpm_udsm
   integer, parameter :: constants = 50, stresses = 20, strains = 12
   !> Place of each of the door's components among those of the soil model; it is its own inverse.
   integer, parameter :: place(6) = [1, 2, 3, 4, 6, 5]
-  !> Directory of the model's own files: the working directory.
-  character(len=*), parameter :: directory = './'
+  !> Directory of the model's own files: the working directory, or this one where nobody may write there.
+  character(len=*), parameter :: here = './', elsewhere = '/tmp/'
 
   abstract interface
     !> User_Mod.
@@ -54,6 +55,8 @@ module qsmpm_udsm
   type, extends(door_type) :: udsm_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     real(c_double) :: props(constants) = 0.0_c_double
+    !> Directory of the model's own files.
+    character(len=:), allocatable :: directory
     !> State variables in front of the model's own: 1 when it is undrained.
     integer :: before = 0
     !> Answers to task 5.
@@ -72,7 +75,7 @@ module qsmpm_udsm
       bulk_water, sig(stresses), swp
     real(c_double), pointer :: stvar0(:) => null(), stvar(:) => null()
     integer(c_int) :: plastic, states, non_symmetric, stress_dependent, time_dependent, has_tangent
-    integer(c_int) :: directory(len(directory)), directory_length, abort
+    integer(c_int) :: directory(len(elsewhere)), directory_length, abort
   end type call_type
 
 contains
@@ -89,6 +92,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     procedure(udsm_interface), pointer :: routine
     type(c_funptr) :: address
+    type(string_type), allocatable :: names(:)
     integer :: n
 
     call take_user(model, user, name)
@@ -100,8 +104,28 @@ contains
     call c_f_procpointer(address, routine)
     model%routine => routine
     model%address = address
-    call inquire(model, error)
+    model%directory = trim(merge(here//repeat(' ', len(elsewhere) - len(here)), elsewhere, may_write(here)))
+    call check_parameters(user, error)
+    if (.not. allocated(error)) call inquire(model, error)
+    if (allocated(error)) return
+    call name_states(user, model%user%states, names)
+    call take_names(names, model)
   end subroutine make_udsm
+
+  !> Names of the state variables, behind that of the pore pressure.
+  subroutine take_names(names, model)
+    !> Names of the model's own (states).
+    type(string_type), intent(in) :: names(:)
+    type(udsm_type), intent(inout) :: model
+    integer :: i
+
+    if (.not. model%user%shows_state) return
+    allocate (model%state_names(model%state_count))
+    if (model%before > 0) model%state_names(1)%text = 'excess_pore_pressure'
+    do i = 1, size(names)
+      model%state_names(model%before + i)%text = names(i)%text
+    end do
+  end subroutine take_names
 
   !> Tasks 4, 5 and the first task 1.
   subroutine inquire(model, error)
@@ -131,7 +155,6 @@ contains
     end if
     model%user%states = max(0, int(arguments%states))
     model%state_count = model%before + model%user%states
-    call name_states(model)
     allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
     call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, other, arguments)
     call take_start(model, room)
@@ -139,19 +162,6 @@ contains
     if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
     model%props = arguments%props
   end subroutine inquire
-
-  !> Names of the state in results: the model's own by number, behind the pore pressure.
-  subroutine name_states(model)
-    type(udsm_type), intent(inout) :: model
-    integer :: i
-
-    if (model%before == 0) return
-    allocate (model%state_names(model%state_count))
-    model%state_names(1)%text = 'excess_pore_pressure'
-    do i = 1, model%user%states
-      model%state_names(1 + i)%text = 'state_'//integer_text(i)
-    end do
-  end subroutine name_states
 
   !> The deck's start values, as far as they go.
   subroutine take_start(model, state)
@@ -228,7 +238,7 @@ contains
       if (answer%status /= status_ok) return
       call take_tangent(arguments, answer)
     end if
-    if (self%before > 0) answer%tangent(1:3, 1:3) = answer%tangent(1:3, 1:3) + self%user%undrained
+    if (self%before > 0) answer%tangent(1:3, 1:3) = answer%tangent(1:3, 1:3) + arguments%bulk_water
   end subroutine update
 
   !> D in the order of the soil model.
@@ -327,10 +337,10 @@ contains
     arguments%stress_dependent = 0
     arguments%time_dependent = 0
     arguments%has_tangent = merge(1_c_int, 0_c_int, self%has_tangent)
-    do i = 1, len(directory)
-      arguments%directory(i) = int(iachar(directory(i:i)), c_int)
+    do i = 1, len(self%directory)
+      arguments%directory(i) = int(iachar(self%directory(i:i)), c_int)
     end do
-    arguments%directory_length = len(directory)
+    arguments%directory_length = len(self%directory)
     arguments%abort = 0
   end subroutine prepare_answers
 

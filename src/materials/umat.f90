@@ -5,16 +5,17 @@
 !> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
 !> its own to turn. What each argument holds is listed in docs/doors.md.
 module qsmpm_umat
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
     c_f_pointer, c_f_procpointer
   use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
-    difference_tangent, take_user
+    difference_tangent, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
-  use qsmpm_text, only: upper, real_text
+  use qsmpm_text, only: upper, real_text, integer_text
   use qsmpm_user_material, only: user_material_type, model_tangent_elastic, model_tangent_numerical
   implicit none
   private
@@ -95,6 +96,7 @@ contains
     call c_f_procpointer(address, routine)
     model%routine => routine
     model%address = address
+    if (user%shows_state) call number_states(model%state_count, model%state_names)
   end subroutine make_umat
 
   !> State variables as the deck gives them.
@@ -161,13 +163,14 @@ contains
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
     type(soil_answer_type), intent(inout) :: answer
-    real(c_double), target :: room(self%state_count + margin), props(size(self%props))
+    real(c_double), target :: room(self%state_count + margin), props(size(self%props) + margin)
     type(call_type), target :: arguments
     integer(c_int) :: what, saved
 
     room(:self%state_count) = state
     call add_margin(room)
-    props = self%props
+    props(:size(self%props)) = self%props
+    props(size(self%props) + 1:) = ieee_value(1.0_wp, ieee_quiet_nan)
     arguments%statev => room
     arguments%props => props
     call fill_call(self, increment, stress, arguments)
@@ -188,6 +191,9 @@ contains
       answer%tangent(:n, :n) = reshape(arguments%ddsdde(:n*n), [n, n])
     end associate
     state = room(:self%state_count)
+    if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(answer%tangent)) .and. &
+      all(ieee_is_finite(state)))) answer%message = 'it is given '//integer_text(size(self%user%constants))// &
+      ' constants and '//integer_text(self%state_count)//' state variables, and what lies behind is not a number'
   end subroutine ask
 
   !> What the model is told.
@@ -232,7 +238,7 @@ contains
     arguments%layer = 1
     arguments%kspt = 1
     arguments%jstep = int([increment%moment%phase, 1, 1, 0], c_int)
-    arguments%kinc = int(increment%moment%step, c_int)
+    arguments%kinc = int(increment%moment%step_of_phase, c_int)
   end subroutine fill_call
 
   !> Call the UMAT, under guard.

@@ -1,4 +1,5 @@
-/* The procedures that Abaqus lends to a UMAT: ROTSIG, SINV, SPRINC, SPRIND, XIT, STDB_ABQERR.
+/* The procedures that Abaqus lends to a UMAT: ROTSIG, SINV, SPRINC, SPRIND, XIT, STDB_ABQERR, GETOUTDIR, GETJOBNAME,
+ * GETNUMCPUS, GETRANK, MUTEXINIT, MUTEXLOCK, MUTEXUNLOCK.
  *
  * They stand alone: the program exports them to models that were linked without them, and tools/build-umat links
  * them into the model, which then can be loaded by any program. Symmetric tensors are NDI normal components
@@ -135,6 +136,56 @@ void xit_(void)
 {
     fputs("the model calls XIT\n", stderr);
     exit(1);
+}
+
+/* Text of Fortran: blanks behind it. */
+static void give_text(const char *text, char *to, size_t length)
+{
+    size_t n = strlen(text);
+
+    memset(to, ' ', length);
+    memcpy(to, text, n < length ? n : length);
+}
+
+/* Directory of the model's own files, without a slash: the working directory. */
+void getoutdir_(char *directory, int *used, size_t length)
+{
+    give_text(".", directory, length);
+    *used = 1;
+}
+
+/* Name of the run for the model's own files. */
+void getjobname_(char *name, int *used, size_t length)
+{
+    give_text("qsmpm", name, length);
+    *used = 5;
+}
+
+/* Processes, and which of them this is. */
+void getnumcpus_(int *count)
+{
+    *count = 1;
+}
+
+void getrank_(int *rank)
+{
+    *rank = 0;
+}
+
+/* Models are called one at a time unless they say that they need no locks. */
+void mutexinit_(const int *number)
+{
+    (void)number;
+}
+
+void mutexlock_(const int *number)
+{
+    (void)number;
+}
+
+void mutexunlock_(const int *number)
+{
+    (void)number;
 }
 
 /* CALL ABORT of gfortran, which takes the signal's handler away first. */

@@ -29,6 +29,8 @@ module qsmpm_user_material
     logical :: thread_safe = .false.
     !> What the model writes to the standard output is not shown.
     logical :: silent = .false.
+    !> Its state variables are among the results.
+    logical :: shows_state = .true.
     !> Stress components that a UMAT is told of, 6 or 4.
     integer :: components = 6
     !> Young's modulus that scales stabilisation; 0 asks the model for its elastic tangent.

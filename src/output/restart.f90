@@ -19,7 +19,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 5
+  integer, parameter :: layout = 6
 
 contains
 
@@ -88,6 +88,7 @@ contains
     call put_group(image, '/progress')
     call put_attribute(image, '/progress', 'phase', progress%phase)
     call put_attribute(image, '/progress', 'step', progress%step)
+    call put_attribute(image, '/progress', 'phase_steps', progress%phase_steps)
     call put_attribute(image, '/progress', 'fraction', progress%fraction)
     call put_attribute(image, '/progress', 'load_factor', progress%load_factor)
     call put_attribute(image, '/progress', 'next_step', progress%next_step)
@@ -214,6 +215,7 @@ contains
     whole = 0
     call get_attribute(reader, '/progress', 'phase', progress%phase)
     call get_attribute(reader, '/progress', 'step', progress%step)
+    call get_attribute(reader, '/progress', 'phase_steps', progress%phase_steps)
     call get_attribute(reader, '/progress', 'fraction', progress%fraction)
     call get_attribute(reader, '/progress', 'load_factor', progress%load_factor)
     call get_attribute(reader, '/progress', 'next_step', progress%next_step)

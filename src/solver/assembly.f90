@@ -132,6 +132,7 @@ contains
     integer :: start, last, g, me
 
     call begin(tangent, evaluation, matrix, prescribed)
+    evaluation%work%batch%share = 0.0_wp
     !$omp parallel default(shared) private(start, last, g, me) if (integration%point_count >= fewest_points)
     me = 1
     !$ me = omp_get_thread_num() + 1
@@ -157,7 +158,7 @@ contains
   end subroutine evaluate
 
   !> What the law says of the first point that it could not update: it is asked again, because another thread may
-  !> have asked it something else since.
+  !> have asked it something else since. The share of the step is the smallest that any point has asked for.
   subroutine ask_why(integration, points, laws, displacement, tangent, evaluation)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
@@ -173,6 +174,7 @@ contains
     type(evaluation_type), intent(inout) :: evaluation
     integer :: bad, group
 
+    evaluation%bad_share = smallest_share(evaluation%work%batch%share)
     group = group_of(integration, evaluation%bad_point)
     associate (batch => evaluation%work(1)%batch)
       batch%share = 0.0_wp
@@ -180,10 +182,18 @@ contains
       call evaluate_group(integration, points, laws, displacement, tangent, group, evaluation%work(1), &
         evaluation%results, evaluation%group_force(:, 1), evaluation%block(:, 1), bad)
       evaluation%bad_status = maxval(batch%status(:batch%count))
-      evaluation%bad_share = batch%share
       if (allocated(batch%message)) call move_alloc(batch%message, evaluation%bad_message)
     end associate
   end subroutine ask_why
+
+  !> The smallest share that is an opinion, 0 when there is none.
+  pure real(wp) function smallest_share(shares)
+    !> Shares that the threads have come across.
+    real(wp), intent(in) :: shares(:)
+
+    smallest_share = 0.0_wp
+    if (any(shares > 0.0_wp)) smallest_share = minval(shares, mask=shares > 0.0_wp)
+  end function smallest_share
 
   !> Clear what is summed up.
   subroutine begin(tangent, evaluation, matrix, prescribed)

@@ -126,7 +126,8 @@ contains
     type(target_type), intent(inout) :: goal
 
     step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
-      start=model%state%progress%fraction, duration=fraction - model%state%progress%fraction)
+      step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
+      duration=fraction - model%state%progress%fraction)
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     allocate (force_before, mold=goal%force)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)

@@ -20,6 +20,8 @@ module qsmpm_model
     !> Current phase, 1 for the first; accepted steps in all phases.
     integer :: phase = 1
     integer :: step = 0
+    !> Accepted steps in this phase.
+    integer :: phase_steps = 0
     !> Share of the phase done, 0 to 1, and load factor of the phase.
     real(wp) :: fraction = 0.0_wp
     real(wp) :: load_factor = 0.0_wp

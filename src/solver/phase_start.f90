@@ -27,6 +27,7 @@ contains
       progress%load_factor = 0.0_wp
       progress%next_step = 0.0_wp
       progress%hold_tests_done = 0
+      progress%phase_steps = 0
     end associate
     call resume_phase(model)
     call begin_supports(model)

@@ -281,6 +281,7 @@ contains
       deallocate (step%system%note)
     end if
     model%state%progress%step = model%state%progress%step + 1
+    model%state%progress%phase_steps = model%state%progress%phase_steps + 1
     model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     record%inaccurate_points = step%inaccurate_points
     record%plastic_points = sum(model%state%points%plastic)

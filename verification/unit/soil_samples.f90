@@ -25,6 +25,8 @@ module soil_samples
   type, extends(soil_model_type) :: refusing_type
     integer :: status = status_cut
     real(wp) :: share = 0.0_wp
+    !> By how much more the share is divided from one point to the next.
+    real(wp) :: hurry = 0.0_wp
     logical :: nan = .false.
   contains
     procedure :: start => start_refusing
@@ -117,8 +119,6 @@ contains
     real(wp), intent(inout) :: state(:)
     type(soil_answer_type), intent(inout) :: answer
 
-    associate (unused => increment)
-    end associate
     state = 0.0_wp
     answer%tangent = hooke_matrix(1.0_wp, 0.0_wp)
     if (self%nan) then
@@ -126,7 +126,7 @@ contains
       return
     end if
     answer%status = self%status
-    answer%share = self%share
+    answer%share = self%share/(1.0_wp + self%hurry*(increment%point - 1))
     if (self%status == status_broken) answer%message = 'it is out of order'
   end subroutine update_refusing
 end module soil_samples

@@ -7,7 +7,7 @@ module test_doors
   use qsmpm_door, only: ask_stiffness
   use qsmpm_error, only: error_type, error_user_material
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_broken, tangent_consistent
+  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_broken, tangent_consistent
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint_cauchy
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_plugin, only: load_procedure
@@ -49,6 +49,8 @@ contains
     call check_faulty_models(tests)
     call check_planted(tests)
     call check_loading(tests)
+    call check_traits(tests)
+    call check_missing_constants(tests)
   end subroutine collect_doors
 
   !> What a deck would say.
@@ -86,6 +88,7 @@ contains
     increment%gradient_end = reshape([(20.0_wp + i, i=1, 9)], [3, 3])
     increment%moment%phase = 3
     increment%moment%step = 17
+    increment%moment%step_of_phase = 9
     increment%moment%start = 0.25_wp
     increment%moment%duration = 0.125_wp
     increment%point = 42
@@ -149,7 +152,7 @@ contains
     call tests%check('DDSDDT, DRPLDE are zero', same(r(111:112), [0.0_wp, 0.0_wp]))
     call tests%check('NDI, NSHR, NTENS, NSTATV, NPROPS', all(n(1:5) == [3, 3, 6, 3, 3]))
     call tests%check('NOEL, NPT, LAYER, KSPT', all(n(6:9) == [24, 42, 1, 1]))
-    call tests%check('four numbers behind KSTEP, and KINC', all(n(10:14) == [3, 1, 1, 0, 17]))
+    call tests%check('four numbers behind KSTEP, and KINC', all(n(10:14) == [3, 1, 1, 0, 9]))
     call tests%check('CMNAME in capitals, 80 long', name == 'LOOSE SAND' .and. n(15) == 80)
     call tests%check('the stress comes back', same(stress, stress0 + [(100.0_wp*i, i=1, 6)]))
     call tests%check('the state comes back', same(state, [8.0_wp, 9.0_wp, 10.0_wp]))
@@ -401,7 +404,7 @@ contains
     type(error_type), allocatable :: error
     real(wp) :: stress(6), state(0)
 
-    call make_umat(user_of(interface_umat, library, [200.0_wp, 0.3_wp, real(kind, wp), 17.0_wp, more], 0), 'bad', &
+    call make_umat(user_of(interface_umat, library, [200.0_wp, 0.3_wp, real(kind, wp), 9.0_wp, more], 0), 'bad', &
       model, error)
     stress = 0.0_wp
     call model%update(distinct_increment(), stress, state, answer)
@@ -441,6 +444,59 @@ contains
     call law%update(batch, tangent_consistent)
     call difference_error(law, batch, batch%tangent, error, compared)
   end subroutine planted_error
+
+  !> Traits of UDSMs of others; the numbers are exact to round-off.
+  subroutine check_traits(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    type(udsm_type) :: udsm
+    type(soil_model_law_type) :: law
+    type(error_type), allocatable :: error
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(3)
+    integer :: unit, status
+
+    user = user_of(interface_udsm, 'traits', [260.0_wp, 0.3_wp], -1)
+    user%undrained = 1.0_wp
+    call make_udsm(user, 'silt', udsm, error)
+    call tests%check('too few constants are told, with the name of the first', refused(error, &
+      "the model has 3 parameters, here are 2 constants; the first that is missing is 'e_0'"))
+    user = user_of(interface_udsm, 'traits', [260.0_wp, 0.3_wp, 0.65_wp], -1)
+    user%undrained = 1.0_wp
+    call make_udsm(user, 'silt', udsm, error)
+    call tests%check('words of another compiler are left out by tools/build-umat', .not. allocated(error))
+    open (newunit=unit, file='data.traits.rr0', status='old', iostat=status)
+    call tests%check('the model has its own file in the working directory', status == 0)
+    if (status == 0) close (unit, status='delete')
+    call udsm%start(stress0, state)
+    stress = stress0
+    call udsm%update(distinct_increment(), stress, state, answer)
+    ! G = 100, its own bulk modulus of the water 50 G, a volume strain of 6e-3; K + 4 G/3 = 350.
+    call tests%close('the pore pressure is that of its own modulus', state(1), 30.0_wp, 1.0e-12_wp)
+    call tests%close('and so is the tangent', answer%tangent(1, 1), 5350.0_wp, 1.0e-10_wp)
+    call tests%check('task 3 finds ipl and StVar of task 2', answer%status == status_ok)
+    call make_soil_model_law(udsm, 3, law)
+    call tests%check('the state has names', law%state_names(7)%text == 'excess_pore_pressure' .and. &
+      law%state_names(8)%text == 'SDV1_void_ratio' .and. law%state_names(9)%text == 'SDV2_calls')
+    call tests%check('what the law carries has none', all([(len(law%state_names(unit)%text) == 0, unit=1, 6)]))
+    user%shows_state = .false.
+    call make_udsm(user, 'silt', udsm, error)
+    call make_soil_model_law(udsm, 3, law)
+    call tests%check('a state that is not to be shown has none', .not. allocated(law%state_names))
+  end subroutine check_traits
+
+  !> A UMAT that reads more constants than there are finds no numbers there, every time the same.
+  subroutine check_missing_constants(tests)
+    type(tests_type), intent(inout) :: tests
+    type(soil_model_law_type) :: law
+    type(batch_type) :: batch
+
+    call door_law(user_of(interface_umat, 'elastic_umat', [200.0_wp], 0), 3, law)
+    call random_batch(law, 1, 0.01_wp, 1.0_wp, batch)
+    call law%update(batch, tangent_consistent)
+    call tests%check('a missing constant is not a number', batch%status(1) == status_failed)
+    call tests%check('which is said', index(batch%message, 'it is given 1 constants and 0 state variables') > 0)
+  end subroutine check_missing_constants
 
   !> Libraries and procedures that are not there, and a wrong number of state variables.
   subroutine check_loading(tests)

@@ -17,8 +17,10 @@ module test_integration
   use qsmpm_point_integration, only: integrate_at_points
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
-  use qsmpm_law, only: law_slot_type, tangent_none
+  use qsmpm_law, only: law_slot_type, tangent_none, status_cut
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic
+  use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
+  use soil_samples, only: refusing_type
   use sample_models, only: uneven_grid, sample_space, tiled_box, owner_of, sample_laws, lines_x, lines_y, lines_z
   use testing, only: tests_type
   implicit none
@@ -68,6 +70,7 @@ contains
     call check_radius(tests)
     call check_plain_points(tests)
     call check_seen_nodes(tests)
+    call check_shares(tests)
   end subroutine collect_integration
 
   !> A box of points with domains under a uniform stress.
@@ -138,6 +141,32 @@ contains
     call evaluate(integration, sample%points, sample%laws, still, tangent_none, evaluation)
     force = evaluation%force
   end subroutine force_of
+
+  !> Every point asks for a shorter step, the last ones for the shortest.
+  subroutine check_shares(tests)
+    type(tests_type), intent(inout) :: tests
+    type(sample_type) :: sample
+    type(refusing_type) :: hasty
+    type(soil_model_law_type) :: law
+    type(evaluation_type) :: evaluation
+    real(wp), allocatable :: still(:, :)
+
+    call make_sample(2, 1, [-0.2_wp, 0.0_wp, 0.0_wp], [1.5_wp, 2.0_wp, 1.6_wp], [8, 9, 7], sample)
+    hasty%status = status_cut
+    hasty%share = 0.5_wp
+    hasty%hurry = 0.1_wp
+    call make_soil_model_law(hasty, 2, law)
+    deallocate (sample%laws(1)%law)
+    allocate (sample%laws(1)%law, source=law)
+    allocate (still(2, sample%space%node_count), source=0.0_wp)
+    allocate (sample%at_points%cell_size(sample%at_points%group_count), source=1.0_wp)
+    allocate (sample%at_points%cell_centre(2, sample%at_points%group_count), source=0.0_wp)
+    call prepare_evaluation(sample%at_points, 2, sample%space%node_count, .false., .false., evaluation)
+    call evaluate(sample%at_points, sample%points, sample%laws, still, tangent_none, evaluation)
+    call tests%check('a point refuses', .not. evaluation%ok .and. evaluation%bad_status == status_cut)
+    call tests%close('the shortest step that any point asks for', evaluation%bad_share, &
+      0.5_wp/(1.0_wp + 0.1_wp*(sample%points%count - 1)), 0.0_wp)
+  end subroutine check_shares
 
   !> Integral of sigma n N over the six (four) sides of the box, cell by cell, with Gauss points that
   !> are exact for products of cubics.

@@ -158,6 +158,7 @@ contains
     end associate
     associate (p => model%state%progress, q => fresh%state%progress)
       call tests%check('progress comes back', p%phase == q%phase .and. p%step == q%step .and. &
+        p%phase_steps == q%phase_steps .and. &
         p%hold_tests_done == q%hold_tests_done .and. same_bits([p%fraction, p%load_factor, &
         p%next_step, p%proximal, p%external_work, p%internal_work], [q%fraction, q%load_factor, &
         q%next_step, q%proximal, q%external_work, q%internal_work]))
@@ -424,6 +425,7 @@ contains
       s%plate = 0.7_wp
       s%progress%phase = 2
       s%progress%step = 17
+      s%progress%phase_steps = 5
       s%progress%fraction = 0.3_wp
       s%progress%load_factor = 1.0_wp/7.0_wp
       s%progress%next_step = 0.01_wp
