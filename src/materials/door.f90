@@ -142,7 +142,7 @@ contains
     type(soil_answer_type), intent(inout) :: answer
     type(soil_increment_type) :: moved
     type(soil_answer_type) :: said
-    real(wp) :: ahead(6), back(6), own(size(state)), h
+    real(wp) :: ahead(6), back(6), own(size(state)), change(3, 3), h
     integer :: j
 
     moved = increment
@@ -150,11 +150,14 @@ contains
     moved%elastic_tangent = .false.
     h = difference*max(smallest, maxval(abs(increment%strain)))
     do j = 1, 6
+      change = strained(j, increment%gradient_end)
       moved%strain(j) = increment%strain(j) + h
+      moved%gradient_end = increment%gradient_end + h*change
       ahead = stress
       own = state
       call door%update(moved, ahead, own, said)
       moved%strain(j) = increment%strain(j) - h
+      moved%gradient_end = increment%gradient_end - h*change
       back = stress
       own = state
       if (said%status == status_ok) call door%update(moved, back, own, said)
@@ -167,6 +170,20 @@ contains
     answer%share = said%share
     if (allocated(said%message)) answer%message = said%message
   end subroutine difference_tangent
+
+  !> Change of a deformation gradient with a strain at its end.
+  pure function strained(component, gradient) result(change)
+    !> Component of the strain, shear gamma.
+    integer, intent(in) :: component
+    !> Deformation gradient (3,3).
+    real(wp), intent(in) :: gradient(3, 3)
+    real(wp) :: change(3, 3)
+    integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
+
+    change = 0.0_wp
+    change(row(component), :) = 0.5_wp*gradient(column(component), :)
+    change(column(component), :) = change(column(component), :) + 0.5_wp*gradient(row(component), :)
+  end function strained
 
   !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent without stress.
   subroutine ask_stiffness(door, young, poisson, error)

@@ -156,7 +156,9 @@ contains
     model%user%states = max(0, int(arguments%states))
     model%state_count = model%before + model%user%states
     allocate (room(model%user%states + margin), other(model%user%states + margin), source=0.0_c_double)
-    call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, room, other, arguments)
+    ! A little compression: many soils have no state at no stress.
+    call prepare(model, soil_increment_type(), [-1.0_wp, -1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, room, &
+      other, arguments)
     call take_start(model, room)
     call perform(model, task_start, arguments, answer)
     if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)

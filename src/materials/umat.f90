@@ -12,6 +12,7 @@ module qsmpm_umat
     difference_tangent, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
+  use qsmpm_jaumann_solid, only: product_of
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
@@ -139,6 +140,7 @@ contains
     if (increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic) then
       if (.not. any(abs(increment%strain) > 0.0_wp) .and. self%user%tangent /= model_tangent_numerical) return
       rest%strain = 0.0_wp
+      rest%gradient_end = product_of(increment%rotation, increment%gradient_start)
     else if (self%user%tangent /= model_tangent_numerical) then
       return
     end if

@@ -217,7 +217,7 @@ class Embedding:
     def calls_a_umat_from_python(self) -> None:
         """A UMAT in a shared library, behind the shared library of a Python program, settles as the built-in law."""
         umat = self.work / "libelastic.so"
-        call(TOP / "tools/build-umat", TOP / "verification/plugins/elastic_umat.f", "-o", umat)
+        call(self.prefix / "bin/build-umat", TOP / "verification/plugins/elastic_umat.f", "-o", umat)
         deck = (HERE / "block.inp").read_text().replace(
             "*UNIT WEIGHT", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={umat}\n1000, 0.3\n*UNIT WEIGHT")
         (self.work / "umat.inp").write_text(deck)

@@ -51,6 +51,7 @@ contains
     call check_loading(tests)
     call check_traits(tests)
     call check_missing_constants(tests)
+    call check_by_gradient(tests)
   end subroutine collect_doors
 
   !> What a deck would say.
@@ -484,6 +485,41 @@ contains
     call make_soil_model_law(udsm, 3, law)
     call tests%check('a state that is not to be shown has none', .not. allocated(law%state_names))
   end subroutine check_traits
+
+  !> A UMAT of the deformation gradient: the tangent by differences moves it, too. The law takes a strain at the
+  !> end of the step for one of the mid configuration, which costs about the square of the increments of up to 0.03;
+  !> without a tangent the error is 1.
+  subroutine check_by_gradient(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    type(soil_model_law_type) :: law
+    type(batch_type) :: batch
+    type(umat_type) :: model
+    type(error_type), allocatable :: error
+    type(soil_increment_type) :: increment
+    type(soil_answer_type) :: answer
+    real(wp) :: stress(6), state(0), expected(6, 6), largest
+    integer :: i, compared
+
+    user = user_of(interface_umat, 'neo_hooke', [300.0_wp, 400.0_wp], 0)
+    user%tangent = model_tangent_numerical
+    call make_umat(user, 'gel', model, error)
+    stress = 0.0_wp
+    call model%update(increment, stress, state, answer)
+    ! At F = 1 it is Hooke's law; differences over 1e-9 err by 1e-7 of it.
+    expected = 0.0_wp
+    expected(1:3, 1:3) = 400.0_wp
+    do i = 1, 6
+      expected(i, i) = expected(i, i) + merge(600.0_wp, 300.0_wp, i <= 3)
+    end do
+    call tests%close('differences move the deformation gradient', maxval(abs(answer%tangent - expected)), 0.0_wp, &
+      1.0e-3_wp)
+    call door_law(user, 3, law)
+    call random_batch(law, 20, 0.03_wp, 1.0_wp, batch)
+    call law%update(batch, tangent_consistent)
+    call difference_error(law, batch, batch%tangent, largest, compared)
+    call tests%check('the tangent of a law by the deformation gradient', compared > 100 .and. largest < 2.0e-3_wp)
+  end subroutine check_by_gradient
 
   !> A UMAT that reads more constants than there are finds no numbers there, every time the same.
   subroutine check_missing_constants(tests)
