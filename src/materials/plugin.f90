@@ -9,7 +9,8 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence
+  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence, &
+    until_null
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024
