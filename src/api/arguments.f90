@@ -3,7 +3,7 @@
 module qsmpm_arguments
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_path, only: base_name
-  use qsmpm_text, only: string_type, nearest_word
+  use qsmpm_text, only: string_type, add_word, nearest_word
   implicit none
   private
 
@@ -219,23 +219,6 @@ contains
     end do
     if (len(command%subject) == 0) call fail(error, error_other, name//': a deck is wanted')
   end subroutine parse_run
-
-  !> Put a word at the end of a list.
-  pure subroutine add_word(list, word)
-    !> The list, allocated.
-    type(string_type), allocatable, intent(inout) :: list(:)
-    !> The word.
-    character(len=*), intent(in) :: word
-    type(string_type), allocatable :: longer(:)
-    integer :: i
-
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i)%text = list(i)%text
-    end do
-    longer(size(longer))%text = word
-    call move_alloc(longer, list)
-  end subroutine add_word
 
   !> Each of several decks has results of its own.
   pure subroutine check_jobs(decks, error)

@@ -5,6 +5,7 @@ module qsmpm_callback_model
     c_null_char, c_null_funptr, c_null_ptr, c_ptr
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_broken, status_ok
+  use qsmpm_plugin, only: until_null
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
   implicit none
   private
@@ -131,18 +132,13 @@ contains
       merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent))
   end function as_c
 
-  !> Text up to the null character.
+  !> What a callback has said.
   pure function message_of(characters) result(text)
     !> The characters.
     character(kind=c_char), intent(in) :: characters(:)
     character(len=:), allocatable :: text
-    integer :: i
 
-    text = ''
-    do i = 1, size(characters)
-      if (characters(i) == c_null_char) exit
-      text = text//characters(i)
-    end do
+    text = until_null(characters)
     if (len(text) == 0) text = 'the material of the program gives no reason'
   end function message_of
 end module qsmpm_callback_model

@@ -8,7 +8,7 @@ module qsmpm_snapshot
   implicit none
   private
 
-  public :: snapshot_type, take_snapshot, put_back
+  public :: snapshot_type, take_snapshot, put_back, copy_phases
 
   !> State, loads and stages.
   type :: snapshot_type

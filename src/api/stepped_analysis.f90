@@ -27,7 +27,7 @@ module qsmpm_stepped_analysis
   use qsmpm_restart, only: read_restart, write_restart, text_fingerprint
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_scene, only: reduce_scene
-  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back
+  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back, copy_phases
   use qsmpm_stages, only: adopt_stages
   use qsmpm_stopwatch, only: turn_to, part_output, part_control
   use qsmpm_whole_scene, only: begin_whole, is_reduced
@@ -143,22 +143,6 @@ contains
     self%ready = .false.
     if (allocated(self%outcome)) deallocate (self%outcome)
   end subroutine destroy
-
-  !> Copy stages one by one.
-  subroutine copy_phases(from, to)
-    !> The stages.
-    type(phase_type), intent(in) :: from(:)
-    !> Their copy.
-    type(phase_type), allocatable, intent(inout) :: to(:)
-    type(phase_type), allocatable :: copy(:)
-    integer :: i
-
-    allocate (copy(size(from)))
-    do i = 1, size(from)
-      copy(i) = from(i)
-    end do
-    call move_alloc(copy, to)
-  end subroutine copy_phases
 
   !> Set when there is no model.
   subroutine need_model(self, error)

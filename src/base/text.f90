@@ -8,7 +8,7 @@ module qsmpm_text
   private
 
   public :: string_type, upper, stripped, squeezed, split, edit_distance, nearest_word, &
-    read_integer, read_real, integer_text, real_text, same_bits
+    read_integer, read_real, integer_text, real_text, same_bits, add_word
 
   !> What a word is, read as a number.
   integer, parameter, public :: number_good = 0, number_not = 1, number_not_finite = 2, &
@@ -364,4 +364,21 @@ contains
 
     same_bits = transfer(a, 0_long) == transfer(b, 0_long)
   end function same_bits
+
+  !> Put a word at the end of a list.
+  pure subroutine add_word(list, word)
+    !> The list, allocated.
+    type(string_type), allocatable, intent(inout) :: list(:)
+    !> The word.
+    character(len=*), intent(in) :: word
+    type(string_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i)%text = list(i)%text
+    end do
+    longer(size(longer))%text = word
+    call move_alloc(longer, list)
+  end subroutine add_word
 end module qsmpm_text

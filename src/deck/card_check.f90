@@ -2,11 +2,11 @@
 !> lines. Defaults are filled in, so that handlers need not know them.
 module qsmpm_card_check
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, upper, squeezed, split, read_integer, read_real, &
+  use qsmpm_text, only: string_type, add_word, upper, squeezed, split, read_integer, read_real, &
     integer_text, number_good, number_not_finite, number_not_whole
   use qsmpm_messages, only: message_list_type
   use qsmpm_cards, only: card_type, row_type, parameter_type
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_keyword_table, only: keyword_type, item_type, data_type, in_range, holds, kind_word, &
     kind_integer, kind_real, kind_flag
   implicit none
@@ -42,7 +42,7 @@ contains
 
     allocate (known(0))
     do i = 1, size(entry%parameters)
-      call add_name(known, entry%parameters(i)%name)
+      call add_word(known, entry%parameters(i)%name)
     end do
     do i = 1, size(card%parameters)
       associate (name => card%parameters(i)%name)

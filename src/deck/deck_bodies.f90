@@ -6,12 +6,11 @@ module qsmpm_deck_bodies
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_outline_check, only: outline_problem
-  use qsmpm_text, only: string_type, squeezed, integer_text
+  use qsmpm_text, only: string_type, add_word, squeezed, integer_text
   use qsmpm_path, only: directory_of, joined, absolute_path
   use qsmpm_messages, only: severity_error
   use qsmpm_cards, only: card_type, number_at
-  use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean, &
-    add_name
+  use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean
   use qsmpm_deck_words, only: bar_list, position_of, shape_words
   use qsmpm_deck_sets, only: box_columns, read_box
   use qsmpm_analysis_lists, only: append
@@ -167,7 +166,7 @@ contains
 
     allocate (names(0))
     do b = 1, size(state%analysis%bodies)
-      call add_name(names, state%analysis%bodies(b)%name)
+      call add_word(names, state%analysis%bodies(b)%name)
       do i = 1, size(state%points)
         if (len(state%points(i)%body) == 0) state%analysis%bodies(b)%points_per_element = &
           state%points(i)%per_element

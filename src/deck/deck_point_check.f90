@@ -4,10 +4,10 @@ module qsmpm_deck_point_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type, mesh_none
   use qsmpm_error, only: error_type
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_lines, only: read_whole_file
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
@@ -93,7 +93,7 @@ contains
       allocate (names(0))
       do i = 1, size(materials)
         if (materials(i)%name == test%material) return
-        call add_name(names, materials(i)%name)
+        call add_word(names, materials(i)%name)
       end do
       call state%fault_from(test_place(state), 'POINT TEST', "there is no material '"//test%material//"'"// &
         did_you_mean(test%material, names))

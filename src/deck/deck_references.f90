@@ -4,9 +4,9 @@ module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
     source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean, add_name
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -72,7 +72,7 @@ contains
 
     allocate (materials(0))
     do i = 1, size(state%analysis%materials)
-      call add_name(materials, state%analysis%materials(i)%name)
+      call add_word(materials, state%analysis%materials(i)%name)
     end do
     do i = 1, size(state%analysis%bodies)
       associate (body => state%analysis%bodies(i))
@@ -125,7 +125,7 @@ contains
     if (state%analysis%mesh%kind == mesh_file) return
     allocate (names(0))
     do i = 1, size(sets)
-      call add_name(names, sets(i)%name)
+      call add_word(names, sets(i)%name)
     end do
     call check_name(state, name, names, where, keyword, what)
   end subroutine check_set
@@ -226,7 +226,7 @@ contains
 
     allocate (names(0))
     do i = 1, size(state%analysis%surfaces)
-      call add_name(names, state%analysis%surfaces(i)%name)
+      call add_word(names, state%analysis%surfaces(i)%name)
       if (state%analysis%surfaces(i)%selection == select_outline) call check_outline(state, i)
     end do
     do p = 1, size(state%analysis%phases)
@@ -255,7 +255,7 @@ contains
     allocate (names(0))
     associate (surface => state%analysis%surfaces(number))
       do i = 1, size(state%analysis%bodies)
-        call add_name(names, state%analysis%bodies(i)%name)
+        call add_word(names, state%analysis%bodies(i)%name)
         if (state%analysis%bodies(i)%name /= surface%body .or. len(surface%body) == 0) cycle
         if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%fault_from( &
           surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &

@@ -7,7 +7,7 @@ module qsmpm_deck_state
   implicit none
   private
 
-  public :: deck_state_type, points_request_type, did_you_mean, source_line, add_name
+  public :: deck_state_type, points_request_type, did_you_mean, source_line
 
   !> A *POINTS card, kept until all bodies are known.
   type :: points_request_type
@@ -132,21 +132,4 @@ contains
     text = nearest_word(word, known)
     if (len(text) > 0) text = ' (did you mean '//text//'?)'
   end function did_you_mean
-
-  !> Put a word at the end of a list.
-  pure subroutine add_name(list, word)
-    !> The list, allocated.
-    type(string_type), allocatable, intent(inout) :: list(:)
-    !> The word.
-    character(len=*), intent(in) :: word
-    type(string_type), allocatable :: longer(:)
-    integer :: i
-
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i)%text = list(i)%text
-    end do
-    longer(size(longer))%text = word
-    call move_alloc(longer, list)
-  end subroutine add_name
 end module qsmpm_deck_state

@@ -9,7 +9,8 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence, may_write
+  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence, &
+    may_write, until_null
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024

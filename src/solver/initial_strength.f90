@@ -39,7 +39,8 @@ contains
           batch%state_start(:, 1) = points%state(:law%state_count, p)
           call law%update(batch, tangent_none)
           if (batch%status(1) /= status_ok) cycle
-          if (norm2(batch%stress(:, 1) - points%stress(:, p)) > round_off*norm2(points%stress(:, p))) beyond = beyond + 1
+          if (norm2(batch%stress(:, 1) - points%stress(:, p)) > round_off*norm2(points%stress(:, p))) &
+            beyond = beyond + 1
         end do
       end associate
     end do

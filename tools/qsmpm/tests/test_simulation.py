@@ -73,6 +73,35 @@ class Stepping(unittest.TestCase):
         self.assertFalse(qsmpm.has("teleportation"))
 
 
+class Clay(unittest.TestCase):
+    """A law with history: Modified Cam-Clay, whose state is the preconsolidation pressure."""
+
+    DECK = DECKS.parents[1] / "input" / "footing_clay.inp"
+
+    def test_history_is_put_back_with_the_stress(self) -> None:
+        with qsmpm.Simulation(self.DECK) as run:
+            for _ in range(3):
+                run.advance()
+            run.keep()
+            stress, state = run.points.stress.copy(), run.points.state.copy()
+            run.advance()
+            ahead = run.points.state.copy()
+            self.assertTrue((ahead >= state).all() and (ahead > state).any())
+            run.put_back()
+            self.assertEqual(run.points.stress.tobytes(), stress.tobytes())
+            self.assertEqual(run.points.state.tobytes(), state.tobytes())
+            run.advance()
+            self.assertEqual(run.points.state.tobytes(), ahead.tobytes())
+
+    def test_a_new_stress_has_a_new_history(self) -> None:
+        with qsmpm.Simulation(self.DECK) as run:
+            run.advance()
+            stress = np.tile([-60.0, -120.0, -60.0, 0.0], (run.points.stress.shape[0], 1))
+            run.set("point_stress", stress)
+            # OCR (p + q^2/(M^2 p)) with OCR = 1.5, M = 1, p = 80, q = 60.
+            np.testing.assert_allclose(run.points.state[:, 0], 1.5 * (80.0 + 60.0**2 / 80.0), rtol=1e-12)
+
+
 class Views(unittest.TestCase):
     """Arrays of the points."""
 
