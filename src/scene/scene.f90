@@ -74,8 +74,8 @@ contains
     end if
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
-        if (material%user%given .or. material%own_law) call refuse(verdict%reason, "nothing is known of the model of material '"// &
-          material%name//"'")
+        if (material%user%given .or. material%own_law) call refuse(verdict%reason, 'nothing is known of the '// &
+          "model of material '"//material%name//"'")
         if (material%softening%given .and. material%softening%regularisation == regularise_cell .and. &
           verdict%kind /= reduce_mirror) call refuse(verdict%reason, "the width of the cells, by which material '"// &
           material%name//"' softens, would be another one")
