@@ -15,7 +15,7 @@ module qsmpm_problem
   implicit none
   private
 
-  public :: problem_type, own_material_type, own_laws
+  public :: problem_type, own_material_type, own_laws, mark_own
 
   !> A law that the embedding program gives to a material: a law for one dimension, or a soil model, for any.
   type :: own_material_type
@@ -190,10 +190,25 @@ contains
     if (allocated(self%materials(place)%model)) deallocate (self%materials(place)%model)
   end subroutine find_place
 
+  !> Mark the materials whose law is the program's, so that nothing is proved of them.
+  subroutine mark_own(materials, analysis)
+    !> The program's materials, if there are any.
+    type(own_material_type), allocatable, intent(in) :: materials(:)
+    !> What is analysed.
+    type(analysis_type), intent(inout) :: analysis
+    integer :: i, m
+
+    if (.not. allocated(materials)) return
+    do i = 1, size(materials)
+      m = place_of_material(analysis, materials(i)%name)
+      if (m > 0) analysis%materials(m)%own_law = .true.
+    end do
+  end subroutine mark_own
+
   !> The program's laws in the order of the materials of an analysis.
   subroutine own_laws(materials, analysis, laws, error)
-    !> The program's materials.
-    type(own_material_type), intent(in) :: materials(:)
+    !> The program's materials, if there are any.
+    type(own_material_type), allocatable, intent(in) :: materials(:)
     !> What is modelled.
     type(analysis_type), intent(in) :: analysis
     !> (materials of the analysis)
@@ -205,6 +220,7 @@ contains
 
     allocate (laws(size(analysis%materials)))
     dimension = merge(3, 2, analysis%model == three_dimensional)
+    if (.not. allocated(materials)) return
     do i = 1, size(materials)
       m = place_of_material(analysis, materials(i)%name)
       if (m == 0) then

@@ -19,7 +19,7 @@ module qsmpm_stepped_analysis
   use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, phase_is_complete
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
-  use qsmpm_problem, only: problem_type, own_laws
+  use qsmpm_problem, only: problem_type, own_laws, mark_own
   use qsmpm_process_settings, only: settings_type, enter_library, leave_library
   use qsmpm_program_name, only: program_name
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
@@ -113,6 +113,7 @@ contains
     profile%watch = problem%watch
     self%messages = problem%messages
     self%scene = problem%scene
+    call mark_own(problem%materials, self%scene)
     call reduce_scene(self%scene, analysis, self%expansion, self%verdicts)
     call own_laws(problem%materials, analysis, laws, error)
     if (.not. allocated(error)) call build_model(analysis, self%model, error, laws)

@@ -173,6 +173,8 @@ module qsmpm_analysis
     real(wp) :: tensile_strength = huge(1.0_wp)
     !> How the strength falls, if it does.
     type(softening_parameters_type) :: softening
+    !> The law is given by the program that embeds the library; nothing is known of it.
+    logical :: own_law = .false.
     !> Hardening soils, instead of elasticity and strength.
     type(cam_clay_parameters_type) :: cam_clay
     type(hardening_soil_parameters_type) :: hardening_soil

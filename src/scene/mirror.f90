@@ -90,6 +90,8 @@ contains
     reason = ''
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
+        if (material%softening%given .or. material%cam_clay%given) reason = &
+          "material '"//material%name//"' may soften: its failure need not be symmetric"
         if (.not. (material%mohr_coulomb .or. material%hardening_soil%given)) cycle
         if (material%dilatancy_angle < material%friction_angle .or. material%hardening_soil%given) &
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"

@@ -13,6 +13,7 @@ module qsmpm_scene
   use qsmpm_column, only: prove_column, make_column
   use qsmpm_mirror, only: prove_mirror, mirror_reservation
   use qsmpm_mirror_half, only: make_half
+  use qsmpm_softening_parameters, only: regularise_cell
   implicit none
   private
 
@@ -72,10 +73,15 @@ contains
       return
     end if
     do m = 1, size(analysis%materials)
-      if (.not. analysis%materials(m)%user%given) cycle
-      call refuse(verdict%reason, "nothing is known of the model of material '"//analysis%materials(m)%name//"'")
-      return
+      associate (material => analysis%materials(m))
+        if (material%user%given .or. material%own_law) call refuse(verdict%reason, 'nothing is known of the '// &
+          "model of material '"//material%name//"'")
+        if (material%softening%given .and. material%softening%regularisation == regularise_cell .and. &
+          verdict%kind /= reduce_mirror) call refuse(verdict%reason, "the width of the cells, by which material '"// &
+          material%name//"' softens, would be another one")
+      end associate
     end do
+    if (allocated(verdict%reason)) return
     select case (verdict%kind)
     case (reduce_prismatic)
       call prove_prismatic(analysis, verdict%reason)

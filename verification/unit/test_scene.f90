@@ -56,6 +56,10 @@ contains
     deck = slice_deck()
     call expect(tests, deck, kind, 3, 'used')
     call expect(tests, layers_deck(), kind, 3, 'the scene is plane already')
+    call expect(tests, changed(deck, '*UNIT WEIGHT|', '*MOHR COULOMB| 1, 30, 10|*SOFTENING, LENGTH=10|'// &
+      ' 0.5, 20, 0, 10|*UNIT WEIGHT|'), kind, 3, "the width of the cells, by which material 'soil' softens")
+    call expect(tests, changed(deck, '*UNIT WEIGHT|', '*MOHR COULOMB| 1, 30, 10|*SOFTENING, REGULARISATION=NONE|'// &
+      ' 0.5, 20, 0, 10|*UNIT WEIGHT|'), kind, 3, 'used')
     call expect(tests, changed(deck, '2, 4, 0, 0.5, 0, 0.5|', '2, 4, 0, 0.5, 0, 0.4|'), kind, 3, &
       "*BODY 'toe' (test.inp:28) depends on z")
     call expect(tests, changed(deck, '*NSET, NSET=base, PLANE=Y| 0|', '*NSET, NSET=base| 1, 2|'), kind, 3, &
@@ -230,6 +234,8 @@ contains
     call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=YES'), kind, 1, 'used')
     call expect(tests, changed(deck, '1, 30, 10|', '1, 30, 30|'), kind, 1, 'used')
     call expect(tests, changed(deck, '1, 30, 10|', '1, 0, 0|'), kind, 1, 'used')
+    call expect(tests, changed(deck, '1, 30, 10|', '1, 0, 0|*SOFTENING, LENGTH=10| 0.5, 0, 0, 10|'), kind, 1, &
+      "possible, not used: material 'soil' may soften")
     deck = twin_deck()
     call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=NO'), kind, 1, 'refused by MIRROR=NO')
     call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=SPLINE2G|*NSET, NSET=base'), kind, 1, &

@@ -415,9 +415,7 @@ contains
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
-    hooke%symmetric = .true.
-    hooke%stiffness_scale = 1000.0_wp
-    hooke%shear_scale = 1000.0_wp/2.6_wp
+    hooke = model_of_elasticity()
     call problem%set_material('soil', hooke, error)
     call problem%parse(sample_deck('1, 4'), 'sample', error)
     call run%create(problem, error)
@@ -451,6 +449,13 @@ contains
     call run%destroy()
   end subroutine check_own_laws
 
+  !> Elasticity as a program's model.
+  pure type(hooke_type) function model_of_elasticity() result(hooke)
+    hooke%symmetric = .true.
+    hooke%stiffness_scale = 1000.0_wp
+    hooke%shear_scale = 1000.0_wp/2.6_wp
+  end function model_of_elasticity
+
   !> A scene that is reduced.
   subroutine check_reduced(tests)
     type(tests_type), intent(inout) :: tests
@@ -478,6 +483,10 @@ contains
     call run%set_gravity([0.0_wp, -2.0_wp, 0.0_wp], error)
     call run%run(error)
     call tests%check('one in the plane is not', .not. allocated(error) .and. run%finished())
+    call run%destroy()
+    call problem%set_material('soil', model_of_elasticity(), error)
+    call run%create(problem, error)
+    call tests%check('a slice whose law is unknown stays in space', run%model%mesh%dimension == 3)
     call run%destroy()
   end subroutine check_reduced
 
