@@ -15,8 +15,8 @@ if(TARGET qsmpm_shared)
   install(EXPORT qsmpm_shared_targets FILE qsmpmSharedTargets.cmake NAMESPACE qsmpm:: DESTINATION ${package_dir})
 endif()
 install(DIRECTORY ${PROJECT_BINARY_DIR}/modules/ DESTINATION ${modules_dir} FILES_MATCHING PATTERN "*.mod")
-install(FILES include/qsmpm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES include/qsmpm_c.f90 include/qsmpm_f77.f90 DESTINATION ${source_dir})
+install(FILES src/api/include/qsmpm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES src/api/include/qsmpm_c.f90 src/api/include/qsmpm_f77.f90 DESTINATION ${source_dir})
 install(FILES LICENSE docs/licences.md DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm)
 
 configure_package_config_file(cmake/qsmpmConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/qsmpmConfig.cmake

@@ -1,4 +1,4 @@
-!> C interface: handles, decks, materials, errors (include/qsmpm.h).
+!> C interface: handles, decks, materials, errors (qsmpm.h).
 module qsmpm_c_setup
   use, intrinsic :: iso_c_binding, only: c_associated, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle

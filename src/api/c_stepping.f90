@@ -1,4 +1,4 @@
-!> C interface: stepping, results, states, and the load program (include/qsmpm.h).
+!> C interface: stepping, results, states, and the load program (qsmpm.h).
 module qsmpm_c_stepping
   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
   use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, status_no_handle

@@ -149,12 +149,11 @@ contains
     type(deck_state_type), intent(inout) :: state
     !> Number of the stage.
     integer, intent(in) :: number
-    integer, allocatable :: leads(:)
     integer :: i, k
 
-    associate (stage => state%analysis%point_test%stages(number), test => state%analysis%point_test)
-      if (any(stage%leads == 0)) return
-      leads = stage%leads
+    associate (stage => state%analysis%point_test%stages(number), test => state%analysis%point_test, &
+      leads => state%analysis%point_test%stages(number)%leads)
+      if (any(leads == 0)) return
       do i = 1, size(leads)
         if (.not. may_lead(test%kind, test%dimension, leads(i))) then
           call fault("'"//trim(lead_words(leads(i)))//"' is not led in "//trim(test_words(test%kind))// &

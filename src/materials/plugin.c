@@ -8,6 +8,8 @@
  *     libraries have not been shut down yet, and again after each time it has been used up.
  *   - SIGFPE, SIGSEGV, SIGBUS, SIGILL and SIGABRT have a handler that jumps back while a model is being called and
  *     hands them to whoever had them before otherwise. SIGINT and SIGTERM are left alone.
+ * A model computes without traps of floating-point exceptions, also in a host that has set some: it may divide zero by
+ * zero on the way to a good answer, and what is not finite in its answer is seen afterwards.
  * Locks that the model held stay locked, memory that it damaged stays damaged; so it is not called again, and a run
  * ends after that. _exit(2) and exec(3) cannot be caught.
  *
@@ -16,6 +18,7 @@
 #define _POSIX_C_SOURCE 200809L
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <fenv.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdio.h>
@@ -29,6 +32,7 @@ typedef void (*procedure)(void);
 
 struct guard {
     sigjmp_buf place;
+    fenv_t arithmetic;
     volatile sig_atomic_t what;
 };
 
@@ -101,11 +105,13 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
 
     if (abandoned && was_abandoned(model)) return was_abandoned(model);
     here.what = 0;
+    feholdexcept(&here.arithmetic);
     if (sigsetjmp(here.place, 0) == 0) {
         active = &here;
         call(data);
     }
     active = outer;
+    fesetenv(&here.arithmetic);
     if (here.what == 0) return 0;
     if (abandoned < most_abandoned) {
         abandoned_model[abandoned] = model;

@@ -160,8 +160,9 @@ contains
     real(wp), intent(inout) :: state(:)
     integer :: n
 
-    n = min(model%user%states, size(model%user%start))
-    state(:n) = model%user%start(:n)
+    n = 0
+    if (allocated(model%user%start)) n = min(model%user%states, size(model%user%start))
+    if (n > 0) state(:n) = model%user%start(:n)
   end subroutine take_start
 
   !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.

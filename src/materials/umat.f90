@@ -109,6 +109,7 @@ contains
     associate (unused => stress)
     end associate
     state(:self%state_count) = 0.0_wp
+    if (.not. allocated(self%user%start)) return
     n = min(self%state_count, size(self%user%start))
     state(:n) = self%user%start(:n)
   end subroutine start

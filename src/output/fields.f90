@@ -6,11 +6,10 @@ module qsmpm_fields
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
-  use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count, state_names, state_values
+  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count, state_name, state_values
 
 contains
 
@@ -66,29 +65,27 @@ contains
     end associate
   end subroutine point_load
 
-  !> Names of the state variables of all laws that name theirs, each once.
-  subroutine state_names(model, names)
+  !> Name of a state variable, counted over all laws that name theirs and each name once; empty behind the last.
+  pure function state_name(model, number) result(name)
     !> The model.
     type(model_type), intent(in) :: model
-    !> The names.
-    type(string_type), allocatable, intent(out) :: names(:)
-    integer :: m, i, pass, count
+    !> Number of the variable.
+    integer, intent(in) :: number
+    character(len=:), allocatable :: name
+    integer :: m, i, count
 
-    if (.not. allocated(model%laws)) allocate (names(0))
-    if (allocated(names)) return
-    do pass = 1, 2
-      count = 0
-      do m = 1, size(model%laws)
-        if (.not. allocated(model%laws(m)%law%state_names)) cycle
-        do i = 1, size(model%laws(m)%law%state_names)
-          if (known(model, m, model%laws(m)%law%state_names(i)%text)) cycle
-          count = count + 1
-          if (pass == 2) names(count)%text = model%laws(m)%law%state_names(i)%text
-        end do
+    name = ''
+    count = 0
+    if (.not. allocated(model%laws)) return
+    do m = 1, size(model%laws)
+      if (.not. allocated(model%laws(m)%law%state_names)) cycle
+      do i = 1, size(model%laws(m)%law%state_names)
+        if (known(model, m, model%laws(m)%law%state_names(i)%text)) cycle
+        count = count + 1
+        if (count == number) name = model%laws(m)%law%state_names(i)%text
       end do
-      if (pass == 1) allocate (names(count))
     end do
-  end subroutine state_names
+  end function state_name
 
   !> Whether a law before has a state variable of that name, or it has none.
   pure logical function known(model, last, name)

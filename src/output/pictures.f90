@@ -6,9 +6,8 @@ module qsmpm_pictures
   use qsmpm_element, only: vtk_type
   use qsmpm_error, only: error_type
   use qsmpm_fields, only: padded, point_displacement, point_load, cell_fill, cell_point_count, &
-    state_names, state_values
+    state_name, state_values
   use qsmpm_model, only: model_type
-  use qsmpm_text, only: string_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
     section_point_data, section_cell_data, section_points, section_cells
   implicit none
@@ -34,7 +33,6 @@ contains
     type(vtu_type) :: vtu
     real(wp), allocatable :: reals(:, :)
     integer, allocatable :: integers(:)
-    type(string_type), allocatable :: names(:)
     integer :: i
 
     associate (points => model%state%points)
@@ -55,10 +53,11 @@ contains
       call add_integers(vtu, section_point_data, 'material', integers)
       call point_load(model, reals)
       call add_reals(vtu, section_point_data, 'load', reals)
-      call state_names(model, names)
-      do i = 1, size(names)
-        call state_values(model, names(i)%text, reals)
-        call add_reals(vtu, section_point_data, names(i)%text, reals)
+      i = 1
+      do while (len(state_name(model, i)) > 0)
+        call state_values(model, state_name(model, i), reals)
+        call add_reals(vtu, section_point_data, state_name(model, i), reals)
+        i = i + 1
       end do
       call padded(points%position, 3, reals)
       call add_reals(vtu, section_points, 'position', reals)

@@ -7,14 +7,13 @@
 module qsmpm_results
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_fields, only: padded, point_displacement, state_names, state_values
+  use qsmpm_fields, only: padded, point_displacement, state_name, state_values
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
   use qsmpm_element, only: vtk_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
   use qsmpm_stress_error, only: stress_error_type
-  use qsmpm_text, only: string_type
   implicit none
   private
 
@@ -107,16 +106,16 @@ contains
     type(image_type), intent(inout) :: image
     !> The model.
     type(model_type), intent(in) :: model
-    type(string_type), allocatable :: names(:)
     real(wp), allocatable :: reals(:, :), row(:)
     integer :: i
 
-    call state_names(model, names)
-    do i = 1, size(names)
-      call state_values(model, names(i)%text, reals)
+    i = 1
+    do while (len(state_name(model, i)) > 0)
+      call state_values(model, state_name(model, i), reals)
       if (allocated(row)) deallocate (row)
       allocate (row, source=reals(1, :))
-      call put_array(image, '/step/points/'//names(i)%text, row)
+      call put_array(image, '/step/points/'//state_name(model, i), row)
+      i = i + 1
     end do
   end subroutine put_states
 

@@ -1,4 +1,4 @@
-"""The shared library: where it is, and the types of its functions (include/qsmpm.h)."""
+"""The shared library: where it is, and the types of its functions (src/api/include/qsmpm.h)."""
 from __future__ import annotations
 
 import ctypes

@@ -1,7 +1,7 @@
 !> QSMPM for programs of the old kind: external subroutines with integers, reals and strings as arguments, no modules and
 !> no pointers. Compile qsmpm_c.f90 and this file with the program, with the program's compiler, and link the library.
 !>
-!> A handle is an INTEGER*8, set by QSMNEW, given back by QSMEND. IERR is the status of include/qsmpm.h; QSMERR has the
+!> A handle is an INTEGER*8, set by QSMNEW, given back by QSMEND. IERR is the status of qsmpm.h; QSMERR has the
 !> sentence. Names and paths may have trailing blanks.
 module qsmpm_f77_texts
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_null_char, c_null_ptr, c_ptr

@@ -1,5 +1,5 @@
 !> Interfaces to the C functions of QSMPM, for a Fortran program built with any compiler: a module file of another
-!> compiler is of no use, this source is. Compile it with the program and link the library; include/qsmpm.h says what
+!> compiler is of no use, this source is. Compile it with the program and link the library; qsmpm.h says what
 !> each function does. Texts end with c_null_char.
 module qsmpm_c
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funptr, c_int, c_ptr
