@@ -278,6 +278,7 @@ contains
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :), again(:, :)
     character(len=*), parameter :: path = 'test_simulation.h5'
+    integer :: unit
 
     call begin(run, '1, 4')
     call begin(other, '1, 4')
@@ -296,6 +297,8 @@ contains
     call other%add_stage('more', 1, error)
     call other%load(path, error)
     call tests%check('a file of other stages is refused', allocated(error))
+    open (newunit=unit, file=path, status='old')
+    close (unit, status='delete')
     call run%destroy()
     call other%destroy()
   end subroutine check_saved
