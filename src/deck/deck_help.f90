@@ -38,6 +38,9 @@ contains
     else
       call table%names(names)
       text = 'unknown keyword *'//keyword//did_you_mean(keyword, names)//newline
+      do k = 1, size(names)
+        if (index(names(k)%text, keyword) > 0) text = text//'*'//names(k)%text//' is one'//newline
+      end do
     end if
   end subroutine help_text
 
