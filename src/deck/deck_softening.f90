@@ -26,7 +26,7 @@ contains
     call table%parameter('TYPE', kind_word, 'the fall: in proportion, or exponential with 95 % of it at the given '// &
       'strain', default=trim(softening_words(material%softening%shape)), allowed=bar_list(softening_words))
     call table%parameter('REGULARISATION', kind_word, 'CELL: a strain counts by the size of its cell over '// &
-      'LENGTH, so that the work of a slip surface is the same on every mesh; NONE: it counts once, and the '// &
+      'LENGTH, so that the work of a slip surface does not fall with the cells; NONE: it counts once, and the '// &
       'work falls with the cells', default=trim(regularisation_words(material%softening%regularisation)), &
       allowed=bar_list(regularisation_words))
     call table%parameter('LENGTH', kind_real, 'width of the band in which the strain was measured, needed with CELL', &
