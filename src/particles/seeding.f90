@@ -1,17 +1,16 @@
 !> Seeding bodies with material points, element by element (paper, section 3.1).
 !>
-!> A cell wholly inside a body gets the pattern of its element. In a quadrilateral or brick that the
-!> body's boundary cuts, the body is cut into the sub-cells of the pattern and each piece gets a point
-!> at its centroid, so that volume and first moment of the body are kept. Any other cell that is cut
-!> gets the points of the pattern that lie inside, their volumes scaled so that together they hold
-!> exactly the body's part of the cell; a sliver that catches none gets one point at its centroid.
+!> A cell wholly inside a body gets the pattern of its element. A cell that the body's boundary cuts is divided
+!> into sub-cells. Each piece of the body in a sub-cell gets a point at its centroid, so that volume and first moment
+!> of the body are kept cell by cell; where the gradients of the functions are not linear along every line in a cell,
+!> it gets points that keep its second moments too (docs/methods/bodies.md).
 module qsmpm_seeding
-  use qsmpm_kinds, only: wp
-  use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions, local_centre
-  use qsmpm_element_kinds, only: quad4, quad8, hex8, hex20, max_nodes
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions, local_centre, inside_distance, max_faces
+  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: measure_at, volume_of
-  use qsmpm_body_shape, only: body_shape_type, shape_contains, is_unbounded
+  use qsmpm_body_shape, only: body_shape_type, is_unbounded
   use qsmpm_cell_share, only: occupied_share, upright_prism, corners_of, solid_of
   use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
   use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
@@ -32,6 +31,9 @@ module qsmpm_seeding
   real(wp), parameter :: smallest_piece = 1.0e-3_wp
   !> Deviation from a parallelogram, as a share of the size of a cell, that is rounding.
   real(wp), parameter :: straight = 1.0e-12_wp
+  !> Points of a piece that leave its cell are turned so often at most, then drawn together by this factor.
+  integer, parameter :: most_turns = 200, most_drawn = 20
+  real(wp), parameter :: drawn_together = 0.8_wp
 
   !> Pattern of an element kind.
   type :: pattern_type
@@ -41,14 +43,21 @@ module qsmpm_seeding
     real(wp), allocatable :: places(:, :)
     !> Weights (n).
     real(wp), allocatable :: weights(:)
-    !> Sub-cells a direction of a regular pattern; 0 for any other.
-    integer :: sub_cells = 0
+    !> Sub-cells a side of the base of a cut cell, and layers of them.
+    integer :: sub_cells = 1, layers = 1
+    !> Points of a piece: 1 keeps its first moment, more keep the second moments.
+    integer :: spread = 1
+    !> Pieces that are boxes along the axes get one point none the less.
+    logical :: boxes_whole = .true.
+    !> Points of a spread piece have boxes of their own: a mean over a box adds nothing to the moments of functions that
+    !> are linear along the axes.
+    logical :: has_boxes = .false.
   end type pattern_type
 
 contains
 
   !> Add the points of one body.
-  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, gauss, list, error)
+  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, gauss, degree, list, error)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
@@ -61,6 +70,8 @@ contains
     integer, intent(in) :: points_per_element
     !> Seed the Gauss rule of a full cell instead (FEM).
     logical, intent(in) :: gauss
+    !> Degree along an axis of the functions of a grid, 0 for those of the elements.
+    integer, intent(in) :: degree
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> A number of points the element does not know, or a cut cell in FEM.
@@ -78,7 +89,7 @@ contains
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
       rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
       if (share <= rounding) cycle
-      call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, pattern, error)
+      call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, degree, pattern, error)
       if (allocated(error)) return
       if (gauss .and. share < 1.0_wp - rounding) then
         call fail(error, error_deck, 'BASIS=FEM needs a body that ends on mesh lines, '// &
@@ -87,10 +98,8 @@ contains
       end if
       if (share >= 1.0_wp - rounding .and. pattern_fits(mesh, c, pattern)) then
         call seed_cell(mesh, axisymmetric, c, body, pattern, list)
-      else if (pattern%sub_cells > 0) then
-        call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
       else
-        call seed_cut_cell(mesh, axisymmetric, shape, c, body, share, centre, pattern, list)
+        call seed_pieces(mesh, axisymmetric, shape, solid, c, body, share, pattern, list)
       end if
     end do
   end subroutine seed_body
@@ -108,13 +117,15 @@ contains
   end function least_extent
 
   !> The pattern of an element kind.
-  pure subroutine choose_pattern(kind, count, gauss, pattern, error)
+  pure subroutine choose_pattern(kind, count, gauss, degree, pattern, error)
     !> Element kind.
     integer, intent(in) :: kind
     !> Points of an element, 0 for the default.
     integer, intent(in) :: count
     !> The Gauss rule of a full cell, when the number is the default.
     logical, intent(in) :: gauss
+    !> Degree of the functions of a grid, 0 for those of the elements.
+    integer, intent(in) :: degree
     !> In: the pattern of the cell before.
     type(pattern_type), intent(inout) :: pattern
     !> A number of points the element does not know.
@@ -122,20 +133,75 @@ contains
 
     if (kind == pattern%kind) return
     pattern%kind = kind
-    pattern%sub_cells = 0
     if (gauss .and. count == 0) then
       call full_rule(kind, pattern%places, pattern%weights)
-      return
+    else
+      call seed_rule(kind, count, pattern%places, pattern%weights, error)
+      if (.not. allocated(error)) call choose_sub_cells(degree, pattern)
     end if
-    call seed_rule(kind, count, pattern%places, pattern%weights, error)
-    if (allocated(error) .or. gauss) return
-    select case (kind)
-    case (quad4, quad8)
-      pattern%sub_cells = nint(sqrt(real(size(pattern%weights), wp)))
-    case (hex8, hex20)
-      pattern%sub_cells = nint(real(size(pattern%weights), wp)**(1.0_wp/3.0_wp))
-    end select
   end subroutine choose_pattern
+
+  !> Sub-cells of a cut cell and points of their pieces. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6, QUAD4 and
+  !> of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments do. Those of the others
+  !> have quadratic terms, splines along an axis too; a box along the axes is averaged over exactly.
+  pure subroutine choose_sub_cells(degree, pattern)
+    !> Degree of the functions of a grid, 0 for those of the elements.
+    integer, intent(in) :: degree
+    !> Its kind and places are set.
+    type(pattern_type), intent(inout) :: pattern
+    real(wp) :: points
+
+    points = real(size(pattern%weights), wp)
+    pattern%spread = 1
+    pattern%layers = 1
+    pattern%boxes_whole = .true.
+    pattern%has_boxes = degree <= 1
+    select case (pattern%kind)
+    case (tri3, tri6)
+      pattern%sub_cells = ceiling(sqrt(points))
+    case (quad4)
+      pattern%sub_cells = nint(sqrt(points))
+      if (degree > 1) pattern%spread = 4
+    case (quad8)
+      call spread_all(max(1, nint(sqrt(points/4.0_wp))), 1, 4, pattern)
+    case (tet4, tet10)
+      call spread_all(1, 1, 4, pattern)
+    case (hex8)
+      pattern%sub_cells = nint(points**(1.0_wp/3.0_wp))
+      pattern%layers = pattern%sub_cells
+      pattern%spread = merge(4, 8, degree <= 1)
+    case (hex20)
+      call spread_all(max(1, nint((points/8.0_wp)**(1.0_wp/3.0_wp))), 0, 8, pattern)
+      pattern%layers = pattern%sub_cells
+    case (wedge6)
+      pattern%layers = layers_of(pattern%places)
+      pattern%sub_cells = ceiling(sqrt(points/pattern%layers))
+    case (wedge15)
+      call spread_all(1, layers_of(pattern%places), 4, pattern)
+    end select
+  end subroutine choose_sub_cells
+
+  !> Every piece is spread.
+  pure subroutine spread_all(sub_cells, layers, spread, pattern)
+    !> Sub-cells a side of the base, layers, and points of a piece.
+    integer, intent(in) :: sub_cells, layers, spread
+    !> The pattern.
+    type(pattern_type), intent(inout) :: pattern
+
+    pattern%sub_cells = sub_cells
+    pattern%layers = layers
+    pattern%spread = spread
+    pattern%boxes_whole = .false.
+  end subroutine spread_all
+
+  !> Layers of a pattern of a wedge: points in a column.
+  pure integer function layers_of(places) result(layers)
+    !> Local coordinates (3,n).
+    real(wp), intent(in) :: places(:, :)
+    integer :: k
+
+    layers = count([(all(abs(places(:2, k) - places(:2, 1)) <= straight), k=1, size(places, 2))])
+  end function layers_of
 
   !> True when the places of the pattern are the centroids of what they stand for: not so for a
   !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
@@ -150,7 +216,7 @@ contains
     real(wp) :: low, high
     logical :: upright
 
-    fits = pattern%sub_cells == 0
+    fits = .not. any(pattern%kind == [quad4, quad8, hex8, hex20])
     if (fits) return
     call upright_prism(corners_of(mesh, cell), base, low, high, upright)
     fits = .not. upright
@@ -280,7 +346,7 @@ contains
     end associate
   end function inside_cell
 
-  !> One point for every piece of the body in the sub-cells of a regular pattern.
+  !> Points for every piece of the body in the sub-cells of a cell.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
@@ -298,32 +364,180 @@ contains
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
     type(piece_list_type) :: pieces
-    real(wp), allocatable :: volume(:)
-    real(wp) :: local(mesh%dimension), ratio
-    logical :: ok
-    integer :: k, d
+    real(wp) :: ratio, moment
+    integer :: k
 
-    d = mesh%dimension
-    call find_pieces(mesh, shape, solid, cell, pattern%sub_cells, pieces)
+    call find_pieces(mesh, shape, solid, cell, pattern, pieces)
     call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
-      /(share*size(pattern%weights)))
-    allocate (volume(pieces%count))
-    do k = 1, pieces%count
-      volume(k) = pieces%measure(k)*merge(pieces%centroid(1, k), 1.0_wp, axisymmetric)
-    end do
+      /(share*pattern%sub_cells**2*pattern%layers))
+    moment = sum(pieces%measure(:pieces%count))
+    if (axisymmetric) moment = dot_product(pieces%measure(:pieces%count), pieces%centroid(1, :pieces%count))
     ! Curved sides and faces: the pieces are those of straight ones.
-    ratio = share*volume_of(mesh, axisymmetric, cell)/sum(volume)
-    if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
+    ratio = share*volume_of(mesh, axisymmetric, cell)/moment
+    if (abs(ratio - 1.0_wp) <= straight) ratio = 1.0_wp
     do k = 1, pieces%count
-      call inverse_map(mesh, cell, pieces%centroid(:d, k), local, ok)
-      if (.not. ok) local = local_centre(mesh%cell_kind(cell))
-      call add_seed(list, cell, body, local, volume(k), inside_cell(mesh, cell, pieces%centroid(:d, k), &
-        half_of_box(pieces%extent(:d, k), pieces%measure(k))))
+      if (pattern%spread > 1 .and. .not. (pattern%boxes_whole .and. is_box(pieces, k, mesh%dimension))) then
+        call seed_spread(mesh, axisymmetric, cell, body, pieces, k, pattern, ratio, list)
+      else
+        call seed_centroid(mesh, axisymmetric, cell, body, pieces, k, ratio, list)
+      end if
     end do
   end subroutine seed_pieces
 
-  !> The pieces of the body in the sub-cells of a quadrilateral or brick.
-  pure subroutine find_pieces(mesh, shape, solid, cell, sub_cells, pieces)
+  !> True when a piece fills the box of its extents.
+  pure logical function is_box(pieces, k, dimension)
+    !> The pieces, and the number of one.
+    type(piece_list_type), intent(in) :: pieces
+    integer, intent(in) :: k
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+
+    is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
+  end function is_box
+
+  !> One point at the centroid of a piece, with a box of its proportions and measure.
+  subroutine seed_centroid(mesh, axisymmetric, cell, body, pieces, k, ratio, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> The pieces, and the number of one.
+    type(piece_list_type), intent(in) :: pieces
+    integer, intent(in) :: k
+    !> Volume over measure.
+    real(wp), intent(in) :: ratio
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: local(mesh%dimension), volume
+    logical :: ok
+    integer :: d
+
+    d = mesh%dimension
+    call inverse_map(mesh, cell, pieces%centroid(:d, k), local, ok)
+    if (.not. ok) local = local_centre(mesh%cell_kind(cell))
+    volume = ratio*pieces%measure(k)*merge(pieces%centroid(1, k), 1.0_wp, axisymmetric)
+    call add_seed(list, cell, body, local, volume, inside_cell(mesh, cell, pieces%centroid(:d, k), &
+      half_of_box(pieces%extent(:d, k), pieces%measure(k))))
+  end subroutine seed_centroid
+
+  !> Points of equal measure with the first and second moments of a piece: c + L s with L L' the mean of
+  !> (x - c)(x - c)', s the corners of a square, a cube or a tetrahedron of mean s s' = 1. In a convex plane piece they
+  !> lie inside (Kannan, Lovasz and Simonovits 1995: it contains the ellipse |L^-1 (x - c)| = sqrt 2); in space the
+  !> corners are turned until all lie in the cell.
+  subroutine seed_spread(mesh, axisymmetric, cell, body, pieces, k, pattern, ratio, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> The pieces, and the number of one.
+    type(piece_list_type), intent(in) :: pieces
+    integer, intent(in) :: k
+    !> The pattern: 4 points in the plane, 4 or 8 in space.
+    type(pattern_type), intent(in) :: pattern
+    !> Volume over measure.
+    real(wp), intent(in) :: ratio
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    integer, parameter :: tetrahedron(3, 4) = reshape([1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1], [3, 4])
+    integer, parameter :: cube(3, 8) = reshape([-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, &
+      -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1], [3, 8])
+    real(wp), dimension(mesh%dimension, pattern%spread) :: x, local
+    real(wp) :: root(mesh%dimension, mesh%dimension), half(mesh%dimension), corner(3), measure
+    logical :: inside(pattern%spread)
+    integer :: i, d, spread, trial
+
+    d = mesh%dimension
+    spread = pattern%spread
+    root = root_of(pieces%second(:d, :d, k))
+    do trial = 0, most_turns + most_drawn
+      if (trial > most_turns) root = drawn_together*root
+      do i = 1, spread
+        if (d == 3 .and. spread == 4) corner = real(tetrahedron(:, i), wp)
+        if (d == 2 .or. spread == 8) corner = real(cube(:, i), wp)
+        if (d == 3) corner = turned(corner, trial)
+        x(:, i) = pieces%centroid(:d, k) + matmul(root, corner(:d))
+        call find_inside(mesh, cell, x(:, i), local(:, i), inside(i))
+      end do
+      if (all(inside)) exit
+    end do
+    measure = pieces%measure(k)/spread
+    do i = 1, spread
+      half = tiny(1.0_wp)
+      if (pattern%has_boxes) half = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), measure))
+      call add_seed(list, cell, body, local(:, i), ratio*measure*merge(x(1, i), 1.0_wp, axisymmetric), half)
+    end do
+  end subroutine seed_spread
+
+  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is): unit quaternions of
+  !> uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of x^4 = x + 1.
+  pure function turned(vector, k)
+    !> The vector (3).
+    real(wp), intent(in) :: vector(3)
+    !> Number of the rotation.
+    integer, intent(in) :: k
+    real(wp) :: turned(3)
+    real(wp), parameter :: step(3) = [0.8191725133961645_wp, 0.6710436067037893_wp, 0.5497004779019703_wp]
+    real(wp) :: u(3), axis(3), scalar
+
+    u = modulo(k*step, 1.0_wp)
+    axis = [sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
+    scalar = sqrt(1.0_wp - u(1))*sin(2*pi*u(2))
+    turned = vector
+    if (k > 0) turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
+  end function turned
+
+  !> Cross product.
+  pure function cross(a, b)
+    !> (3)
+    real(wp), intent(in) :: a(3), b(3)
+    real(wp) :: cross(3)
+
+    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+  !> Whether a place is in a cell, and its local coordinates.
+  pure subroutine find_inside(mesh, cell, x, local, inside)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> Local coordinates (dimension).
+    real(wp), intent(out) :: local(:)
+    logical, intent(out) :: inside
+    real(wp) :: distance(max_faces)
+
+    distance = 0.0_wp
+    call inverse_map(mesh, cell, x, local, inside)
+    if (.not. inside) local = local_centre(mesh%cell_kind(cell))
+    call inside_distance(mesh%cell_kind(cell), local, distance)
+    inside = inside .and. all(distance >= 0.0_wp)
+  end subroutine find_inside
+
+  !> Lower triangular root of a symmetric matrix that is positive but for rounding.
+  pure function root_of(matrix) result(root)
+    !> (n,n)
+    real(wp), intent(in) :: matrix(:, :)
+    real(wp) :: root(size(matrix, 1), size(matrix, 1))
+    integer :: i, j
+
+    root = 0.0_wp
+    do j = 1, size(matrix, 1)
+      root(j, j) = sqrt(max(matrix(j, j) - dot_product(root(j, :j - 1), root(j, :j - 1)), 0.0_wp))
+      if (root(j, j) <= straight*sqrt(max(matrix(j, j), 0.0_wp))) cycle
+      do i = j + 1, size(matrix, 1)
+        root(i, j) = (matrix(i, j) - dot_product(root(i, :j - 1), root(j, :j - 1)))/root(j, j)
+      end do
+    end do
+  end function root_of
+
+  !> The pieces of the body in the sub-cells of a cell.
+  pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body, and its polyhedron by `solid_of`.
@@ -331,8 +545,8 @@ contains
     type(polyhedron_type), intent(in) :: solid
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> Sub-cells a direction.
-    integer, intent(in) :: sub_cells
+    !> The pattern.
+    type(pattern_type), intent(in) :: pattern
     !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     real(wp), allocatable :: base(:, :)
@@ -341,46 +555,11 @@ contains
 
     call upright_prism(corners_of(mesh, cell), base, low, high, upright)
     if (upright .and. .not. allocated(shape%solid)) then
-      call prism_pieces(shape%outline, base, [low, high], [shape%low, shape%high], sub_cells, pieces)
+      call prism_pieces(shape%outline, base, [low, high], [shape%low, shape%high], &
+        pattern%sub_cells, pattern%layers, pieces)
     else
-      call solid_pieces(solid, allocated(shape%solid), corners_of(mesh, cell), sub_cells, pieces)
+      call solid_pieces(solid, allocated(shape%solid), corners_of(mesh, cell), pattern%sub_cells, &
+        pattern%layers, pieces)
     end if
   end subroutine find_pieces
-
-  !> The points of the pattern inside the body, with the body's share of the cell's volume.
-  subroutine seed_cut_cell(mesh, axisymmetric, shape, cell, body, share, centre, pattern, list)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
-    !> Bounds of the body.
-    type(body_shape_type), intent(in) :: shape
-    !> Number of the cell and of the body.
-    integer, intent(in) :: cell, body
-    !> Share of the cell, and centroid of the occupied part (3).
-    real(wp), intent(in) :: share, centre(3)
-    !> The pattern.
-    type(pattern_type), intent(in) :: pattern
-    !> The seeds.
-    type(seed_list_type), intent(inout) :: list
-    real(wp) :: volume(size(pattern%weights)), local(mesh%dimension), ratio
-    logical :: inside(size(pattern%weights)), ok
-    integer :: k
-
-    call pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
-    do k = 1, size(volume)
-      inside(k) = shape_contains(shape, place_of(mesh, cell, pattern%places(:, k)))
-    end do
-    if (.not. any(inside)) then
-      call inverse_map(mesh, cell, centre(:mesh%dimension), local, ok)
-      if (.not. ok) local = local_centre(mesh%cell_kind(cell))
-      call add_point(mesh, axisymmetric, cell, body, local, share*sum(volume), list)
-      return
-    end if
-    ratio = share*sum(volume)/sum(volume, mask=inside)
-    do k = 1, size(volume)
-      if (inside(k)) call add_point(mesh, axisymmetric, cell, body, pattern%places(:, k), &
-        ratio*volume(k), list)
-    end do
-  end subroutine seed_cut_cell
 end module qsmpm_seeding
