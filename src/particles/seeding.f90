@@ -43,6 +43,8 @@ module qsmpm_seeding
     real(wp), allocatable :: places(:, :)
     !> Weights (n).
     real(wp), allocatable :: weights(:)
+    !> Degree of the functions of a grid, 0 for those of the elements.
+    integer :: degree = 0
     !> Sub-cells a side of the base of a cut cell, and layers of them.
     integer :: sub_cells = 1, layers = 1
     !> Points of a piece: 1 keeps its first moment, more keep the second moments.
@@ -137,45 +139,46 @@ contains
       call full_rule(kind, pattern%places, pattern%weights)
     else
       call seed_rule(kind, count, pattern%places, pattern%weights, error)
-      if (.not. allocated(error)) call choose_sub_cells(degree, pattern)
+      pattern%degree = degree
+      if (.not. allocated(error)) call choose_sub_cells(kind, size(pattern%weights), pattern)
     end if
   end subroutine choose_pattern
 
   !> Sub-cells of a cut cell and points of their pieces. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6, QUAD4 and
   !> of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments do. Those of the others
   !> have quadratic terms, splines along an axis too; a box along the axes is averaged over exactly.
-  pure subroutine choose_sub_cells(degree, pattern)
-    !> Degree of the functions of a grid, 0 for those of the elements.
-    integer, intent(in) :: degree
-    !> Its kind and places are set.
+  pure subroutine choose_sub_cells(kind, count, pattern)
+    !> Element kind, or that of a face.
+    integer, intent(in) :: kind
+    !> Points of a full cell, or of a layer of it.
+    integer, intent(in) :: count
+    !> Its degree and places are set.
     type(pattern_type), intent(inout) :: pattern
-    real(wp) :: points
 
-    points = real(size(pattern%weights), wp)
     pattern%spread = 1
     pattern%layers = 1
     pattern%boxes_whole = .true.
-    pattern%has_boxes = degree <= 1
-    select case (pattern%kind)
+    pattern%has_boxes = pattern%degree <= 1
+    select case (kind)
     case (tri3, tri6)
-      pattern%sub_cells = ceiling(sqrt(points))
+      pattern%sub_cells = ceiling(sqrt(real(count, wp)))
     case (quad4)
-      pattern%sub_cells = nint(sqrt(points))
-      if (degree > 1) pattern%spread = 4
+      pattern%sub_cells = nint(sqrt(real(count, wp)))
+      if (pattern%degree > 1) pattern%spread = 4
     case (quad8)
-      call spread_all(max(1, nint(sqrt(points/4.0_wp))), 1, 4, pattern)
+      call spread_all(max(1, nint(0.5_wp*sqrt(real(count, wp)))), 1, 4, pattern)
     case (tet4, tet10)
       call spread_all(1, 1, 4, pattern)
     case (hex8)
-      pattern%sub_cells = nint(points**(1.0_wp/3.0_wp))
+      pattern%sub_cells = nint(real(count, wp)**(1.0_wp/3.0_wp))
       pattern%layers = pattern%sub_cells
-      pattern%spread = merge(4, 8, degree <= 1)
+      pattern%spread = merge(4, 8, pattern%degree <= 1)
     case (hex20)
-      call spread_all(max(1, nint((points/8.0_wp)**(1.0_wp/3.0_wp))), 0, 8, pattern)
+      call spread_all(max(1, nint(0.5_wp*real(count, wp)**(1.0_wp/3.0_wp))), 1, 8, pattern)
       pattern%layers = pattern%sub_cells
     case (wedge6)
       pattern%layers = layers_of(pattern%places)
-      pattern%sub_cells = ceiling(sqrt(points/pattern%layers))
+      pattern%sub_cells = ceiling(sqrt(real(count, wp)/pattern%layers))
     case (wedge15)
       call spread_all(1, layers_of(pattern%places), 4, pattern)
     end select
@@ -346,7 +349,8 @@ contains
     end associate
   end function inside_cell
 
-  !> Points for every piece of the body in the sub-cells of a cell.
+  !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
+  !> its section in every layer: its displacement may be that of the section.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
@@ -364,25 +368,122 @@ contains
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
     type(piece_list_type) :: pieces
-    real(wp) :: ratio, moment
+    type(pattern_type) :: section
+    real(wp), allocatable :: base(:, :), x(:, :), half(:, :)
+    real(wp) :: limits(2), ratio
+    logical :: layered
     integer :: k
 
-    call find_pieces(mesh, shape, solid, cell, pattern, pieces)
+    call upright_prism(corners_of(mesh, cell), base, limits(1), limits(2), layered)
+    layered = layered .and. goes_through(mesh, shape)
+    section = pattern
+    if (layered) then
+      call choose_sub_cells(face_kind(pattern%kind), size(pattern%weights)/layers_of(pattern%places), section)
+      call prism_pieces(shape%outline, base, [0.0_wp, 0.0_wp], [0.0_wp, 0.0_wp], section%sub_cells, 1, pieces)
+      pieces%centroid(3, :pieces%count) = 0.5_wp*sum(limits)
+    else
+      call find_pieces(mesh, shape, solid, cell, pattern, pieces)
+    end if
     call merge_small_pieces(pieces, smallest_piece*sum(pieces%measure(:pieces%count)) &
-      /(share*pattern%sub_cells**2*pattern%layers))
-    moment = sum(pieces%measure(:pieces%count))
-    if (axisymmetric) moment = dot_product(pieces%measure(:pieces%count), pieces%centroid(1, :pieces%count))
+      /(share*section%sub_cells**2*section%layers))
     ! Curved sides and faces: the pieces are those of straight ones.
-    ratio = share*volume_of(mesh, axisymmetric, cell)/moment
+    ratio = share*volume_of(mesh, axisymmetric, cell)/sum(pieces%measure(:pieces%count) &
+      *merge(pieces%centroid(1, :pieces%count), 1.0_wp, axisymmetric))
+    if (layered) ratio = ratio/(limits(2) - limits(1))
     if (abs(ratio - 1.0_wp) <= straight) ratio = 1.0_wp
     do k = 1, pieces%count
-      if (pattern%spread > 1 .and. .not. (pattern%boxes_whole .and. is_box(pieces, k, mesh%dimension))) then
-        call seed_spread(mesh, axisymmetric, cell, body, pieces, k, pattern, ratio, list)
+      call points_of_piece(mesh, cell, pieces, k, section, merge(2, mesh%dimension, layered), x, half)
+      if (layered) then
+        call add_to_layers(mesh, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), limits, pattern, list)
       else
-        call seed_centroid(mesh, axisymmetric, cell, body, pieces, k, ratio, list)
+        call add_points(mesh, axisymmetric, cell, body, x, half, ratio*pieces%measure(k)/size(x, 2), list)
       end if
     end do
   end subroutine seed_pieces
+
+  !> True when a body of a mesh in space is a section that goes through all of z.
+  pure logical function goes_through(mesh, shape)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds of the body.
+    type(body_shape_type), intent(in) :: shape
+
+    goes_through = mesh%dimension == 3 .and. .not. allocated(shape%solid)
+    if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
+  end function goes_through
+
+  !> Plane element that is the face of a wedge or brick.
+  pure integer function face_kind(kind)
+    !> Kind of the wedge or brick.
+    integer, intent(in) :: kind
+
+    select case (kind)
+    case (wedge6)
+      face_kind = tri3
+    case (wedge15)
+      face_kind = tri6
+    case (hex20)
+      face_kind = quad8
+    case default
+      face_kind = quad4
+    end select
+  end function face_kind
+
+  !> Add points of equal measure.
+  subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Volumes per radian.
+    logical, intent(in) :: axisymmetric
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Places and half lengths of boxes (dimension, n).
+    real(wp), intent(in) :: x(:, :), half(:, :)
+    !> Area or volume of each.
+    real(wp), intent(in) :: measure
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: local(mesh%dimension)
+    logical :: inside
+    integer :: i
+
+    do i = 1, size(x, 2)
+      call find_inside(mesh, cell, x(:, i), local, inside)
+      call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
+    end do
+  end subroutine add_points
+
+  !> Add points of the section of a prism in every layer of the pattern.
+  subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell and of the body.
+    integer, intent(in) :: cell, body
+    !> Places and half lengths of boxes in the section (2, n).
+    real(wp), intent(in) :: x(:, :), half(:, :)
+    !> Area of each.
+    real(wp), intent(in) :: area
+    !> Lower and upper end of the cell along z.
+    real(wp), intent(in) :: limits(2)
+    !> The pattern: layer after layer.
+    type(pattern_type), intent(in) :: pattern
+    !> The seeds.
+    type(seed_list_type), intent(inout) :: list
+    real(wp) :: height, place
+    integer :: i, l, n
+
+    n = size(pattern%weights)/layers_of(pattern%places)
+    do l = 1, layers_of(pattern%places)
+      associate (layer => pattern%weights((l - 1)*n + 1:l*n), height_of_cell => limits(2) - limits(1))
+        height = height_of_cell*sum(layer)/sum(pattern%weights)
+        place = limits(1) + 0.5_wp*(1.0_wp + pattern%places(3, l*n))*height_of_cell
+      end associate
+      do i = 1, size(x, 2)
+        call add_points(mesh, .false., cell, body, reshape([x(:, i), place], [3, 1]), &
+          reshape([half(:, i), 0.5_wp*height], [3, 1]), area*height, list)
+      end do
+    end do
+  end subroutine add_to_layers
 
   !> True when a piece fills the box of its extents.
   pure logical function is_box(pieces, k, dimension)
@@ -395,99 +496,79 @@ contains
     is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
   end function is_box
 
-  !> One point at the centroid of a piece, with a box of its proportions and measure.
-  subroutine seed_centroid(mesh, axisymmetric, cell, body, pieces, k, ratio, list)
+  !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
+  !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
+  !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
+  !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
+  pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
-    !> Number of the cell and of the body.
-    integer, intent(in) :: cell, body
+    !> Number of the cell.
+    integer, intent(in) :: cell
     !> The pieces, and the number of one.
     type(piece_list_type), intent(in) :: pieces
     integer, intent(in) :: k
-    !> Volume over measure.
-    real(wp), intent(in) :: ratio
-    !> The seeds.
-    type(seed_list_type), intent(inout) :: list
-    real(wp) :: local(mesh%dimension), volume
-    logical :: ok
-    integer :: d
-
-    d = mesh%dimension
-    call inverse_map(mesh, cell, pieces%centroid(:d, k), local, ok)
-    if (.not. ok) local = local_centre(mesh%cell_kind(cell))
-    volume = ratio*pieces%measure(k)*merge(pieces%centroid(1, k), 1.0_wp, axisymmetric)
-    call add_seed(list, cell, body, local, volume, inside_cell(mesh, cell, pieces%centroid(:d, k), &
-      half_of_box(pieces%extent(:d, k), pieces%measure(k))))
-  end subroutine seed_centroid
-
-  !> Points of equal measure with the first and second moments of a piece: c + L s with L L' the mean of
-  !> (x - c)(x - c)', s the corners of a square, a cube or a tetrahedron of mean s s' = 1. In a convex plane piece they
-  !> lie inside (Kannan, Lovasz and Simonovits 1995: it contains the ellipse |L^-1 (x - c)| = sqrt 2); in space the
-  !> corners are turned until all lie in the cell.
-  subroutine seed_spread(mesh, axisymmetric, cell, body, pieces, k, pattern, ratio, list)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Volumes per radian.
-    logical, intent(in) :: axisymmetric
-    !> Number of the cell and of the body.
-    integer, intent(in) :: cell, body
-    !> The pieces, and the number of one.
-    type(piece_list_type), intent(in) :: pieces
-    integer, intent(in) :: k
-    !> The pattern: 4 points in the plane, 4 or 8 in space.
+    !> The pattern.
     type(pattern_type), intent(in) :: pattern
-    !> Volume over measure.
-    real(wp), intent(in) :: ratio
-    !> The seeds.
-    type(seed_list_type), intent(inout) :: list
+    !> 2 for a plane piece, 3.
+    integer, intent(in) :: d
+    !> Places and half lengths of boxes (d, n).
+    real(wp), allocatable, intent(out) :: x(:, :), half(:, :)
     integer, parameter :: tetrahedron(3, 4) = reshape([1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1], [3, 4])
     integer, parameter :: cube(3, 8) = reshape([-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, &
       -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1], [3, 8])
-    real(wp), dimension(mesh%dimension, pattern%spread) :: x, local
-    real(wp) :: root(mesh%dimension, mesh%dimension), half(mesh%dimension), corner(3), measure
-    logical :: inside(pattern%spread)
-    integer :: i, d, spread, trial
+    real(wp) :: root(d, d), place(3), local(mesh%dimension)
+    logical :: inside, all_inside
+    integer :: i, n, trial, corner(3)
 
-    d = mesh%dimension
-    spread = pattern%spread
+    n = pattern%spread
+    if (pattern%boxes_whole .and. is_box(pieces, k, d)) n = 1
+    allocate (x(d, n), half(d, n))
     root = root_of(pieces%second(:d, :d, k))
     do trial = 0, most_turns + most_drawn
       if (trial > most_turns) root = drawn_together*root
-      do i = 1, spread
-        if (d == 3 .and. spread == 4) corner = real(tetrahedron(:, i), wp)
-        if (d == 2 .or. spread == 8) corner = real(cube(:, i), wp)
-        if (d == 3) corner = turned(corner, trial)
-        x(:, i) = pieces%centroid(:d, k) + matmul(root, corner(:d))
-        call find_inside(mesh, cell, x(:, i), local(:, i), inside(i))
+      all_inside = .true.
+      do i = 1, n
+        corner = cube(:, i)
+        if (d == 3 .and. n == 4) corner = tetrahedron(:, i)
+        x(:, i) = pieces%centroid(:d, k)
+        if (n > 1) x(:, i) = x(:, i) + matmul(root, turned(real(corner(:d), wp), trial))
+        place = pieces%centroid(:, k)
+        place(:d) = x(:, i)
+        call find_inside(mesh, cell, place(:mesh%dimension), local, inside)
+        all_inside = all_inside .and. inside
       end do
-      if (all(inside)) exit
+      if (all_inside .or. n == 1) exit
     end do
-    measure = pieces%measure(k)/spread
-    do i = 1, spread
-      half = tiny(1.0_wp)
-      if (pattern%has_boxes) half = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), measure))
-      call add_seed(list, cell, body, local(:, i), ratio*measure*merge(x(1, i), 1.0_wp, axisymmetric), half)
+    half = tiny(1.0_wp)
+    if (n > 1 .and. .not. pattern%has_boxes) return
+    do i = 1, n
+      half(:, i) = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), pieces%measure(k)/n))
     end do
-  end subroutine seed_spread
+  end subroutine points_of_piece
 
-  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is): unit quaternions of
-  !> uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of x^4 = x + 1.
+  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is). In space: unit quaternions
+  !> of uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of x^4 = x + 1; in the plane
+  !> by k a turns.
   pure function turned(vector, k)
-    !> The vector (3).
-    real(wp), intent(in) :: vector(3)
+    !> The vector (2 or 3).
+    real(wp), intent(in) :: vector(:)
     !> Number of the rotation.
     integer, intent(in) :: k
-    real(wp) :: turned(3)
+    real(wp) :: turned(size(vector))
     real(wp), parameter :: step(3) = [0.8191725133961645_wp, 0.6710436067037893_wp, 0.5497004779019703_wp]
     real(wp) :: u(3), axis(3), scalar
 
-    u = modulo(k*step, 1.0_wp)
-    axis = [sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
-    scalar = sqrt(1.0_wp - u(1))*sin(2*pi*u(2))
     turned = vector
-    if (k > 0) turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
+    if (k == 0) return
+    u = modulo(k*step, 1.0_wp)
+    if (size(vector) == 2) then
+      turned = cos(2*pi*u(1))*vector + sin(2*pi*u(1))*[-vector(2), vector(1)]
+    else
+      axis = [sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
+      scalar = sqrt(1.0_wp - u(1))*sin(2*pi*u(2))
+      turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
+    end if
   end function turned
 
   !> Cross product.

@@ -40,6 +40,7 @@ program run_unit_tests
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
+  use test_cut_cells, only: collect_cut_cells
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
@@ -120,6 +121,7 @@ program run_unit_tests
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
+  call register('cut_cells', collect_cut_cells)
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
