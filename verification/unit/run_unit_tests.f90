@@ -31,6 +31,7 @@ program run_unit_tests
   use test_text, only: collect_text
   use test_deck, only: collect_deck
   use test_output, only: collect_output
+  use test_checkpoint, only: collect_checkpoint
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
@@ -112,6 +113,7 @@ program run_unit_tests
   call register('text', collect_text)
   call register('deck', collect_deck)
   call register('output', collect_output)
+  call register('checkpoint', collect_checkpoint)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)

@@ -1,6 +1,5 @@
 !> Tests of src/output on a mesh of four squares with three points: what is written is read back.
 module test_output
-  use, intrinsic :: iso_c_binding, only: c_char, c_null_char, c_ptr, c_associated
   use, intrinsic :: iso_fortran_env, only: int8
   use testing, only: tests_type
   use qsmpm_kinds, only: wp, long
@@ -18,19 +17,11 @@ module test_output
   use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
+  use scratch_folder, only: make_folder, remove_folder
   implicit none
   private
 
   public :: collect_output, make_model, make_record
-
-  interface
-    !> mkdtemp(3).
-    function c_mkdtemp(template) bind(c, name='mkdtemp') result(name)
-      import :: c_char, c_ptr
-      character(kind=c_char), intent(inout) :: template(*)
-      type(c_ptr) :: name
-    end function c_mkdtemp
-  end interface
 
   character(len=1), parameter :: newline = new_line('a')
 
@@ -50,7 +41,7 @@ contains
     call test_restart(tests, directory)
     call test_vtu(tests, directory)
     call test_recorder(tests, directory//'/run')
-    call execute_command_line("rm -r -- '"//directory//"'")
+    call remove_folder(directory)
   end subroutine collect_output
 
   !> Numbers as text.
@@ -465,25 +456,6 @@ contains
     allocate (record%histories(2))
     record%histories = [0.1_wp*step, -10.0_wp/(step + 2)]
   end subroutine make_record
-
-  !> Make a temporary directory; its name is empty when that fails.
-  subroutine make_folder(directory)
-    !> Its name.
-    character(len=:), allocatable, intent(out) :: directory
-    character(len=*), parameter :: template = '/tmp/qsmpm_unit_XXXXXX'
-    character(kind=c_char) :: name(len(template) + 1)
-    integer :: i
-
-    do i = 1, len(template)
-      name(i) = template(i:i)
-    end do
-    name(size(name)) = c_null_char
-    directory = ''
-    if (.not. c_associated(c_mkdtemp(name))) return
-    do i = 1, len(template)
-      directory = directory//name(i)
-    end do
-  end subroutine make_folder
 
   !> Whether two rows of reals are the same bits.
   pure logical function same_bits(a, b)
