@@ -209,7 +209,7 @@ contains
       state%surface%surface = before%surface%surface
       state%points%plastic = 1
       ! A restart file with a volume that is none is refused.
-      state%points%volume = abs(state%points%volume)
+      state%points%volume = 0.125_wp + abs(state%points%volume)
       state%progress%phase = before%progress%phase
     end associate
   end subroutine make_valid
