@@ -19,7 +19,12 @@ import sys
 import tempfile
 import time
 
-LIMIT = 120
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
+
+CPU_SECONDS = 120
+# By the clock, on a loaded machine, until an interrupted run has some rows and until it has ended.
+PATIENCE = 1200
 
 BLOCK = """*HEADING
 Small block.
@@ -68,8 +73,10 @@ class Checks:
     def run(self, folder: pathlib.Path, deck: str, *more: str, out: pathlib.Path | None = None) -> subprocess.CompletedProcess[str]:
         path = folder / "case.inp"
         path.write_text(deck)
-        return subprocess.run([self.binary, "run", str(path), "--out", str(out or folder / "out"), *more],
-                              capture_output=True, text=True, timeout=LIMIT)
+        words = [self.binary, "run", str(path), "--out", str(out or folder / "out"), *more]
+        ended = run_limited(words, CPU_SECONDS)
+        return subprocess.CompletedProcess(words, -9 if ended.code is None else ended.code, ended.output,
+                                           ended.errors + ended.reason)
 
 
 def last_restart_continues(checks: Checks, folder: pathlib.Path, deck: str, code: int, name: str) -> None:
@@ -145,13 +152,13 @@ def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int
     """Run the deck of a folder until its curves have some rows, end it by SIGTERM and tell the exit code."""
     process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)],
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    deadline = time.time() + LIMIT
+    deadline = time.time() + PATIENCE
     while time.time() < deadline and process.poll() is None:
         if (out / "curves.csv").exists() and len((out / "curves.csv").read_text().splitlines()) > rows:
             break
         time.sleep(0.005)
     process.send_signal(signal.SIGTERM)
-    return process.wait(LIMIT)
+    return process.wait(PATIENCE)
 
 
 def interrupted(checks: Checks, folder: pathlib.Path) -> None:
