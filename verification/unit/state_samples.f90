@@ -47,7 +47,6 @@ contains
     call alter(progress%proximal)
     call alter(progress%external_work)
     call alter(progress%internal_work)
-    call alter(progress%cpu_seconds)
   end subroutine alter_progress
 
   !> Change a carried set; the number of its places stays.
@@ -156,7 +155,6 @@ contains
     call note(names, 'proximal', same_reals([a%proximal], [b%proximal]))
     call note(names, 'external_work', same_reals([a%external_work], [b%external_work]))
     call note(names, 'internal_work', same_reals([a%internal_work], [b%internal_work]))
-    call note(names, 'cpu_seconds', same_reals([a%cpu_seconds], [b%cpu_seconds]))
   end function progress_differences
 
   !> Components of a carried set that differ.
