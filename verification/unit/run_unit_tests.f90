@@ -27,15 +27,18 @@ program run_unit_tests
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
+  use test_checksum, only: collect_checksum
   use test_text, only: collect_text
   use test_deck, only: collect_deck
   use test_output, only: collect_output
+  use test_checkpoint, only: collect_checkpoint
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
+  use test_unusable_numbers, only: collect_unusable_numbers
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -108,15 +111,18 @@ program run_unit_tests
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
+  call register('checksum', collect_checksum)
   call register('text', collect_text)
   call register('deck', collect_deck)
   call register('output', collect_output)
+  call register('checkpoint', collect_checkpoint)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
+  call register('unusable_numbers', collect_unusable_numbers)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
