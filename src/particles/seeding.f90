@@ -5,9 +5,9 @@
 !> of the body are kept cell by cell; where the gradients of the functions are not linear along every line in a cell,
 !> it gets points that keep its second moments too (docs/methods/bodies.md).
 module qsmpm_seeding
-  use qsmpm_kinds, only: wp, pi
-  use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions, local_centre, inside_distance, max_faces
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15, max_nodes
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: corner_count, shape_functions
+  use qsmpm_element_kinds, only: quad4, quad8, hex8, hex20, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: measure_at, volume_of
   use qsmpm_body_shape, only: body_shape_type, is_unbounded
@@ -15,8 +15,9 @@ module qsmpm_seeding
   use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
   use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
   use qsmpm_polyhedron, only: polyhedron_type
+  use qsmpm_seed_pattern, only: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind
+  use qsmpm_piece_points, only: points_of_piece, find_inside, half_of_box
   use qsmpm_seed_list, only: seed_list_type, add_seed
-  use qsmpm_mesh_search, only: inverse_map
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_error, only: error_type, fail, error_deck
   implicit none
@@ -31,30 +32,6 @@ module qsmpm_seeding
   real(wp), parameter :: smallest_piece = 1.0e-3_wp
   !> Deviation from a parallelogram, as a share of the size of a cell, that is rounding.
   real(wp), parameter :: straight = 1.0e-12_wp
-  !> Points of a piece that leave its cell are turned so often at most, then drawn together by this factor.
-  integer, parameter :: most_turns = 200, most_drawn = 20
-  real(wp), parameter :: drawn_together = 0.8_wp
-
-  !> Pattern of an element kind.
-  type :: pattern_type
-    !> Element kind it is for.
-    integer :: kind = 0
-    !> Local coordinates (dimension, n).
-    real(wp), allocatable :: places(:, :)
-    !> Weights (n).
-    real(wp), allocatable :: weights(:)
-    !> Degree of the functions of a grid, 0 for those of the elements.
-    integer :: degree = 0
-    !> Sub-cells a side of the base of a cut cell, and layers of them.
-    integer :: sub_cells = 1, layers = 1
-    !> Points of a piece: 1 keeps its first moment, more keep the second moments.
-    integer :: spread = 1
-    !> Pieces that are boxes along the axes get one point none the less.
-    logical :: boxes_whole = .true.
-    !> Points of a spread piece have boxes of their own: a mean over a box adds nothing to the moments of functions that
-    !> are linear along the axes.
-    logical :: has_boxes = .false.
-  end type pattern_type
 
 contains
 
@@ -106,6 +83,7 @@ contains
     end do
   end subroutine seed_body
 
+
   !> Least length of a cell along an axis.
   pure real(wp) function least_extent(mesh, cell) result(extent)
     !> The mesh.
@@ -118,95 +96,7 @@ contains
     extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
   end function least_extent
 
-  !> The pattern of an element kind.
-  pure subroutine choose_pattern(kind, count, gauss, degree, pattern, error)
-    !> Element kind.
-    integer, intent(in) :: kind
-    !> Points of an element, 0 for the default.
-    integer, intent(in) :: count
-    !> The Gauss rule of a full cell, when the number is the default.
-    logical, intent(in) :: gauss
-    !> Degree of the functions of a grid, 0 for those of the elements.
-    integer, intent(in) :: degree
-    !> In: the pattern of the cell before.
-    type(pattern_type), intent(inout) :: pattern
-    !> A number of points the element does not know.
-    type(error_type), allocatable, intent(out) :: error
 
-    if (kind == pattern%kind) return
-    pattern%kind = kind
-    if (gauss .and. count == 0) then
-      call full_rule(kind, pattern%places, pattern%weights)
-    else
-      call seed_rule(kind, count, pattern%places, pattern%weights, error)
-      pattern%degree = degree
-      if (.not. allocated(error)) call choose_sub_cells(kind, size(pattern%weights), pattern)
-    end if
-  end subroutine choose_pattern
-
-  !> Sub-cells of a cut cell and points of their pieces. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6, QUAD4 and
-  !> of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments do. Those of the others
-  !> have quadratic terms, splines along an axis too; a box along the axes is averaged over exactly.
-  pure subroutine choose_sub_cells(kind, count, pattern)
-    !> Element kind, or that of a face.
-    integer, intent(in) :: kind
-    !> Points of a full cell, or of a layer of it.
-    integer, intent(in) :: count
-    !> Its degree and places are set.
-    type(pattern_type), intent(inout) :: pattern
-
-    pattern%spread = 1
-    pattern%layers = 1
-    pattern%boxes_whole = .true.
-    pattern%has_boxes = pattern%degree <= 1
-    select case (kind)
-    case (tri3, tri6)
-      pattern%sub_cells = ceiling(sqrt(real(count, wp)))
-    case (quad4)
-      pattern%sub_cells = nint(sqrt(real(count, wp)))
-      if (pattern%degree > 1) pattern%spread = 4
-    case (quad8)
-      call spread_all(max(1, nint(0.5_wp*sqrt(real(count, wp)))), 1, 4, pattern)
-    case (tet4, tet10)
-      call spread_all(1, 1, 4, pattern)
-    case (hex8)
-      pattern%sub_cells = nint(real(count, wp)**(1.0_wp/3.0_wp))
-      pattern%layers = pattern%sub_cells
-      pattern%spread = merge(4, 8, pattern%degree <= 1)
-    case (hex20)
-      call spread_all(max(1, nint(0.5_wp*real(count, wp)**(1.0_wp/3.0_wp))), 1, 8, pattern)
-      pattern%layers = pattern%sub_cells
-    case (wedge6)
-      pattern%layers = layers_of(pattern%places)
-      pattern%sub_cells = ceiling(sqrt(real(count, wp)/pattern%layers))
-    case (wedge15)
-      call spread_all(1, layers_of(pattern%places), 4, pattern)
-    end select
-  end subroutine choose_sub_cells
-
-  !> Every piece is spread.
-  pure subroutine spread_all(sub_cells, layers, spread, pattern)
-    !> Sub-cells a side of the base, layers, and points of a piece.
-    integer, intent(in) :: sub_cells, layers, spread
-    !> The pattern.
-    type(pattern_type), intent(inout) :: pattern
-
-    pattern%sub_cells = sub_cells
-    pattern%layers = layers
-    pattern%spread = spread
-    pattern%boxes_whole = .false.
-  end subroutine spread_all
-
-  !> Layers of a pattern of a wedge: points in a column.
-  pure integer function layers_of(places) result(layers)
-    !> Local coordinates (3,n).
-    real(wp), intent(in) :: places(:, :)
-    integer :: k
-
-    layers = count([(all(abs(places(:2, k) - places(:2, 1)) <= straight), k=1, size(places, 2))])
-  end function layers_of
-
-  !> True when the places of the pattern are the centroids of what they stand for: not so for a
   !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
   pure logical function pattern_fits(mesh, cell, pattern) result(fits)
     !> The mesh.
@@ -227,6 +117,7 @@ contains
     fits = maxval(abs(base(:, 1) - base(:, 2) + base(:, 3) - base(:, 4))) &
       <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
   end function pattern_fits
+
 
   !> The whole pattern; its volumes add up to the volume of the cell.
   subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
@@ -249,7 +140,7 @@ contains
     end do
   end subroutine seed_cell
 
-  !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
+
   !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
   subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
     !> The mesh.
@@ -271,6 +162,7 @@ contains
     ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
     if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
   end subroutine pattern_volumes
+
 
   !> A point of a pattern: its box has the shape of the cell and the size of the point.
   subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
@@ -299,16 +191,6 @@ contains
     call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
   end subroutine add_point
 
-  !> Half lengths of a box of given proportions and measure.
-  pure function half_of_box(extent, measure) result(half)
-    !> Lengths of a box (dimension).
-    real(wp), intent(in) :: extent(:)
-    !> Area in the plane, volume in 3D.
-    real(wp), intent(in) :: measure
-    real(wp) :: half(size(extent))
-
-    half = 0.5_wp*extent*(measure/product(extent))**(1.0_wp/size(extent))
-  end function half_of_box
 
   !> Place of local coordinates in a cell.
   pure function place_of(mesh, cell, local) result(x)
@@ -327,29 +209,7 @@ contains
     x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
   end function place_of
 
-  !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
-  pure function inside_cell(mesh, cell, centroid, half) result(shorter)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> Middle of the box, in the cell (dimension).
-    real(wp), intent(in) :: centroid(:)
-    !> Half lengths (dimension).
-    real(wp), intent(in) :: half(:)
-    real(wp) :: shorter(size(half)), low, high
-    integer :: a
 
-    associate (nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
-      do a = 1, size(half)
-        low = minval(mesh%coordinates(a, nodes))
-        high = maxval(mesh%coordinates(a, nodes))
-        shorter(a) = max(min(half(a), centroid(a) - low, high - centroid(a)), tiny(1.0_wp))
-      end do
-    end associate
-  end function inside_cell
-
-  !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
   !> its section in every layer: its displacement may be that of the section.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
     !> The mesh.
@@ -401,6 +261,7 @@ contains
     end do
   end subroutine seed_pieces
 
+
   !> True when a body of a mesh in space is a section that goes through all of z.
   pure logical function goes_through(mesh, shape)
     !> The mesh.
@@ -412,22 +273,6 @@ contains
     if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
   end function goes_through
 
-  !> Plane element that is the face of a wedge or brick.
-  pure integer function face_kind(kind)
-    !> Kind of the wedge or brick.
-    integer, intent(in) :: kind
-
-    select case (kind)
-    case (wedge6)
-      face_kind = tri3
-    case (wedge15)
-      face_kind = tri6
-    case (hex20)
-      face_kind = quad8
-    case default
-      face_kind = quad4
-    end select
-  end function face_kind
 
   !> Add points of equal measure.
   subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
@@ -452,6 +297,7 @@ contains
       call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
     end do
   end subroutine add_points
+
 
   !> Add points of the section of a prism in every layer of the pattern.
   subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
@@ -485,137 +331,6 @@ contains
     end do
   end subroutine add_to_layers
 
-  !> True when a piece fills the box of its extents.
-  pure logical function is_box(pieces, k, dimension)
-    !> The pieces, and the number of one.
-    type(piece_list_type), intent(in) :: pieces
-    integer, intent(in) :: k
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-
-    is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
-  end function is_box
-
-  !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
-  !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
-  !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
-  !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
-  pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> The pieces, and the number of one.
-    type(piece_list_type), intent(in) :: pieces
-    integer, intent(in) :: k
-    !> The pattern.
-    type(pattern_type), intent(in) :: pattern
-    !> 2 for a plane piece, 3.
-    integer, intent(in) :: d
-    !> Places and half lengths of boxes (d, n).
-    real(wp), allocatable, intent(out) :: x(:, :), half(:, :)
-    integer, parameter :: tetrahedron(3, 4) = reshape([1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1], [3, 4])
-    integer, parameter :: cube(3, 8) = reshape([-1, -1, -1, 1, -1, -1, -1, 1, -1, 1, 1, -1, &
-      -1, -1, 1, 1, -1, 1, -1, 1, 1, 1, 1, 1], [3, 8])
-    real(wp) :: root(d, d), place(3), local(mesh%dimension)
-    logical :: inside, all_inside
-    integer :: i, n, trial, corner(3)
-
-    n = pattern%spread
-    if (pattern%boxes_whole .and. is_box(pieces, k, d)) n = 1
-    allocate (x(d, n), half(d, n))
-    root = root_of(pieces%second(:d, :d, k))
-    do trial = 0, most_turns + most_drawn
-      if (trial > most_turns) root = drawn_together*root
-      all_inside = .true.
-      do i = 1, n
-        corner = cube(:, i)
-        if (d == 3 .and. n == 4) corner = tetrahedron(:, i)
-        x(:, i) = pieces%centroid(:d, k)
-        if (n > 1) x(:, i) = x(:, i) + matmul(root, turned(real(corner(:d), wp), trial))
-        place = pieces%centroid(:, k)
-        place(:d) = x(:, i)
-        call find_inside(mesh, cell, place(:mesh%dimension), local, inside)
-        all_inside = all_inside .and. inside
-      end do
-      if (all_inside .or. n == 1) exit
-    end do
-    half = tiny(1.0_wp)
-    if (n > 1 .and. .not. pattern%has_boxes) return
-    do i = 1, n
-      half(:, i) = inside_cell(mesh, cell, x(:, i), half_of_box(pieces%extent(:d, k), pieces%measure(k)/n))
-    end do
-  end subroutine points_of_piece
-
-  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is). In space: unit quaternions
-  !> of uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of x^4 = x + 1; in the plane
-  !> by k a turns.
-  pure function turned(vector, k)
-    !> The vector (2 or 3).
-    real(wp), intent(in) :: vector(:)
-    !> Number of the rotation.
-    integer, intent(in) :: k
-    real(wp) :: turned(size(vector))
-    real(wp), parameter :: step(3) = [0.8191725133961645_wp, 0.6710436067037893_wp, 0.5497004779019703_wp]
-    real(wp) :: u(3), axis(3), scalar
-
-    turned = vector
-    if (k == 0) return
-    u = modulo(k*step, 1.0_wp)
-    if (size(vector) == 2) then
-      turned = cos(2*pi*u(1))*vector + sin(2*pi*u(1))*[-vector(2), vector(1)]
-    else
-      axis = [sqrt(1.0_wp - u(1))*cos(2*pi*u(2)), sqrt(u(1))*sin(2*pi*u(3)), sqrt(u(1))*cos(2*pi*u(3))]
-      scalar = sqrt(1.0_wp - u(1))*sin(2*pi*u(2))
-      turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
-    end if
-  end function turned
-
-  !> Cross product.
-  pure function cross(a, b)
-    !> (3)
-    real(wp), intent(in) :: a(3), b(3)
-    real(wp) :: cross(3)
-
-    cross = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
-
-  !> Whether a place is in a cell, and its local coordinates.
-  pure subroutine find_inside(mesh, cell, x, local, inside)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> Number of the cell.
-    integer, intent(in) :: cell
-    !> Place (dimension).
-    real(wp), intent(in) :: x(:)
-    !> Local coordinates (dimension).
-    real(wp), intent(out) :: local(:)
-    logical, intent(out) :: inside
-    real(wp) :: distance(max_faces)
-
-    distance = 0.0_wp
-    call inverse_map(mesh, cell, x, local, inside)
-    if (.not. inside) local = local_centre(mesh%cell_kind(cell))
-    call inside_distance(mesh%cell_kind(cell), local, distance)
-    inside = inside .and. all(distance >= 0.0_wp)
-  end subroutine find_inside
-
-  !> Lower triangular root of a symmetric matrix that is positive but for rounding.
-  pure function root_of(matrix) result(root)
-    !> (n,n)
-    real(wp), intent(in) :: matrix(:, :)
-    real(wp) :: root(size(matrix, 1), size(matrix, 1))
-    integer :: i, j
-
-    root = 0.0_wp
-    do j = 1, size(matrix, 1)
-      root(j, j) = sqrt(max(matrix(j, j) - dot_product(root(j, :j - 1), root(j, :j - 1)), 0.0_wp))
-      if (root(j, j) <= straight*sqrt(max(matrix(j, j), 0.0_wp))) cycle
-      do i = j + 1, size(matrix, 1)
-        root(i, j) = (matrix(i, j) - dot_product(root(i, :j - 1), root(j, :j - 1)))/root(j, j)
-      end do
-    end do
-  end function root_of
 
   !> The pieces of the body in the sub-cells of a cell.
   pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)
