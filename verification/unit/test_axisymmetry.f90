@@ -201,13 +201,12 @@ contains
     integer, intent(in) :: axis
     real(wp), intent(in) :: extent
     real(wp), allocatable, intent(out) :: x(:), w(:)
-    real(wp), allocatable :: gauss(:), weights(:), ends(:)
-    real(wp) :: from, to
+    real(wp), allocatable :: gauss(:), weights(:)
+    real(wp) :: ends(size(lines_r)), from, to
     integer :: c
 
     call line_gauss(4, gauss, weights)
-    if (axis == 1) ends = lines_r
-    if (axis == 2) ends = lines_z
+    ends = merge(lines_r, lines_z, axis == 1)
     allocate (x(0), w(0))
     do c = 1, size(ends) - 1
       from = ends(c)
