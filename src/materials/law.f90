@@ -88,6 +88,8 @@ module qsmpm_law
     logical :: asks_where = .false.
     !> Whether it tells which points yield.
     logical :: tells_yield = .true.
+    !> The model is a user's: that it fails is error_user_material.
+    logical :: of_user = .false.
     !> True when the consistent tangent is symmetric for every state.
     logical :: symmetric = .false.
     !> Young's modulus that scales stabilisation terms.

@@ -9,6 +9,7 @@
 !> them. Models that are not thread safe are asked one at a time.
 module qsmpm_soil_model_law
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_finite, only: is_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_broken, tangent_none, &
@@ -61,6 +62,7 @@ contains
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
     law%tells_yield = model%tells_yield
+    law%of_user = .true.
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
     law%shear_scale = model%shear_scale
@@ -253,7 +255,7 @@ contains
         !$omp end critical (qsmpm_soil_model)
       end if
       if (said%status == status_broken) answer = said
-      if (said%status /= status_ok .or. .not. all(ieee_is_finite(said%tangent))) return
+      if (said%status /= status_ok .or. .not. all(is_usable(said%tangent))) return
       state(self%before_own + 1:self%state_count) = own
     end associate
     answer = said
@@ -272,16 +274,16 @@ contains
 
     what = ''
     if (increment%wants_tangent) then
-      if (.not. all(ieee_is_finite(answer%tangent))) what = 'a tangent'
+      if (.not. all(is_usable(answer%tangent))) what = 'a tangent'
     end if
-    if (.not. all(ieee_is_finite(state))) what = 'a state'
-    if (.not. all(ieee_is_finite(stress))) what = 'a stress'
+    if (.not. all(is_usable(state))) what = 'a state'
+    if (.not. all(is_usable(stress))) what = 'a stress'
     if (len(what) == 0) return
     answer%status = status_failed
     if (allocated(answer%message)) then
-      what = what//' that is not a number; '//answer%message
+      what = what//unusable//'; '//answer%message
     else
-      what = what//' that is not a number'
+      what = what//unusable
     end if
     answer%message = 'the model returns '//what
   end subroutine check_answer
