@@ -8,6 +8,7 @@ module qsmpm_model_builder
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
     cure_none, cure_auto, initial_k0, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
   use qsmpm_first_window, only: first_window
@@ -130,14 +131,14 @@ contains
     associate (points => model%state%points)
       do p = 1, points%count
         m = points%material(p)
-        good(m) = good(m) .and. all(abs(points%state(:model%laws(m)%law%state_count, p)) <= huge(1.0_wp))
+        good(m) = good(m) .and. all(is_usable(points%state(:model%laws(m)%law%state_count, p)))
       end do
     end associate
     do m = 1, size(good)
       if (good(m)) cycle
       associate (material => model%analysis%materials(m))
         call add_fault(faults, material%where, '*MATERIAL', "material '"//material%name//"' has no state to start "// &
-          'with: its model gives what is not a number', error_user_material)
+          'with: its model gives one'//unusable, error_user_material)
       end associate
     end do
   end subroutine check_start
