@@ -96,6 +96,9 @@ contains
     end if
     if (.not. allocated(error) .and. outcome%accepted) &
       call hold_until_quiet(model, step, solver, controls, observer, record, outcome, error)
+    ! Whatever the way here, a step is in equilibrium or it is none.
+    if (outcome%accepted .and. .not. record%out_of_balance <= controls%tolerance) &
+      call reject('the residual without damping is above the tolerance', outcome)
     if (allocated(error)) outcome%accepted = .false.
     if (.not. outcome%accepted) call restore(before, model)
   end subroutine take_step
