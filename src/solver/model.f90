@@ -7,6 +7,7 @@ module qsmpm_model
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_grid_window, only: window_type
+  use qsmpm_body_shape, only: body_shape_type
   use qsmpm_space, only: space_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type
@@ -86,6 +87,8 @@ module qsmpm_model
     !> What carries the displacement: "nodes" below are nodes of this space.
     type(space_type) :: space
     type(law_slot_type), allocatable :: laws(:)
+    !> Bounds of the bodies as drawn (bodies); those of element sets number the cells of the first window.
+    type(body_shape_type), allocatable :: shapes(:)
     type(state_type) :: state
     type(loading_type) :: loading
     !> How often the mesh has been laid around the material anew.
