@@ -172,7 +172,7 @@ contains
         off = max(off, abs(points%stress(2, p) - vertical), abs(points%stress(1, p) - ratio*vertical), &
           abs(points%stress(3, p) - ratio*vertical), maxval(abs(points%stress(4:, p))))
       end do
-      call tests%check(name//': there are points of both layers', any(points%material == 1) .and. any(points%material == 2))
+      call tests%check(name//': both layers have points', all([any(points%material == 1), any(points%material == 2)]))
     end associate
     call tests%close(name//': K0 stresses', off, 0.0_wp, rounding*heavy*4.0_wp)
   end subroutine check_layers
