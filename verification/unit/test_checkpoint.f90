@@ -187,7 +187,7 @@ contains
     call write_restart(directory//'/restart.h5', model, mark, error)
     call build(kind, fresh)
     if (.not. allocated(error)) call read_restart(directory//'/restart.h5', fresh, mark, error)
-    call tests%check(kind//': a restart file is written and read', .not. allocated(error))
+    call tests%check(kind//': a restart file is written and read'//told(error), .not. allocated(error))
     call same(tests, kind//': a state read from a file is the one written', state_differences(written, fresh%state))
     call tests%check(kind//': the mesh is that of the state read', &
       same_reals([fresh%mesh%coordinates], [written%coordinates]))
@@ -197,19 +197,20 @@ contains
   subroutine make_valid(model)
     type(model_type), intent(inout) :: model
     type(state_type) :: before
+    integer :: i
 
     before = model%state
     call alter_state(model%state)
     associate (state => model%state)
       state%points%cell = before%points%cell(before%points%count:1:-1)
-      state%surface%cell = before%points%cell(:state%surface%count)
-      state%tracers%cell = before%points%cell(:state%tracers%count)
+      state%surface%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%surface%count)]
+      state%tracers%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%tracers%count)]
       state%points%body = before%points%body
       state%points%material = before%points%material
       state%surface%surface = before%surface%surface
       state%points%plastic = 1
       ! A restart file with a volume that is none is refused.
-      state%points%volume = abs(state%points%volume)
+      state%points%volume = 0.125_wp + abs(state%points%volume)
       state%progress%phase = before%progress%phase
     end associate
   end subroutine make_valid
@@ -377,6 +378,15 @@ contains
     end do
     call same(tests, 'every component of the state has been altered', missing)
   end subroutine check_coverage
+
+  !> What went wrong, empty when nothing did.
+  pure function told(error) result(text)
+    type(error_type), allocatable, intent(in) :: error
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (allocated(error)) text = ' ('//error%message//')'
+  end function told
 
   !> Nothing differs; what does is told.
   subroutine same(tests, name, differences)
