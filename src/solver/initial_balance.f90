@@ -76,8 +76,8 @@ contains
     end if
     write (text(len_trim(text) + 1:), '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase is '// &
-      'not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). Start from a phase with '// &
+      trim(text)//': the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase '// &
+      'is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). Start from a phase with '// &
       '*GRAVITY alone, without *INITIAL, TYPE=K0, and begin the next one with *RESET DISPLACEMENTS')
   end subroutine check_initial_balance
 

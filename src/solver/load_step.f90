@@ -19,6 +19,7 @@ module qsmpm_load_step
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_supports, only: take_support_reactions
   implicit none
   private
 
@@ -241,5 +242,6 @@ contains
         *solution%displacement)
     end associate
     model%state%reactions = reactions
+    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
   end subroutine take_reactions_and_work
 end module qsmpm_load_step

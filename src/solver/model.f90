@@ -37,6 +37,8 @@ module qsmpm_model
     real(wp) :: internal_work = 0.0_wp
     !> Hold tests of this phase already done.
     integer :: hold_tests_done = 0
+    !> Share of the released forces that a phase ended early has left at its end.
+    real(wp) :: release_left = 0.0_wp
   end type progress_type
 
   !> What a step changes.
@@ -52,6 +54,8 @@ module qsmpm_model
     real(wp) :: plate = 0.0_wp
     !> Reactions at constrained components after the last step (dimension, nodes of the space).
     real(wp), allocatable :: reactions(:, :)
+    !> Reactions of components that this phase has set free; they fall to zero over it (dimension, nodes of the space).
+    real(wp), allocatable :: released(:, :)
     type(progress_type) :: progress
   end type state_type
 

@@ -1,7 +1,8 @@
 !> The start of a phase: loads and constraints in force, initial stresses, displacements set to zero.
 !>
 !> Loads and fixities stay until a later phase changes them; a load given again runs from its former
-!> value to the new one, a prescribed node stays where it is. The loads of a phase that starts from K0 stresses are in
+!> value to the new one, a prescribed node stays where it is. What a freed fixity or support has carried is lowered to
+!> zero over the phase. The loads of a phase that starts from K0 stresses are in
 !> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
@@ -32,7 +33,7 @@ contains
       progress%phase_steps = 0
     end associate
     call resume_phase(model)
-    call begin_supports(model)
+    call release(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%reset_displacements) then
         model%state%points%initial_position = model%state%points%position
@@ -42,24 +43,30 @@ contains
     end associate
   end subroutine start_phase
 
-  !> Supports that this phase changes begin at the present place and normal of their surface.
-  subroutine begin_supports(model)
-    !> The model.
+  !> What fixities and supports that this phase frees have carried becomes a load that falls to zero; supports that it
+  !> changes begin at the present place and normal of their surface, with no force yet.
+  subroutine release(model)
     type(model_type), intent(inout) :: model
     logical :: changed(model%state%surface%count)
     integer :: i, s
 
     changed = .false.
-    associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface)
+    associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface, &
+        state => model%state)
       do i = 1, size(phase%supports)
         do s = 1, size(model%analysis%surfaces)
           if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
             changed = changed .or. surface%surface == s
         end do
       end do
+      state%released = state%progress%release_left*state%released &
+        + merge(0.0_wp, state%reactions, model%loading%constrained)
+      surface%released = state%progress%release_left*surface%released &
+        + merge(surface%reaction, 0.0_wp, spread(changed, 1, size(surface%reaction, 1)))
+      state%progress%release_left = 0.0_wp
     end associate
     call set_normals(model%state%surface, changed)
-  end subroutine begin_supports
+  end subroutine release
 
   !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
   !> points are an embedding program's and stay.
