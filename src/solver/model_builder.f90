@@ -200,7 +200,8 @@ contains
     integer :: p
 
     model%state%coordinates = model%mesh%coordinates
-    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
+      model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call start_domains(model)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
