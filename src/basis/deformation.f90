@@ -6,7 +6,7 @@ module qsmpm_deformation
   implicit none
   private
 
-  public :: grow_deformation, step_gradient
+  public :: grow_deformation
 
 contains
 

@@ -21,6 +21,7 @@ module qsmpm_equilibrium
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
+  use qsmpm_pressures, only: add_pressure_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
   implicit none
@@ -39,7 +40,7 @@ module qsmpm_equilibrium
 
   !> What is to be reached.
   type :: target_type
-    !> External force at the end of the step (dimension, node_count).
+    !> External force at the end of the step but for pressures, whose areas are found with it (dimension, node_count).
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
@@ -58,8 +59,8 @@ module qsmpm_equilibrium
     character(len=:), allocatable :: reason
     !> Displacement of the step (dimension, node_count).
     real(wp), allocatable :: displacement(:, :)
-    !> Internal force at the end (dimension, node_count).
-    real(wp), allocatable :: internal_force(:, :)
+    !> Internal force, and loads with the pressures, at the end (dimension, node_count).
+    real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
@@ -134,7 +135,7 @@ contains
       end if
       if (.not. frozen .and. .not. forecast%has_tangent) &
         call evaluate_step(model, step, solution%displacement, tangent)
-      call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
+      call correct(step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
       call count_iteration(step%profile, model%state%points%count)
@@ -184,9 +185,11 @@ contains
     call add_support_force(step%supports, solution%displacement, .true., extra)
     if (goal%drag > 0.0_wp) extra = extra &
       + goal%drag*spread(step%lumped, 1, size(goal%force, 1))*solution%displacement
-    imbalance = goal%force - step%evaluation%force - extra
+    solution%external_force = goal%force
+    call add_pressure_force(step%pressures, solution%displacement, solution%external_force)
+    imbalance = solution%external_force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
-    call gather(step%equations, goal%force, load)
+    call gather(step%equations, solution%external_force, load)
     solution%load_norm = norm2(load)
     if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
       solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
@@ -207,9 +210,7 @@ contains
   end function relative
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
-  subroutine correct(model, step, goal, keep_factors, residual, correction, solution)
-    !> The model.
-    type(model_type), intent(in) :: model
+  subroutine correct(step, goal, keep_factors, residual, correction, solution)
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> What is to be reached.
@@ -233,7 +234,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, goal%drag, model%mesh%dimension)
+      call complete_matrix(step, goal%drag, solution%displacement)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
     end if
