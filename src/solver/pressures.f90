@@ -48,8 +48,8 @@ contains
     integer :: i
 
     associate (load => model%loading, surface => model%state%surface)
-      call gather_points(model, activation, pack([(i, i=1, surface%count)], [(abs(load%pressure_start( &
-        surface%surface(i))) + abs(load%pressure_final(surface%surface(i))) > 0.0_wp, i=1, surface%count)]), pressures)
+      call gather_points(model, activation, pack([(i, i=1, surface%count)], .not. &
+        abs(load%pressure_start(surface%surface)) + abs(load%pressure_final(surface%surface)) <= 0.0_wp), pressures)
     end associate
   end subroutine build_pressures
 

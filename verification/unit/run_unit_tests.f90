@@ -38,6 +38,7 @@ program run_unit_tests
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
+  use test_unusable_numbers, only: collect_unusable_numbers
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -121,6 +122,7 @@ program run_unit_tests
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
+  call register('unusable_numbers', collect_unusable_numbers)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
