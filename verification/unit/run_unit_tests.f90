@@ -67,6 +67,7 @@ program run_unit_tests
   use test_space, only: collect_space
   use test_domains, only: collect_domains
   use test_integration, only: collect_integration
+  use test_axisymmetry, only: collect_axisymmetry
   use test_spline_ghost, only: collect_spline_ghost
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
@@ -151,6 +152,7 @@ program run_unit_tests
   call register('space', collect_space)
   call register('domains', collect_domains)
   call register('integration', collect_integration)
+  call register('axisymmetry', collect_axisymmetry)
   call register('spline_ghost', collect_spline_ghost)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
