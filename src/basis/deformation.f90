@@ -7,7 +7,7 @@ module qsmpm_deformation
   implicit none
   private
 
-  public :: grow_deformation, point_displacement
+  public :: grow_deformation, step_gradient, point_displacement
 
 contains
 
