@@ -19,6 +19,7 @@ module qsmpm_load_step
   use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   use qsmpm_text, only: integer_text
@@ -26,7 +27,13 @@ module qsmpm_load_step
   implicit none
   private
 
-  public :: load_step
+  public :: load_step_type
+
+  !> Solves by the method.
+  type, extends(step_solver_type) :: load_step_type
+  contains
+    procedure :: solve => load_step
+  end type load_step_type
 
   !> A step is the smallest one up to this factor of round-off.
   real(wp), parameter :: slightly_more = 1.0_wp + 1.0e-9_wp
@@ -34,21 +41,16 @@ module qsmpm_load_step
 contains
 
   !> Go from the state of the model to equilibrium at a share of the phase.
-  subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error)
+  subroutine load_step(self, model, step, controls, attempt, solution, error)
+    class(load_step_type), intent(inout) :: self
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> Share of the phase to be reached; the present one holds the load.
-    real(wp), intent(in) :: fraction
-    !> Out-of-balance allowed (eq. 27).
-    real(wp), intent(in) :: tolerance
-    !> Coefficient of the proximal drag, 0 for a static step.
-    real(wp), intent(in) :: drag
-    !> Largest nodal displacement that is accepted.
-    real(wp), intent(in) :: limit
+    !> What is asked for.
+    type(attempt_type), intent(in) :: attempt
     !> How it went; `converged` says whether the step was taken.
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
@@ -57,20 +59,22 @@ contains
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
+    associate (unused => self)
+    end associate
     ! Initialisation phase, section 3.1
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (allocated(error)) return
     call turn_to(step%profile%watch, part_control)
-    goal%tolerance = tolerance
-    goal%drag = drag
-    call set_loads(model, step, fraction, force_before, goal)
+    goal%tolerance = attempt%tolerance
+    goal%drag = attempt%damping
+    call set_loads(model, step, attempt%fraction, force_before, goal)
     call check_loads(model, step, goal, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     call find_equilibrium(model, step, goal, controls, solution)
-    if (solution%converged) call judge_length(model, step, goal, controls, fraction, limit, solution, error)
+    if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
     if (.not. solution%converged) return
@@ -85,7 +89,7 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
-      model%state%progress%fraction = fraction
+      model%state%progress%fraction = attempt%fraction
     end if
   end subroutine load_step
 
@@ -193,29 +197,25 @@ contains
   end subroutine refuse
 
   !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
-  subroutine judge_length(model, step, goal, controls, fraction, limit, solution, error)
+  subroutine judge_length(model, step, controls, attempt, solution, error)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> What was to be reached.
-    type(target_type), intent(in) :: goal
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> Share of the phase at the end of the step.
-    real(wp), intent(in) :: fraction
-    !> Largest nodal displacement that is accepted.
-    real(wp), intent(in) :: limit
+    !> What was asked for.
+    type(attempt_type), intent(in) :: attempt
     !> What was reached.
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
 
-    if (solution%largest_move > limit) then
+    if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
-    else if (controls%step_error > 0.0_wp .and. .not. goal%drag > 0.0_wp) then
-      call judge_error(model, step, controls, fraction, solution, error)
+    else if (controls%step_error > 0.0_wp .and. .not. attempt%damping > 0.0_wp) then
+      call judge_error(model, step, controls, attempt%fraction, solution, error)
     end if
   end subroutine judge_length
 

@@ -39,6 +39,7 @@ program run_unit_tests
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
+  use test_stepping, only: collect_stepping
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -124,6 +125,7 @@ program run_unit_tests
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
+  call register('stepping', collect_stepping)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
