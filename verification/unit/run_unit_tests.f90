@@ -64,6 +64,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_pressures, only: collect_pressures
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -150,6 +151,7 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('pressures', collect_pressures)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
