@@ -21,6 +21,9 @@ module qsmpm_piece_points
 
 contains
 
+  !> The points of a piece. One is at its centroid, with a box of its proportions and measure. More hold its first and
+  !> second moments: c + L s with L L' the mean of (x - c)(x - c)', s the corners of a square, a tetrahedron or a cube,
+  !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
   !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
   pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
     !> The mesh.
@@ -69,7 +72,6 @@ contains
     end do
   end subroutine points_of_piece
 
-
   !> True when a piece fills the box of its extents.
   pure logical function is_box(pieces, k, dimension)
     !> The pieces, and the number of one.
@@ -81,7 +83,6 @@ contains
     is_box = abs(pieces%measure(k)/product(pieces%extent(:dimension, k)) - 1.0_wp) <= nothing
   end function is_box
 
-
   !> Half lengths of a box of given proportions and measure.
   pure function half_of_box(extent, measure) result(half)
     !> Lengths of a box (dimension).
@@ -92,7 +93,6 @@ contains
 
     half = 0.5_wp*extent*(measure/product(extent))**(1.0_wp/size(extent))
   end function half_of_box
-
 
   !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
   pure function inside_cell(mesh, cell, centroid, half) result(shorter)
@@ -116,7 +116,6 @@ contains
     end associate
   end function inside_cell
 
-
   !> Whether a place is in a cell, and its local coordinates.
   pure subroutine find_inside(mesh, cell, x, local, inside)
     !> The mesh.
@@ -137,7 +136,6 @@ contains
     inside = inside .and. all(distance >= 0.0_wp)
   end subroutine find_inside
 
-
   !> Lower triangular root of a symmetric matrix that is positive but for rounding.
   pure function root_of(matrix) result(root)
     !> (n,n)
@@ -155,8 +153,9 @@ contains
     end do
   end function root_of
 
-
-  !> by k a turns.
+  !> A vector turned by the k-th of rotations that are spread evenly over all (0: as it is). In space: unit
+  !> quaternions of uniform density (Shoemake 1992) at the points k (a, a^2, a^3) modulo 1, 1/a the root of
+  !> x^4 = x + 1; in the plane by k a turns.
   pure function turned(vector, k)
     !> The vector (2 or 3).
     real(wp), intent(in) :: vector(:)
@@ -177,7 +176,6 @@ contains
       turned = vector + 2.0_wp*cross(axis, cross(axis, vector) + scalar*vector)
     end if
   end function turned
-
 
   !> Cross product.
   pure function cross(a, b)

@@ -9,6 +9,10 @@ module qsmpm_seed_pattern
 
   public :: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind
 
+  !> Where the points of a whole cell lie: in the middles of equal pieces; at Gauss points; at those of
+  !> FEM, whose default number is that of the full rule and which knows no cut cells.
+  integer, parameter, public :: seed_even = 1, seed_gauss = 2, seed_fem = 3
+
   !> Difference of local coordinates that is rounding.
   real(wp), parameter :: rounding = 1.0e-12_wp
 
@@ -20,6 +24,8 @@ module qsmpm_seed_pattern
     real(wp), allocatable :: places(:, :)
     !> Weights (n).
     real(wp), allocatable :: weights(:)
+    !> Gauss points: the middles of equal sub-cells are not among them.
+    logical :: gauss = .false.
     !> Degree of the functions of a grid, 0 for those of the elements.
     integer :: degree = 0
     !> Sub-cells a side of the base of a cut cell, and layers of them.
@@ -36,13 +42,13 @@ module qsmpm_seed_pattern
 contains
 
   !> The pattern of an element kind.
-  pure subroutine choose_pattern(kind, count, gauss, degree, pattern, error)
+  pure subroutine choose_pattern(kind, count, places, degree, pattern, error)
     !> Element kind.
     integer, intent(in) :: kind
     !> Points of an element, 0 for the default.
     integer, intent(in) :: count
-    !> The Gauss rule of a full cell, when the number is the default.
-    logical, intent(in) :: gauss
+    !> seed_even, seed_gauss or seed_fem.
+    integer, intent(in) :: places
     !> Degree of the functions of a grid, 0 for those of the elements.
     integer, intent(in) :: degree
     !> In: the pattern of the cell before.
@@ -52,16 +58,18 @@ contains
 
     if (kind == pattern%kind) return
     pattern%kind = kind
-    if (gauss .and. count == 0) then
+    pattern%degree = degree
+    pattern%gauss = places /= seed_even
+    if (places == seed_fem .and. count == 0) then
       call full_rule(kind, pattern%places, pattern%weights)
     else
-      call seed_rule(kind, count, pattern%places, pattern%weights, error)
-      pattern%degree = degree
+      call seed_rule(kind, count, pattern%gauss, pattern%places, pattern%weights, error)
       if (.not. allocated(error)) call choose_sub_cells(kind, size(pattern%weights), pattern)
     end if
   end subroutine choose_pattern
 
-
+  !> Sub-cells of a cut cell and points of their pieces. The gradients of TRI3, TRI6, TET4, TET10, WEDGE6, QUAD4 and
+  !> of GIMP are linear along every line in a cell or, over boxes, bilinear: first moments do. Those of the others
   !> have quadratic terms, splines along an axis too; a box along the axes is averaged over exactly.
   pure subroutine choose_sub_cells(kind, count, pattern)
     !> Element kind, or that of a face.
@@ -100,7 +108,6 @@ contains
     end select
   end subroutine choose_sub_cells
 
-
   !> Every piece is spread.
   pure subroutine spread_all(sub_cells, layers, spread, pattern)
     !> Sub-cells a side of the base, layers, and points of a piece.
@@ -114,7 +121,6 @@ contains
     pattern%boxes_whole = .false.
   end subroutine spread_all
 
-
   !> Layers of a pattern of a wedge: points in a column.
   pure integer function layers_of(places) result(layers)
     !> Local coordinates (3,n).
@@ -123,7 +129,6 @@ contains
 
     layers = count([(all(abs(places(:2, k) - places(:2, 1)) <= rounding), k=1, size(places, 2))])
   end function layers_of
-
 
   !> Plane element that is the face of a wedge or brick.
   pure integer function face_kind(kind)

@@ -1,6 +1,7 @@
 !> Seeding bodies with material points, element by element (paper, section 3.1).
 !>
-!> A cell wholly inside a body gets the pattern of its element. A cell that the body's boundary cuts is divided
+!> A cell wholly inside a body gets the pattern of its element: equal pieces as a rule, Gauss points for
+!> FEM and where a model asks for them (qsmpm_model_bodies). A cell that the body's boundary cuts is divided
 !> into sub-cells. Each piece of the body in a sub-cell gets a point at its centroid, so that volume and first moment
 !> of the body are kept cell by cell; where the gradients of the functions are not linear along every line in a cell,
 !> it gets points that keep its second moments too (docs/methods/bodies.md).
@@ -15,7 +16,8 @@ module qsmpm_seeding
   use qsmpm_cell_pieces, only: prism_pieces, solid_pieces
   use qsmpm_piece_list, only: piece_list_type, merge_small_pieces
   use qsmpm_polyhedron, only: polyhedron_type
-  use qsmpm_seed_pattern, only: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind
+  use qsmpm_seed_pattern, only: pattern_type, choose_pattern, choose_sub_cells, layers_of, face_kind, &
+    seed_even, seed_gauss, seed_fem
   use qsmpm_piece_points, only: points_of_piece, find_inside, half_of_box
   use qsmpm_seed_list, only: seed_list_type, add_seed
   use qsmpm_mesh_measure, only: interpolate
@@ -23,7 +25,7 @@ module qsmpm_seeding
   implicit none
   private
 
-  public :: body_shape_type, seed_list_type, seed_body, add_seed
+  public :: body_shape_type, seed_list_type, seed_body, add_seed, seed_even, seed_gauss, seed_fem
 
   !> Share of a cell below which it counts as empty; it counts as whole when as little is missing:
   !> coordinates of a deck that miss a grid line by their last digits make no cut.
@@ -36,7 +38,7 @@ module qsmpm_seeding
 contains
 
   !> Add the points of one body.
-  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, gauss, degree, list, error)
+  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, degree, list, error)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
@@ -47,8 +49,8 @@ contains
     integer, intent(in) :: body
     !> 0 asks for the element's default.
     integer, intent(in) :: points_per_element
-    !> Seed the Gauss rule of a full cell instead (FEM).
-    logical, intent(in) :: gauss
+    !> seed_even, seed_gauss or seed_fem.
+    integer, intent(in) :: places
     !> Degree along an axis of the functions of a grid, 0 for those of the elements.
     integer, intent(in) :: degree
     !> The seeds.
@@ -68,9 +70,9 @@ contains
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
       rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
       if (share <= rounding) cycle
-      call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, degree, pattern, error)
+      call choose_pattern(mesh%cell_kind(c), points_per_element, places, degree, pattern, error)
       if (allocated(error)) return
-      if (gauss .and. share < 1.0_wp - rounding) then
+      if (places == seed_fem .and. share < 1.0_wp - rounding) then
         call fail(error, error_deck, 'BASIS=FEM needs a body that ends on mesh lines, '// &
           'but its boundary cuts through an element')
         return
@@ -82,7 +84,6 @@ contains
       end if
     end do
   end subroutine seed_body
-
 
   !> Least length of a cell along an axis.
   pure real(wp) function least_extent(mesh, cell) result(extent)
@@ -96,7 +97,7 @@ contains
     extent = minval(maxval(corners, dim=2) - minval(corners, dim=2))
   end function least_extent
 
-
+  !> True when the places of the pattern are the centroids of what they stand for: not so for a
   !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
   pure logical function pattern_fits(mesh, cell, pattern) result(fits)
     !> The mesh.
@@ -109,7 +110,7 @@ contains
     real(wp) :: low, high
     logical :: upright
 
-    fits = .not. any(pattern%kind == [quad4, quad8, hex8, hex20])
+    fits = pattern%gauss .or. .not. any(pattern%kind == [quad4, quad8, hex8, hex20])
     if (fits) return
     call upright_prism(corners_of(mesh, cell), base, low, high, upright)
     fits = .not. upright
@@ -117,7 +118,6 @@ contains
     fits = maxval(abs(base(:, 1) - base(:, 2) + base(:, 3) - base(:, 4))) &
       <= straight*maxval(maxval(base, dim=2) - minval(base, dim=2))
   end function pattern_fits
-
 
   !> The whole pattern; its volumes add up to the volume of the cell.
   subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
@@ -140,7 +140,7 @@ contains
     end do
   end subroutine seed_cell
 
-
+  !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
   !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
   subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
     !> The mesh.
@@ -162,7 +162,6 @@ contains
     ratio = volume_of(mesh, axisymmetric, cell)/sum(volume)
     if (abs(ratio - 1.0_wp) > straight) volume = ratio*volume
   end subroutine pattern_volumes
-
 
   !> A point of a pattern: its box has the shape of the cell and the size of the point.
   subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
@@ -191,7 +190,6 @@ contains
     call add_seed(list, cell, body, local, volume, half_of_box(extent, measure))
   end subroutine add_point
 
-
   !> Place of local coordinates in a cell.
   pure function place_of(mesh, cell, local) result(x)
     !> The mesh.
@@ -209,7 +207,7 @@ contains
     x = interpolate(mesh, cell, functions(:n), mesh%coordinates)
   end function place_of
 
-
+  !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
   !> its section in every layer: its displacement may be that of the section.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
     !> The mesh.
@@ -261,7 +259,6 @@ contains
     end do
   end subroutine seed_pieces
 
-
   !> True when a body of a mesh in space is a section that goes through all of z.
   pure logical function goes_through(mesh, shape)
     !> The mesh.
@@ -272,7 +269,6 @@ contains
     goes_through = mesh%dimension == 3 .and. .not. allocated(shape%solid)
     if (goes_through) goes_through = shape%low <= mesh%bounds(3, 1) .and. shape%high >= mesh%bounds(3, 2)
   end function goes_through
-
 
   !> Add points of equal measure.
   subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
@@ -297,7 +293,6 @@ contains
       call add_seed(list, cell, body, local, measure*merge(x(1, i), 1.0_wp, axisymmetric), half(:, i))
     end do
   end subroutine add_points
-
 
   !> Add points of the section of a prism in every layer of the pattern.
   subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
@@ -330,7 +325,6 @@ contains
       end do
     end do
   end subroutine add_to_layers
-
 
   !> The pieces of the body in the sub-cells of a cell.
   pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)

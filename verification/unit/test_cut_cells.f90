@@ -9,7 +9,7 @@ module test_cut_cells
   use qsmpm_cell_measure, only: volume_of
   use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_second
   use qsmpm_polyhedron, only: make_polyhedron
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use qsmpm_outline_seeding, only: seed_outline
   use solid_samples, only: block_facets, turned
   use sample_models, only: sample_grid
@@ -73,7 +73,7 @@ contains
     integer :: c, k
 
     call sample_grid(element, 5, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 0, .false., 0, list, error)
+    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
     call tests%check(name//' is seeded in '//element, .not. allocated(error) .and. list%count > 0)
     allocate (occupied(mesh%cell_count), source=.false.)
     occupied(list%cell(:list%count)) = .true.
@@ -145,7 +145,7 @@ contains
     integer :: k, a
 
     call sample_grid('QUAD4', 6, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 9, .false., 2, list, error)
+    call seed_body(mesh, .false., shape, 1, 9, seed_even, 2, list, error)
     centroid = polygon_centroid(shape%outline)
     second = 0.0_wp
     do k = 1, list%count
