@@ -106,7 +106,7 @@ contains
     move = 0.0_wp
     call evaluate_step(model, step, move, tangent_elastic)
     if (.not. step%evaluation%ok) return
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, move)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
