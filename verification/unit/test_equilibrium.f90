@@ -4,7 +4,7 @@ module test_equilibrium
   use, intrinsic :: iso_fortran_env, only: error_unit
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, controls_type, newton_full, newton_modified
-  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_initialisation, only: step_type, initialise_step
@@ -27,7 +27,7 @@ module test_equilibrium
   public :: collect_equilibrium
 
   !> An elastic material, and one that yields under the weight.
-  character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|3, 20, 0'
+  character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0'
 
 contains
 
@@ -75,7 +75,7 @@ contains
       '|*PHASE, NAME=one|'//more//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) then
-      write (error_unit, '(a)') error%message
+      write (error_unit, '(a)') message_text(messages)//error%message
       error stop 'a deck of the equilibrium suite is broken'
     end if
     call start_phase(model)
@@ -241,7 +241,7 @@ contains
     logical :: given(2, 49)
     real(wp) :: reactions
 
-    call build('BASIS=STANDARD', elastic, 0.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('equilibrium under prescribed displacements', solution%converged .and. solution%iterations >= 1)
     given = .false.
@@ -266,7 +266,7 @@ contains
     type(solution_type) :: solution
     type(controls_type) :: controls
 
-    call build('BASIS=STANDARD', elastic, 0.0_wp, '*FIX|every, ALL|*PRESCRIBE|every, X, 0.02', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*PRESCRIBE|every, X, 0.02|every, Y, 0.01', model, step, goal)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a step without equations is taken', solution%converged .and. step%equations%count == 0)
     call tests%close('and moves as prescribed', maxval(abs(solution%displacement - goal%prescribed)), 0.0_wp, 0.0_wp)
@@ -310,7 +310,6 @@ contains
     call check_one('no support', elastic, 18.0_wp, '*GRAVITY|0, -1', newton_full, 20, 'singular', error_singular)
     call check_one('far too heavy for modified Newton', elastic, 2.0e4_wp, fixed, newton_modified, 200, '', &
       error_not_converged)
-    call check_one('far too heavy for what can yield', yielding, 180.0_wp, fixed, newton_full, 40, '', error_not_converged)
 
   contains
 
