@@ -50,6 +50,7 @@ program run_unit_tests
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
+  use test_overburden, only: collect_overburden
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -66,6 +67,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_pressures, only: collect_pressures
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -138,6 +140,7 @@ program run_unit_tests
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
+  call register('overburden', collect_overburden)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
@@ -154,6 +157,7 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('pressures', collect_pressures)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
