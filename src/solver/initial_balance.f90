@@ -16,10 +16,11 @@ module qsmpm_initial_balance
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_law, only: tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
-  use qsmpm_loads, only: external_force
+  use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: points_type
+  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_system_matrix, only: complete_matrix, gather, scatter
@@ -92,7 +93,10 @@ contains
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, stressed, move
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
+    move = 0.0_wp
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, load)
+    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
+    call add_pressure_force(step%pressures, move, load)
     if (step%separate) then
       call internal_force(step%integration, model%state%points, stressed)
     else
@@ -103,10 +107,9 @@ contains
     balance%position = model%mesh%bounds(:, 1)
     if (.not. norm2(weight) > 0.0_wp) return
     balance%residual = norm2(residual)/norm2(weight)
-    move = 0.0_wp
     call evaluate_step(model, step, move, tangent_elastic)
     if (.not. step%evaluation%ok) return
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, move)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)

@@ -32,6 +32,9 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_checkpoint, only: collect_checkpoint
+  use test_convection, only: collect_convection
+  use test_loads, only: collect_loads
+  use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
@@ -122,6 +125,9 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
+  call register('convection', collect_convection)
+  call register('loads', collect_loads)
+  call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)
