@@ -15,6 +15,7 @@ module qsmpm_load_step
   use qsmpm_kept_state, only: kept_places_type, keep, restore
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_penalty_terms, only: weaken
   use qsmpm_loads, only: external_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_step_error, only: step_error_type, measure_step_error
@@ -30,7 +31,7 @@ module qsmpm_load_step
 contains
 
   !> Go from the state of the model to equilibrium at a share of the phase.
-  subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error)
+  subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error, weakened)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
@@ -49,6 +50,8 @@ contains
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
+    !> Factor on the stabilisation, 1 without.
+    real(wp), intent(in), optional :: weakened
     type(kept_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
@@ -56,6 +59,7 @@ contains
     ! Initialisation phase, section 3.1
     call initialise_step(model, step, error)
     if (allocated(error)) return
+    if (present(weakened)) call weaken(step%stabilisation, weakened)
     call turn_to(step%profile%watch, part_control)
     goal%tolerance = tolerance
     goal%drag = drag

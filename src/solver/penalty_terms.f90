@@ -6,13 +6,15 @@ module qsmpm_penalty_terms
   implicit none
   private
 
-  public :: stabilisation_type, add_stabilising_force, most_nodes
+  public :: stabilisation_type, add_stabilising_force, weaken, most_nodes
 
   !> The terms.
   type :: stabilisation_type
     type(patches_type) :: patches
     !> (most nodes, most nodes, patches), symmetric.
     real(wp), allocatable :: matrix(:, :, :)
+    !> Factor by which the terms have been weakened.
+    real(wp) :: scale = 1.0_wp
   end type stabilisation_type
 
 contains
@@ -26,6 +28,17 @@ contains
     most = 0
     if (patches%count > 0) most = maxval(patches%first(2:) - patches%first(:patches%count))
   end function most_nodes
+
+  !> Multiply all terms by a factor.
+  pure subroutine weaken(stabilisation, factor)
+    !> The stabilisation terms.
+    type(stabilisation_type), intent(inout) :: stabilisation
+    !> Between 0 and 1.
+    real(wp), intent(in) :: factor
+
+    stabilisation%matrix = factor*stabilisation%matrix
+    stabilisation%scale = factor*stabilisation%scale
+  end subroutine weaken
 
   !> Force of the stabilisation for a displacement of the step.
   subroutine add_stabilising_force(stabilisation, displacement, force)
