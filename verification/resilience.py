@@ -12,14 +12,20 @@ from __future__ import annotations
 import filecmp
 import os
 import pathlib
+import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+import zlib
+
+import h5py
 
 LIMIT = 120
+SEAL = len(b"qsmpm crc32 00000000\n")
 
 BLOCK = """*HEADING
 Small block.
@@ -121,35 +127,34 @@ def singular(checks: Checks, folder: pathlib.Path) -> None:
                  f"exit {run.returncode}: {(run.stdout + run.stderr)[-300:]}")
 
 
-def columns_without_time(path: pathlib.Path) -> list[str]:
-    return [line.rpartition(",")[0] for line in path.read_text().splitlines()]
-
-
 def same_results(one: pathlib.Path, two: pathlib.Path) -> tuple[bool, str]:
-    """Everything a run writes, but for CPU seconds, must be the same bytes."""
-    if columns_without_time(one / "curves.csv") != columns_without_time(two / "curves.csv"):
-        return False, "curves.csv differ"
+    """Everything a run writes but job.log and timing.json must be the same bytes."""
     def names(folder: pathlib.Path) -> list[str]:
-        return sorted(str(p.relative_to(folder)) for pattern in ("*.vtu", "results/*.h5") for p in folder.glob(pattern))
+        return sorted(str(p.relative_to(folder)) for pattern in ("*.csv", "*.vtu", "*.pvd", "*.h5", "results/*.h5") for p in folder.glob(pattern))
 
     pictures = names(one)
-    if not pictures or pictures != names(two):
-        return False, "the lists of pictures differ"
+    if not {"curves.csv", "restart.h5", "results.h5"} <= set(pictures) or pictures != names(two):
+        return False, f"the lists of files differ: {set(pictures) ^ set(names(two))}"
     for name in pictures:
         if not filecmp.cmp(one / name, two / name, shallow=False):
             return False, f"{name} differ"
     return True, ""
 
 
-def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int) -> int:
-    """Run the deck of a folder until its curves have some rows, end it by SIGTERM and tell the exit code."""
-    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def wait_for_rows(process: subprocess.Popen[bytes], out: pathlib.Path, rows: int) -> None:
+    """Wait until the curves of a run have some rows, or it has ended."""
     deadline = time.time() + LIMIT
     while time.time() < deadline and process.poll() is None:
         if (out / "curves.csv").exists() and len((out / "curves.csv").read_text().splitlines()) > rows:
             break
         time.sleep(0.005)
+
+
+def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int) -> int:
+    """Run the deck of a folder until its curves have some rows, end it by SIGTERM and tell the exit code."""
+    process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)],
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    wait_for_rows(process, out, rows)
     process.send_signal(signal.SIGTERM)
     return process.wait(LIMIT)
 
@@ -191,7 +196,7 @@ def follows(checks: Checks, folder: pathlib.Path) -> None:
         checks.check(f"{name}: the part looked at has moved several times", laid >= 3, f"{laid} times")
         whole = checks.run(here, deck.replace("*GRID,", "*GRID, WINDOW=NO,"), out=here / "whole")
         checks.check(f"{name}: the run on the whole grid ends well", whole.returncode == 0, whole.stderr[-300:])
-        curves = [columns_without_time(here / way / "curves.csv") for way in ("window", "whole")]
+        curves = [(here / way / "curves.csv").read_bytes() for way in ("window", "whole")]
         checks.check(f"{name}: curves are those of the whole grid to the byte", curves[0] == curves[1])
         (here / "case.inp").write_text(deck)
         cut = here / "cut"
@@ -304,6 +309,82 @@ def threads(checks: Checks, folder: pathlib.Path) -> None:
             checks.check(f"{name}: {count} threads give the bytes of one", same, why)
 
 
+def two_runs(checks: Checks, folder: pathlib.Path) -> None:
+    """A second run into a folder is refused while the first one writes, and its results stay as they are; a run that was killed leaves no
+    lock."""
+    deck = block(factor=20, steps=400)
+    out = folder / "out"
+    (folder / "case.inp").write_text(deck)
+    first = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)], stdout=subprocess.DEVNULL,
+                             stderr=subprocess.DEVNULL)
+    wait_for_rows(first, out, 20)
+    second = checks.run(folder, deck, out=out)
+    checks.check("a second run into a folder ends with exit 1", second.returncode == 1, f"exit {second.returncode}: {second.stderr[-300:]}")
+    checks.check("and names the folder and the process that writes there", str(out) in second.stderr and str(first.pid) in second.stderr,
+                 second.stderr[-300:])
+    checks.check("the first run finishes", first.wait(LIMIT) == 0)
+    rows = len((out / "curves.csv").read_text().splitlines())
+    checks.check("its curves are whole", rows >= 401 and (out / "job.log").read_text().endswith("qsmpm: finished\n"), f"{rows} lines")
+    checks.check("no lock is left", not (out / "run.lock").exists())
+    killed = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL)
+    wait_for_rows(killed, out, 5)
+    killed.kill()
+    killed.wait(LIMIT)
+    after = checks.run(folder, block(), out=out)
+    checks.check("after a run that was killed the folder is free", after.returncode == 0, after.stderr[-300:])
+
+
+def damaged(checks: Checks, folder: pathlib.Path, seeds: int = 60) -> None:
+    """A restart file with one bit turned, a byte less or a piece of another is refused in one line, never read and never a crash."""
+    deck = block(steps=2)
+    checks.run(folder, deck)
+    good = (folder / "out" / "restart.h5").read_bytes()
+    wrong: list[str] = []
+    rng = random.Random(12)
+    for seed in range(seeds):
+        bad = bytearray(good)
+        if seed % 10 == 9:
+            del bad[rng.randrange(len(bad)):]
+        elif seed % 10 == 8:
+            at = rng.randrange(len(bad) - 64)
+            bad[at:at + 64] = bytes(64) if any(bad[at:at + 64]) else b"x" * 64
+        else:
+            bad[rng.randrange(len(bad))] ^= 1 << rng.randrange(8)
+        (folder / "bad.h5").write_bytes(bad)
+        run = checks.run(folder, deck, "--restart", str(folder / "bad.h5"), out=folder / "again")
+        if run.returncode != 1 or "cannot read" not in run.stderr or len(run.stderr.splitlines()) != 1:
+            wrong.append(f"{seed}: exit {run.returncode} {run.stderr[-100:]!r}")
+    checks.check(f"{seeds} damaged restart files are refused", not wrong, "; ".join(wrong[:5]))
+    checks.check("and nothing is written", not (folder / "again").exists())
+    (folder / "bad.h5").write_bytes(good)
+    run = checks.run(folder, deck, "--restart", str(folder / "bad.h5"), out=folder / "again")
+    checks.check("the whole one is read", run.returncode == 0, run.stderr[-300:])
+
+
+def resealed(checks: Checks, folder: pathlib.Path) -> None:
+    """Numbers out of their ranges are refused even under a checksum that fits."""
+    deck = block(steps=2)
+    checks.run(folder, deck)
+    for name, index, value, told in (("points/cell", 0, 100000, "material points"), ("points/material", 0, 7, "material points"),
+                                     ("points/stress", (0, 0), float("nan"), "material points"), ("points/volume", 3, -1.0, "material points"),
+                                     ("points/body", 1, 0, "material points"), ("mesh/window", 3, 4000, "part of the grid"),
+                                     ("mesh/reactions", (0, 0), float("inf"), "the mesh"), ("progress@phase", None, 3, "progress"),
+                                     ("progress@fraction", None, 1.5, "progress"), ("points@count", None, 3, "material points")):
+        shutil.copy(folder / "out" / "restart.h5", folder / "bad.h5")
+        with h5py.File(folder / "bad.h5", "r+") as file:
+            if "@" in name:
+                group, _, key = name.partition("@")
+                file[group].attrs.modify(key, value)
+            else:
+                file[name][index] = value
+        data = (folder / "bad.h5").read_bytes()
+        data = data[:-SEAL] if data[-SEAL:].startswith(b"qsmpm crc32 ") else data
+        (folder / "bad.h5").write_bytes(data + b"qsmpm crc32 %08X\n" % zlib.crc32(data))
+        run = checks.run(folder, deck, "--restart", str(folder / "bad.h5"), out=folder / "again")
+        checks.check(f"restart.h5: {name} = {value} is refused", run.returncode == 1 and told in run.stderr, f"exit {run.returncode}: {run.stderr[-200:]}")
+
+
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
     disk = folder / "disk"
     disk.mkdir()
@@ -327,7 +408,8 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, two_runs, damaged, resealed,
+                 full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

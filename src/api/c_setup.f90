@@ -4,6 +4,7 @@ module qsmpm_c_setup
   use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_process_settings, only: check_threads
   use qsmpm_program_name, only: api_version, has_feature, program_name
   implicit none
   private
@@ -218,7 +219,8 @@ contains
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    handle%simulation%threads = max(1, int(threads))
+    call check_threads(int(threads), error)
+    if (.not. allocated(error)) handle%simulation%threads = int(threads)
     status = keep_error(handle, error)
   end function c_set_threads
 

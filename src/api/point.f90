@@ -4,11 +4,12 @@
 module qsmpm_point
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
+  use qsmpm_clock, only: clock_type, start_clock, cpu_seconds, wall_seconds
   use qsmpm_deck, only: read_deck, echo_text
   use qsmpm_deck_words, only: test_words, kinematics_words
   use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix
   use qsmpm_file, only: write_text, file_exists
+  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
   use qsmpm_law, only: law_type, batch_type, moment_type
   use qsmpm_material_law, only: make_material_law
   use qsmpm_messages, only: message_list_type, message_text
@@ -19,8 +20,9 @@ module qsmpm_point
   use qsmpm_point_stages, only: ramp_type, begin_ramps, aim_ramps, set_controls
   use qsmpm_point_test, only: point_test_type
   use qsmpm_point_tally, only: tally_type, take_tangent, tangent_text, state_text
-  use qsmpm_posix, only: make_directory, remove_file, system_message
+  use qsmpm_posix, only: remove_file, system_message
   use qsmpm_tensor, only: stress_size
+  use qsmpm_timing, only: timing_type, timing_file, write_timing
   implicit none
   private
 
@@ -153,13 +155,33 @@ contains
     type(bench_type), intent(inout) :: bench
     !> Set when the test did not finish or could not be written.
     type(error_type), allocatable, intent(out) :: error
-    type(error_type), allocatable :: trouble
-    character(len=:), allocatable :: directory, echo
+    type(folder_lock_type) :: lock
+    character(len=:), allocatable :: directory
 
     directory = wanted_directory
     if (len(directory) == 0) directory = 'output/'//analysis%job
-    call prepare_directory(directory, error)
+    call lock_folder(lock, directory, error)
     if (allocated(error)) return
+    call remove_earlier_test(directory, error)
+    if (.not. allocated(error)) call run_locked(analysis, directory, clock, bench, error)
+    call unlock_folder(lock)
+  end subroutine record_test
+
+  !> Run the test and write into a folder where no other one does.
+  subroutine run_locked(analysis, directory, clock, bench, error)
+    !> The analysis.
+    type(analysis_type), intent(in) :: analysis
+    !> Directory of the results.
+    character(len=*), intent(in) :: directory
+    !> Started with the program.
+    type(clock_type), intent(in) :: clock
+    !> The test; its log grows.
+    type(bench_type), intent(inout) :: bench
+    !> Set when the test did not finish or could not be written.
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: trouble
+    character(len=:), allocatable :: echo
+
     call echo_text(analysis, echo)
     call write_text(directory//'/'//analysis%job//'.echo.inp', echo, error, durable=.false.)
     if (allocated(error)) return
@@ -173,29 +195,27 @@ contains
       bench%log = bench%log//finished_line//newline
     end if
     call write_text(directory//'/curves.csv', bench%curves(:bench%length), trouble, durable=.false.)
+    if (.not. allocated(trouble)) call write_timing(directory, &
+      timing_type(cpu=cpu_seconds(clock), wall=wall_seconds(clock)), trouble)
     if (.not. allocated(trouble)) call write_text(directory//'/job.log', bench%log, trouble, durable=.false.)
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
-  end subroutine record_test
+  end subroutine run_locked
 
-  !> Make the directory and take away what a former test left: a test that breaks off must not look finished.
-  subroutine prepare_directory(directory, error)
+  !> Take away what a former test left: a test that breaks off must not look finished.
+  subroutine remove_earlier_test(directory, error)
     !> The directory.
     character(len=*), intent(in) :: directory
-    !> Set when there is none.
+    !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=11), parameter :: results(2) = [character(len=11) :: '/job.log', '/curves.csv']
+    character(len=*), parameter :: results(3) = [character(len=11) :: 'job.log', 'curves.csv', timing_file]
     integer :: i
 
-    if (make_directory(directory) /= 0) then
-      call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
-      return
-    end if
     do i = 1, size(results)
-      if (.not. file_exists(directory//trim(results(i)))) cycle
-      if (remove_file(directory//trim(results(i))) /= 0) call fail(error, error_other, "cannot remove '"// &
-        directory//trim(results(i))//"': "//system_message())
+      if (.not. file_exists(directory//'/'//trim(results(i)))) cycle
+      if (remove_file(directory//'/'//trim(results(i))) /= 0) call fail(error, error_other, "cannot remove '"// &
+        directory//'/'//trim(results(i))//"': "//system_message())
     end do
-  end subroutine prepare_directory
+  end subroutine remove_earlier_test
 
   !> All stages.
   subroutine run_stages(analysis, bench, error)

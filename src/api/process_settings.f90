@@ -1,12 +1,17 @@
 !> Settings that belong to the process, not to a model: threads of OpenMP and of OpenBLAS. They are set on the way
 !> into the library and put back on the way out, so that an embedding program keeps its own.
 module qsmpm_process_settings
-  use omp_lib, only: omp_get_max_threads, omp_set_num_threads
+  use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use qsmpm_blas_threads, only: blas_threads, set_blas_threads
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
-  public :: settings_type, enter_library, leave_library
+  public :: settings_type, enter_library, leave_library, check_threads
+
+  !> Threads that may be asked for on any machine: that results do not depend on them is tested with more than it has.
+  integer, parameter :: always_allowed = 64
 
   !> The settings of the embedding program.
   type :: settings_type
@@ -15,6 +20,20 @@ module qsmpm_process_settings
   end type settings_type
 
 contains
+
+  !> Refuse threads that a machine cannot have.
+  subroutine check_threads(threads, error)
+    !> Threads that a model may use.
+    integer, intent(in) :: threads
+    !> Set when they are none, or far more than there are processors.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: most
+
+    most = max(always_allowed, omp_get_num_procs())
+    if (threads >= 1 .and. threads <= most) return
+    call fail(error, error_other, integer_text(threads)//' threads are not to be had: from 1 to '// &
+      integer_text(most)//' may be asked for, this machine has '//integer_text(omp_get_num_procs())//' processors')
+  end subroutine check_threads
 
   !> Set those of the library.
   subroutine enter_library(threads, settings)

@@ -113,13 +113,14 @@ contains
   subroutine set_load_factor(self, factor, error)
     !> The analysis.
     class(simulation_type), intent(inout) :: self
-    !> Above 0.
+    !> Above 0, finite.
     real(wp), intent(in) :: factor
     !> Set when it is not, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
     call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers([factor], error)
     if (.not. allocated(error) .and. .not. factor > 0.0_wp) &
       call fail(error, error_other, 'the load factor of a stage is above 0')
     if (allocated(error)) return

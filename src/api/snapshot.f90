@@ -1,9 +1,8 @@
 !> A copy of an analysis between two steps, in memory: to try a load and take it back.
 module qsmpm_snapshot
-  use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
-  use qsmpm_kept_state, only: kept_state_type, keep, restore
-  use qsmpm_model, only: model_type, loading_type
+  use qsmpm_model, only: model_type, state_type, loading_type
+  use qsmpm_model_window, only: restore
   use qsmpm_phases, only: march_type
   implicit none
   private
@@ -14,10 +13,8 @@ module qsmpm_snapshot
   type :: snapshot_type
     !> Whether there is one.
     logical :: taken = .false.
-    type(kept_state_type), private :: state
+    type(state_type), private :: state
     type(loading_type), private :: loading
-    !> Positions and volumes that displacements and strains count from.
-    real(wp), allocatable, private :: initial_position(:, :), initial_volume(:)
     type(phase_type), allocatable, private :: phases(:), model_phases(:)
     logical, private :: begun = .false., told = .false.
   end type snapshot_type
@@ -35,10 +32,8 @@ contains
     !> The copy.
     type(snapshot_type), intent(out) :: snapshot
 
-    call keep(model, snapshot%state)
+    snapshot%state = model%state
     snapshot%loading = model%loading
-    allocate (snapshot%initial_position, source=model%state%points%initial_position)
-    allocate (snapshot%initial_volume, source=model%state%points%initial_volume)
     call copy_phases(phases, snapshot%phases)
     call copy_phases(model%analysis%phases, snapshot%model_phases)
     snapshot%begun = march%begun
@@ -63,8 +58,6 @@ contains
     model%state%progress%phase = min(model%state%progress%phase, size(phases))
     call restore(snapshot%state, model)
     model%loading = snapshot%loading
-    model%state%points%initial_position = snapshot%initial_position
-    model%state%points%initial_volume = snapshot%initial_volume
     march%begun = snapshot%begun
     march%told = snapshot%told
   end subroutine put_back

@@ -6,7 +6,7 @@ module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type
   use qsmpm_audience, only: audience_type
-  use qsmpm_clock, only: clock_type, cpu_seconds
+  use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
   use qsmpm_display, only: display_quiet
   use qsmpm_error, only: error_type, error_other, fail
@@ -20,7 +20,7 @@ module qsmpm_stepped_analysis
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
-  use qsmpm_process_settings, only: settings_type, enter_library, leave_library
+  use qsmpm_process_settings, only: settings_type, enter_library, leave_library, check_threads
   use qsmpm_program_name, only: program_name
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
   use qsmpm_reduction, only: expansion_type, verdict_type
@@ -107,6 +107,7 @@ contains
       return
     end if
     call refuse_point(problem%scene, error)
+    if (.not. allocated(error)) call check_threads(self%threads, error)
     if (allocated(error)) return
     call enter_library(self%threads, settings)
     self%clock = problem%clock
@@ -361,8 +362,7 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     call echo_text(self%scene, echo)
-    call write_restart(path, self%model, text_fingerprint(echo), &
-      self%model%state%progress%cpu_seconds + cpu_seconds(self%clock), error)
+    call write_restart(path, self%model, text_fingerprint(echo), error)
   end subroutine save_state
 
   !> Read a state back that was saved with the same stages.

@@ -1,4 +1,4 @@
-/* What Fortran cannot say: signals, the text of errno, terminals, directories.
+/* What Fortran cannot say: signals, the text of errno, terminals, directories, locks.
  *
  * The signal flag is the one variable of the program that belongs to no object: a handler has
  * nothing else to write to. The second signal of a kind ends the process as usual. */
@@ -7,9 +7,12 @@
 #include <ctype.h>
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -135,4 +138,51 @@ int qsmpm_remove_numbered(const char *directory, const char *prefix, const char 
     }
     closedir(handle);
     return result;
+}
+
+/* Whether a descriptor still is the file of that name: another process may have removed the name. */
+static int is_named(int descriptor, const char *path)
+{
+    struct stat open_file, named;
+
+    return fstat(descriptor, &open_file) == 0 && stat(path, &named) == 0 && open_file.st_dev == named.st_dev
+        && open_file.st_ino == named.st_ino;
+}
+
+/* Lock the file path, made for it, until it is unlocked or the process ends however it ends. The descriptor;
+ * -1: failed, see errno; -2: locked by the process *holder (0 when it is not known). Where the file system has no
+ * locks the file is made and nothing is locked. */
+int qsmpm_lock_file(const char *path, int *holder)
+{
+    char text[32];
+    int descriptor, length;
+
+    *holder = 0;
+    for (;;) {
+        descriptor = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        if (descriptor < 0) return -1;
+        if (flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+            length = (int)pread(descriptor, text, sizeof text - 1, 0);
+            text[length > 0 ? length : 0] = '\0';
+            *holder = (int)strtol(text, NULL, 10);
+            close(descriptor);
+            return -2;
+        }
+        if (is_named(descriptor, path)) break;
+        close(descriptor);
+    }
+    length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+    if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, text, (size_t)length, 0) != length) {
+        unlink(path);
+        close(descriptor);
+        return -1;
+    }
+    return descriptor;
+}
+
+/* Remove and unlock a locked file. */
+void qsmpm_unlock_file(const char *path, int descriptor)
+{
+    unlink(path);
+    close(descriptor);
 }

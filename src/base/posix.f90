@@ -1,5 +1,5 @@
 !> The services of the operating system that Fortran has no words for: byte streams whose every
-!> failure is reported, renaming, directories, terminals, signals.
+!> failure is reported, renaming, directories, locks, terminals, signals.
 !>
 !> Fortran's own files are not used for writing because a full disk is only certain to be noticed
 !> by fflush, fsync and fclose. Functions that return an integer return 0 for success; the words
@@ -10,7 +10,7 @@ module qsmpm_posix
   private
 
   public :: c_fopen, c_fwrite, c_fflush, c_fclose, c_fileno, c_fsync
-  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered
+  public :: rename_file, remove_file, truncate_file, make_directory, remove_numbered, lock_file, unlock_file
   public :: is_terminal, terminal_width, peak_memory
   public :: write_descriptor, system_message, watch_signals, signal_received, exit_process
 
@@ -110,6 +110,20 @@ module qsmpm_posix
       character(kind=c_char), intent(in) :: after(*)
     end function c_remove_numbered
 
+    !> Lock a file (posix.c).
+    integer(c_int) function c_lock_file(path, holder) bind(c, name='qsmpm_lock_file')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), intent(out) :: holder
+    end function c_lock_file
+
+    !> Remove and unlock a file (posix.c).
+    subroutine c_unlock_file(path, descriptor) bind(c, name='qsmpm_unlock_file')
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int), value :: descriptor
+    end subroutine c_unlock_file
+
     !> Words for errno (posix.c).
     subroutine c_last_error(text, length) bind(c, name='qsmpm_last_error')
       import :: c_char, c_int
@@ -194,6 +208,29 @@ contains
     remove_numbered = int(c_remove_numbered(directory//c_null_char, before//c_null_char, &
       after//c_null_char))
   end function remove_numbered
+
+  !> Lock a file until it is unlocked or the process ends, however it ends: its descriptor; -1 after a failure, -2 when
+  !> another one has it.
+  integer function lock_file(path, holder)
+    !> Its name; it is made.
+    character(len=*), intent(in) :: path
+    !> Process that has it, 0 when that is not known.
+    integer, intent(out) :: holder
+    integer(c_int) :: process
+
+    lock_file = int(c_lock_file(path//c_null_char, process))
+    holder = int(process)
+  end function lock_file
+
+  !> Remove a locked file and give its lock back.
+  subroutine unlock_file(path, descriptor)
+    !> Its name.
+    character(len=*), intent(in) :: path
+    !> What lock_file gave.
+    integer, intent(in) :: descriptor
+
+    call c_unlock_file(path//c_null_char, int(descriptor, c_int))
+  end subroutine unlock_file
 
   !> Whether a descriptor (1: standard output) is a terminal.
   logical function is_terminal(descriptor)

@@ -1,6 +1,7 @@
 !> What the reader has to say of a deck: errors and warnings with file and line, in the order of the
 !> deck however they were found.
 module qsmpm_messages
+  use qsmpm_sorting, only: order_columns
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -83,20 +84,18 @@ contains
   !> Bring the sentences into the order of the deck; those of one line keep theirs.
   pure subroutine sort(self)
     class(message_list_type), intent(inout) :: self
-    type(message_type) :: item
-    integer :: i, k
+    type(message_type), allocatable :: sorted(:)
+    integer, allocatable :: places(:, :), order(:)
+    integer :: i
 
-    do i = 2, self%count
-      if (self%items(i - 1)%order <= self%items(i)%order) cycle
-      call move_item(self%items(i), item)
-      k = i - 1
-      do while (k >= 1)
-        if (self%items(k)%order <= item%order) exit
-        call move_item(self%items(k), self%items(k + 1))
-        k = k - 1
-      end do
-      call move_item(item, self%items(k + 1))
+    if (self%count == 0) return
+    allocate (sorted(self%count), places(1, self%count), order(self%count))
+    places(1, :) = self%items(:self%count)%order
+    call order_columns(places, order)
+    do i = 1, self%count
+      call move_item(self%items(order(i)), sorted(i))
     end do
+    call move_alloc(sorted, self%items)
   end subroutine sort
 
   !> Move a sentence without copying its text.
@@ -125,11 +124,19 @@ contains
     type(message_list_type), intent(in) :: messages
     !> Empty when it had nothing to say.
     character(len=:), allocatable :: text
-    integer :: i
+    integer :: i, length
 
-    text = ''
+    length = 0
     do i = 1, messages%count
-      text = text//messages%items(i)%text//new_line('a')
+      length = length + len(messages%items(i)%text) + 1
+    end do
+    allocate (character(len=length) :: text)
+    length = 0
+    do i = 1, messages%count
+      associate (sentence => messages%items(i)%text)
+        text(length + 1:length + len(sentence) + 1) = sentence//new_line('a')
+        length = length + len(sentence) + 1
+      end associate
     end do
   end function message_text
 end module qsmpm_messages

@@ -1,8 +1,8 @@
 !> `curves.csv`: one row an accepted step, first line `name [unit]`.
 !>
-!> Rows are brought to the file one by one and are whole whenever the program ends. All columns but
-!> the last, the processor seconds, are the same bytes in every run of a deck; a run that continues
-!> another cuts the file back to the rows of the state it starts from.
+!> Rows are brought to the file one by one and are whole whenever the program ends. They are the same
+!> bytes in every run of a deck; a run that continues another cuts the file back to the rows of the
+!> state it starts from.
 module qsmpm_curves
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: analysis_type, history_type, axisymmetric, three_dimensional, &
@@ -10,7 +10,7 @@ module qsmpm_curves
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
   use qsmpm_model, only: model_type
-  use qsmpm_number_text, only: integer_text, real_text, seconds_text
+  use qsmpm_number_text, only: integer_text, real_text
   use qsmpm_observer, only: step_record_type
   implicit none
   private
@@ -90,15 +90,13 @@ contains
   end function length_of_lines
 
   !> Add the row of an accepted step.
-  subroutine append_row(file, model, record, cpu_seconds, error)
+  subroutine append_row(file, model, record, error)
     !> The table.
     type(file_type), intent(inout) :: file
     !> The model.
     type(model_type), intent(in) :: model
     !> How the step went.
     type(step_record_type), intent(in) :: record
-    !> Processor seconds of this run and those it continues.
-    real(wp), intent(in) :: cpu_seconds
     !> Set when the row could not be written.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: row
@@ -115,8 +113,7 @@ contains
           row = row//','//real_text(record%histories(i))
         end do
       end if
-      row = row//','//real_text(progress%external_work)//','//real_text(progress%internal_work)// &
-        ','//seconds_text(cpu_seconds)
+      row = row//','//real_text(progress%external_work)//','//real_text(progress%internal_work)
     end associate
     call put_text(file, row//newline)
     call flush_file(file, error)
@@ -138,7 +135,7 @@ contains
       end do
     end if
     header = header//','//column('external_work', work_unit(analysis))//','// &
-      column('internal_work', work_unit(analysis))//',cpu_seconds [s]'
+      column('internal_work', work_unit(analysis))
   end function curves_header
 
   !> Head of a column.

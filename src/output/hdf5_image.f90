@@ -16,7 +16,8 @@ module qsmpm_hdf5_image
     h5t_native_integer
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_file, only: file_type, create_file, put_bytes, commit_file
+  use qsmpm_file, only: file_type, create_file, put_bytes, put_text, commit_file
+  use qsmpm_seal, only: seal_line
   implicit none
   private
 
@@ -319,13 +320,15 @@ contains
   end subroutine put_link
 
   !> Write the file and free its memory.
-  subroutine save_image(image, path, error)
+  subroutine save_image(image, path, error, sealed)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Its name on the disk.
     character(len=*), intent(in) :: path
     !> Set when it is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    !> It ends with a line by which damage is known (`qsmpm_seal`), as `qsmpm_hdf5_reader` wants it; no unless given.
+    logical, intent(in), optional :: sealed
     integer(int8), allocatable, target :: bytes(:)
     type(file_type) :: file
     integer :: status
@@ -340,6 +343,9 @@ contains
     end if
     call create_file(file, path)
     call put_bytes(file, c_loc(bytes), size(bytes, kind=long))
+    if (present(sealed)) then
+      if (sealed) call put_text(file, seal_line(bytes))
+    end if
     call commit_file(file, error)
   end subroutine save_image
 

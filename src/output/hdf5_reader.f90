@@ -1,4 +1,5 @@
-!> Reading of HDF5 files. A failure is kept and told by `close_reader`.
+!> Reading of HDF5 files that end with a checksum (`qsmpm_seal`): the library, which believes what it reads, sees none
+!> that was damaged. A failure is kept and told by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, &
@@ -8,6 +9,7 @@ module qsmpm_hdf5_reader
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: open_library
+  use qsmpm_seal, only: check_seal
   implicit none
   private
 
@@ -42,11 +44,13 @@ contains
     integer :: status
 
     reader%path = path
+    call check_seal(path, reader%reason)
+    if (allocated(reader%reason)) return
     call open_library()
     call h5fopen_f(path, h5f_acc_rdonly_f, reader%file, status)
     if (status >= 0) return
     reader%file = -1
-    reader%reason = 'it does not exist or is not an HDF5 file'
+    reader%reason = 'it is not an HDF5 file'
   end subroutine open_reader
 
   !> Close the file.

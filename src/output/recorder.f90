@@ -1,12 +1,13 @@
 !> The observer that writes: curves, pictures, results, restart, log, progress.
 !>
-!> A run writes into one directory. What a run of the same directory left is replaced; a run that
+!> A run writes into one directory, and no other run at the same time: `run.lock` is locked until it ends,
+!> however it ends. What a run of the same directory left is replaced; a run that
 !> continues another (restart) keeps what belongs to the steps before and makes the rest again.
 !> Every file but `curves.csv` and `job.log`, which grow line by line, appears whole or not at all.
 !> The last line of the log is `qsmpm: finished` only when the run did.
 module qsmpm_recorder
   use qsmpm_kinds, only: wp, long
-  use qsmpm_clock, only: clock_type, cpu_seconds
+  use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
   use qsmpm_display, only: display_type, display_plain, start_display, show_step, show_text, &
     end_display, step_text
@@ -14,6 +15,7 @@ module qsmpm_recorder
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text
+  use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
   use qsmpm_analysis, only: mesh_grid
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
@@ -21,11 +23,11 @@ module qsmpm_recorder
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_posix, only: make_directory, remove_file, remove_numbered, signal_received, &
-    system_message
+  use qsmpm_posix, only: remove_file, remove_numbered, signal_received, system_message
   use qsmpm_restart, only: write_restart
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
+  use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -54,11 +56,13 @@ module qsmpm_recorder
   type, extends(observer_type) :: recorder_type
     character(len=:), allocatable :: directory
     type(recorder_options_type) :: options
+    !> Keeps other runs out of the directory.
+    type(folder_lock_type) :: lock
     type(display_type) :: display
     type(file_type) :: curves, log
     type(picture_list_type) :: pictures
-    !> Processor seconds of the runs this one continues.
-    real(wp) :: earlier_seconds = 0.0_wp
+    !> Seconds of the runs this one continues.
+    type(timing_type) :: earlier
     !> Step of the last picture and of the last restart file of this run, -1 for none.
     integer :: picture_step = -1
     integer :: restart_step = -1
@@ -98,39 +102,43 @@ contains
 
     recorder%directory = directory
     recorder%options = options
-    recorder%earlier_seconds = model%state%progress%cpu_seconds
-    call make_folder(directory, error)
+    call lock_folder(recorder%lock, directory, error)
     if (allocated(error)) return
-    if (.not. options%continued) call remove_earlier_run(directory, error)
-    if (allocated(error)) return
-    if (model%analysis%output%hdf5) call make_folder(directory//'/'//results_folder, error)
-    if (allocated(error)) return
-    call start_display(recorder%display, options%display, model)
-    call open_log(recorder, error)
-    if (allocated(error)) return
-    call begin_log(recorder, model)
-    if (is_reduced(recorder%options%whole)) then
-      call log_savings(recorder, model)
-      call follow_step(recorder%options%whole, model)
-      call open_tables(recorder, recorder%options%whole%model, error)
-    else
-      call open_tables(recorder, model, error)
-    end if
-    ! A run from the start has a picture of it.
-    if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
-    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
+    call begin_files(recorder, model, error)
+    if (allocated(error)) call unlock_folder(recorder%lock)
   end subroutine create
 
-  !> Make a directory.
-  subroutine make_folder(directory, error)
-    !> Its name.
-    character(len=*), intent(in) :: directory
-    !> Set when it cannot be made.
+  !> Remove what was there and begin the files.
+  subroutine begin_files(recorder, model, error)
+    !> The recorder.
+    type(recorder_type), intent(inout) :: recorder
+    !> The model, its state as read when the run continues another.
+    type(model_type), intent(in) :: model
+    !> Set when a file cannot be made.
     type(error_type), allocatable, intent(out) :: error
 
-    if (make_directory(directory) == 0) return
-    call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
-  end subroutine make_folder
+    associate (directory => recorder%directory, options => recorder%options)
+      if (.not. options%continued) call remove_earlier_run(directory, error)
+      if (allocated(error)) return
+      if (options%continued) call read_timing(directory, recorder%earlier)
+      if (model%analysis%output%hdf5) call make_folder(directory//'/'//results_folder, error)
+      if (allocated(error)) return
+      call start_display(recorder%display, options%display, model)
+      call open_log(recorder, error)
+      if (allocated(error)) return
+      call begin_log(recorder, model)
+      if (is_reduced(recorder%options%whole)) then
+        call log_savings(recorder, model)
+        call follow_step(recorder%options%whole, model)
+        call open_tables(recorder, recorder%options%whole%model, error)
+      else
+        call open_tables(recorder, model, error)
+      end if
+      ! A run from the start has a picture of it.
+      if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
+    end associate
+    if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
+  end subroutine begin_files
 
   !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
   subroutine remove_earlier_run(directory, error)
@@ -138,8 +146,9 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(8) = [character(len=16) :: 'curves.csv', 'points.pvd', &
-      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', profile_file]
+    character(len=*), parameter :: names(9) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
+      profile_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
@@ -276,9 +285,9 @@ contains
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call whole_record(recorder%options%whole, record, shown)
-      call append_row(recorder%curves, recorder%options%whole%model, shown, total_seconds(recorder), error)
+      call append_row(recorder%curves, recorder%options%whole%model, shown, error)
     else
-      call append_row(recorder%curves, model, record, total_seconds(recorder), error)
+      call append_row(recorder%curves, model, record, error)
     end if
   end subroutine write_row
 
@@ -367,6 +376,7 @@ contains
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
     end if
+    if (.not. allocated(error)) call write_seconds(recorder, error)
     call close_file(recorder%curves, log_error)
     if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
     if (allocated(recorder%log_error) .and. .not. allocated(error)) then
@@ -375,6 +385,7 @@ contains
     if (.not. allocated(outcome)) call write_log(recorder, last_line(error))
     call close_file(recorder%log, log_error)
     if (allocated(log_error) .and. .not. allocated(error)) call move_alloc(log_error, error)
+    call unlock_folder(recorder%lock)
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
   end subroutine close
@@ -472,9 +483,10 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
-    call write_restart(recorder%directory//'/restart.h5', model, recorder%options%fingerprint, &
-      total_seconds(recorder), error)
-    if (.not. allocated(error)) recorder%restart_step = model%state%progress%step
+    call write_restart(recorder%directory//'/restart.h5', model, recorder%options%fingerprint, error)
+    if (allocated(error)) return
+    recorder%restart_step = model%state%progress%step
+    call write_seconds(recorder, error)
   end subroutine save_restart
 
   !> Add a line to the log; a failure is kept.
@@ -491,13 +503,16 @@ contains
     if (allocated(error)) call move_alloc(error, recorder%log_error)
   end subroutine write_log
 
-  !> Processor seconds of this run and those it continues.
-  real(wp) function total_seconds(recorder)
+  !> Write timing.json: the seconds of this run and those it continues.
+  subroutine write_seconds(recorder, error)
     !> The recorder.
     class(recorder_type), intent(in) :: recorder
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
 
-    total_seconds = recorder%earlier_seconds + cpu_seconds(recorder%options%clock)
-  end function total_seconds
+    call write_timing(recorder%directory, timing_type(cpu=recorder%earlier%cpu + cpu_seconds(recorder%options%clock), &
+      wall=recorder%earlier%wall + wall_seconds(recorder%options%clock)), error)
+  end subroutine write_seconds
 
   !> Whether a step is one of every so many; never when that is 0.
   pure logical function is_multiple(step, every)

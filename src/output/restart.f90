@@ -2,7 +2,8 @@
 !> deck.
 !>
 !> A fingerprint of the fully resolved deck stands in the file; a restart with another deck is an
-!> error, as is one whose arrays have other sizes.
+!> error, as is one whose arrays have other sizes, whose numbers are out of their ranges
+!> (`qsmpm_state_check`) or whose bytes do not give its checksum.
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
@@ -13,13 +14,14 @@ module qsmpm_restart
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
+  use qsmpm_state_check, only: check_state, window_reason
   implicit none
   private
 
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 6
+  integer, parameter :: layout = 7
 
 contains
 
@@ -41,15 +43,13 @@ contains
   end function text_fingerprint
 
   !> Write the state; the former file stays until the new one is whole and on the disk.
-  subroutine write_restart(path, model, fingerprint, cpu_seconds, error)
+  subroutine write_restart(path, model, fingerprint, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
     !> The model.
     type(model_type), intent(in) :: model
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)
-    !> Processor seconds of this run and those it continues.
-    real(wp), intent(in) :: cpu_seconds
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
@@ -59,7 +59,7 @@ contains
     call put_attribute(image, '/', 'layout', layout)
     call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
     call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
-    call put_progress(image, model%state%progress, cpu_seconds)
+    call put_progress(image, model%state%progress)
     call put_points(image, model%state%points)
     call put_carried(image, '/surface', model%state%surface)
     call put_array(image, '/surface/surface', model%state%surface%surface)
@@ -73,17 +73,15 @@ contains
     call put_array(image, '/mesh/coordinates', model%state%coordinates)
     call put_array(image, '/mesh/reactions', model%state%reactions)
     call put_attribute(image, '/mesh', 'plate', model%state%plate)
-    call save_image(image, path, error)
+    call save_image(image, path, error, sealed=.true.)
   end subroutine write_restart
 
   !> Put where the analysis stands.
-  subroutine put_progress(image, progress, cpu_seconds)
+  subroutine put_progress(image, progress)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Where the analysis stands.
     type(progress_type), intent(in) :: progress
-    !> Processor seconds of this run and those it continues.
-    real(wp), intent(in) :: cpu_seconds
 
     call put_group(image, '/progress')
     call put_attribute(image, '/progress', 'phase', progress%phase)
@@ -97,7 +95,6 @@ contains
     call put_attribute(image, '/progress', 'external_work', progress%external_work)
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
-    call put_attribute(image, '/progress', 'cpu_seconds', cpu_seconds)
   end subroutine put_progress
 
   !> Put a carried set.
@@ -156,8 +153,7 @@ contains
     state = model%state
     allocate (window(6), source=0)
     call get_array(reader, '/mesh/window', window)
-    if (any(window(:3) < 1 .or. window(:3) > window(4:)) .and. .not. allocated(reader%reason)) &
-      reader%reason = 'the part of the grid in it is none'
+    call note_reason(reader, window_reason(window, model))
     if (any(window /= [state%window%first, state%window%last])) then
       ! Another part of the grid: as many nodes as it has.
       state%window = window_type(window(:3), window(4:))
@@ -174,10 +170,21 @@ contains
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_attribute(reader, '/mesh', 'plate', state%plate)
+    if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
     call close_reader(reader, error)
     if (allocated(error)) return
     call restore(state, model)
   end subroutine read_restart
+
+  !> Note what is wrong, where something is and nothing was before.
+  subroutine note_reason(reader, reason)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Empty when nothing is.
+    character(len=*), intent(in) :: reason
+
+    if (len(reason) > 0 .and. .not. allocated(reader%reason)) reader%reason = reason
+  end subroutine note_reason
 
   !> Note when the file is not one of this program or of this deck.
   subroutine check_origin(reader, fingerprint)
@@ -225,7 +232,6 @@ contains
     call get_attribute(reader, '/progress', 'external_work', progress%external_work)
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)
-    call get_attribute(reader, '/progress', 'cpu_seconds', progress%cpu_seconds)
   end subroutine get_progress
 
   !> Get a carried set.

@@ -4,11 +4,11 @@ module qsmpm_hold_test
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: phase_type
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, state_type
   use qsmpm_observer, only: observer_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_kept_state, only: kept_state_type, keep, restore
+  use qsmpm_model_window, only: restore
   use qsmpm_load_step, only: load_step
   use qsmpm_histories, only: take_histories
   implicit none
@@ -51,14 +51,14 @@ contains
     class(observer_type), intent(inout) :: observer
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    type(kept_state_type) :: before
+    type(state_type) :: before
     type(solution_type) :: solution
     real(wp), allocatable :: start(:), final(:)
     character(len=160) :: text
     integer :: repeat
 
     if (size(model%analysis%histories) == 0) return
-    call keep(model, before)
+    before = model%state
     call take_histories(model, start)
     do repeat = 1, phase%hold_test%repeats
       call load_step(model, step, phase%controls, model%state%progress%fraction, phase%controls%tolerance, &

@@ -12,7 +12,7 @@ module qsmpm_load_step
   use qsmpm_analysis, only: controls_type, newton_full
   use qsmpm_law, only: moment_type
   use qsmpm_model, only: model_type
-  use qsmpm_kept_state, only: kept_places_type, keep, restore
+  use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_penalty_terms, only: weaken
@@ -52,7 +52,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Factor on the stabilisation, 1 without.
     real(wp), intent(in), optional :: weakened
-    type(kept_places_type) :: before
+    type(saved_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
@@ -73,13 +73,13 @@ contains
     if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
-    call keep(model, before)
+    call save_places(model, before)
     call take_reactions_and_work(model, step, goal, force_before, solution)
     call turn_to(step%profile%watch, part_convection)
     call convect(model, step, solution%displacement, error)
     call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
-      call restore(before, model)
+      call restore_places(before, model)
       call refuse(error, solution)
     else
       model%state%progress%fraction = fraction

@@ -36,8 +36,6 @@ module qsmpm_model
     real(wp) :: internal_work = 0.0_wp
     !> Hold tests of this phase already done.
     integer :: hold_tests_done = 0
-    !> CPU seconds of earlier runs that a restart continues.
-    real(wp) :: cpu_seconds = 0.0_wp
   end type progress_type
 
   !> What a step changes.

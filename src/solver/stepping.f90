@@ -11,10 +11,10 @@ module qsmpm_stepping
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: controls_type, basis_fem
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_kept_state, only: kept_state_type, keep, restore
+  use qsmpm_model_window, only: restore
   use qsmpm_load_step, only: load_step
   use qsmpm_stabilisation_share, only: add_solve
   use qsmpm_observer, only: observer_type, step_record_type
@@ -85,11 +85,11 @@ contains
     type(outcome_type), intent(out) :: outcome
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
-    type(kept_state_type) :: before
+    type(state_type) :: before
     type(solution_type) :: solution
     logical :: with_drag
 
-    call keep(model, before)
+    before = model%state
     with_drag = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
       (fraction - model%state%progress%fraction)*controls%steps <= &
       merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp))

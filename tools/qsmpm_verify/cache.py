@@ -1,8 +1,8 @@
 """Finished runs are kept and used again as long as nothing they depend on has changed.
 
-What a run depends on is the text of its deck, the files the deck names behind INPUT= and FILE= (and those that
-included files name), the bytes of the program and the number of threads. Their hash stands in run.json beside the
-results, with how the run ended and the sizes of what it wrote. A run that was stopped, crashed or failed for a reason
+What a run depends on is the text of its deck, the files the deck names behind INPUT=, FILE= and LIBRARY= (and those
+that included files name), the bytes of the program and the number of threads. Their hash stands in run.json beside the
+results, with how the run ended and the hashes of what it wrote. A run that was stopped, crashed or failed for a reason
 outside of its deck is never used again.
 """
 
@@ -18,7 +18,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-NAMED_FILE = re.compile(r"(?:INPUT|FILE)\s*=\s*(\"[^\"]*\"|[^,\s]+)", re.IGNORECASE)
+NAMED_FILE = re.compile(r"(INPUT|FILE|LIBRARY)\s*=\s*(\"[^\"]*\"|[^,\s]+)", re.IGNORECASE)
 LASTING = (0, 2, 3, 4, 5, 6)
 """Exit codes that the same deck brings again; 1 may be a full disk, the others are signals."""
 
@@ -34,28 +34,34 @@ class Record:
 
 @lru_cache(maxsize=8)
 def _hash_of(path: Path, size: int, changed: int) -> str:
-    """Hash of a file's bytes; size and time of change keep it from being read again."""
+    """Hash of a file's bytes; size and time of the last change of any kind keep it from being read again."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def program_hash(program: Path) -> str:
     """Hash of the program's bytes."""
     status = program.stat()
-    return _hash_of(program, status.st_size, status.st_mtime_ns)
+    return _hash_of(program, status.st_size, status.st_ctime_ns)
 
 
 def named_files(text: str, folder: Path) -> list[Path]:
-    """Files a deck names, and those the included ones name, that are there; each once."""
+    """Files a deck names, and those the included ones name, that are there; each once.
+
+    A library that does not lie beside the deck is sought from the working directory, as the program does.
+    """
     found: list[Path] = []
     waiting = [(text, folder)]
     while waiting:
         inside, beside = waiting.pop()
         for hit in NAMED_FILE.finditer(inside):
-            path = beside / hit[1].strip('"')
+            library = hit[1].upper() == "LIBRARY"
+            path = beside / hit[2].strip('"')
+            if library and not path.is_file():
+                path = Path(hit[2].strip('"'))
             if path in found or not path.is_file():
                 continue
             found.append(path)
-            if path.suffix.lower() not in (".msh", ".stl", ".h5"):
+            if not library and path.suffix.lower() not in (".msh", ".stl", ".h5"):
                 waiting.append((path.read_text(encoding="utf-8", errors="replace"), path.parent))
     return sorted(found)
 
@@ -70,9 +76,11 @@ def run_key(text: str, folder: Path, program: Path, threads: int) -> str:
     return key.hexdigest()
 
 
-def _sizes(results: Path) -> dict[str, int]:
-    files = [results / name for name in ("curves.csv", "results.h5", "job.log")]
-    return {path.name: path.stat().st_size for path in files if path.is_file()}
+def _hashes(results: Path) -> dict[str, str]:
+    """Hashes of the files of a run that figures are taken from."""
+    names = ("curves.csv", "job.log", "timing.json", "profile.json", "results.h5")
+    files = [results / name for name in names] + sorted((results / "results").glob("*.h5"))
+    return {str(path.relative_to(results)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}
 
 
 def keep(path: Path, content: dict[str, Any]) -> None:
@@ -97,7 +105,7 @@ def remember(directory: Path, key: str, record: Record) -> None:
         return
     content: dict[str, Any] = {
         "key": key, "exit_code": record.exit_code, "wall_seconds": round(record.wall_seconds, 3),
-        "message": record.message, "sizes": _sizes(directory / "results"),
+        "message": record.message, "hashes": _hashes(directory / "results"),
         "finished": time.strftime("%Y-%m-%d %H:%M:%S"), "load_average": round(os.getloadavg()[0], 2),
     }  # fmt: skip
     keep(directory / "run.json", content)
@@ -107,7 +115,7 @@ def recall(directory: Path, key: str) -> Record | None:
     """The run kept in a folder when it is the one asked for and its files are as it left them."""
     try:
         content = json.loads((directory / "run.json").read_text(encoding="utf-8"))
-        if content["key"] != key or content["sizes"] != _sizes(directory / "results"):
+        if content["key"] != key or content["hashes"] != _hashes(directory / "results"):
             return None
         return Record(int(content["exit_code"]), float(content["wall_seconds"]), str(content["message"]))
     except (OSError, ValueError, KeyError, TypeError):

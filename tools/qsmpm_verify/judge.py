@@ -12,7 +12,7 @@ import numpy as np
 from qsmpm_verify.cases import Case, Quantity
 from qsmpm_verify.measures import MEASURES
 from qsmpm_verify.reference import REFERENCES
-from qsmpm_verify.results import Array, Curves, ResultError, read_curves, read_points
+from qsmpm_verify.results import Array, Curves, ResultError, read_cpu_seconds, read_curves, read_points
 from qsmpm_verify.runner import Run
 from qsmpm_verify.traces import TRACES
 
@@ -194,9 +194,9 @@ def judge_exit(run: Run) -> Verdict:
 
 
 def cpu_seconds(run: Run) -> float | None:
-    """CPU seconds of the run as its curves tell them, if they do."""
+    """CPU seconds of the run, where it wrote them."""
     try:
-        return float(read_curves(run.directory).column("cpu_seconds")[-1])
+        return read_cpu_seconds(run.directory)
     except ResultError:
         return None
 

@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 
 from qsmpm_verify.measures import column_stress_error  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
-from qsmpm_verify.results import Curves, ResultError, read_curves, read_points  # noqa: E402
+from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_points  # noqa: E402
 
 # Text stays text and the same figures give the same file.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
@@ -21,7 +21,7 @@ plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
 #: Columns that are no history.
 BOOKKEEPING = {
     "phase", "step", "load_factor", "iterations", "out_of_balance", "drag_share", "stabilisation_share",
-    "inaccurate_points", "external_work", "internal_work", "cpu_seconds",
+    "inaccurate_points", "step_error", "external_work", "internal_work",
 }  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def column_figure(runs: dict[str, Path], out: Path) -> Path | None:
         drawn += 1
         folders = [runs[f"{kind}_{n}"] for n in cells]
         errors = [column_stress_error(read_points(folder), height=50.0, unit_weight=0.8) for folder in folders]
-        seconds = [float(read_curves(folder).column("cpu_seconds")[-1]) for folder in folders]
+        seconds = [read_cpu_seconds(folder) for folder in folders]
         left.loglog(cells, errors, line, label=text)
         right.loglog(seconds, errors, line, label=text)
     if not drawn:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -85,6 +86,15 @@ def read_curves(path: Path) -> Curves:
         except ValueError:
             text[name] = cells
     return Curves(path, columns, dict(header), text)
+
+
+def read_cpu_seconds(folder: Path) -> float:
+    """CPU seconds of a run and of those it continued, as timing.json tells them."""
+    path = folder / "timing.json"
+    try:
+        return float(json.loads(path.read_text(encoding="utf-8"))["cpu_seconds"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ResultError(f"{path}: not the seconds of a run ({error!r})") from error
 
 
 def how_it_ended(folder: Path) -> str | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from qsmpm_verify.results import ResultError, read_curves
+from qsmpm_verify.results import ResultError, read_cpu_seconds, read_curves
 
 Trace = Callable[..., float]
 
@@ -71,5 +71,10 @@ def jitter(folder: Path, column: str, along: str = "load_factor", beyond: float 
     return float(bends.mean())
 
 
-TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter)}
+def cpu_seconds(folder: Path) -> float:
+    """CPU seconds of a run [s]."""
+    return read_cpu_seconds(folder)
+
+
+TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, cpu_seconds)}
 """The functions a case file may name."""

@@ -27,9 +27,11 @@ program run_unit_tests
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
+  use test_checksum, only: collect_checksum
   use test_text, only: collect_text
   use test_deck, only: collect_deck
   use test_output, only: collect_output
+  use test_checkpoint, only: collect_checkpoint
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
@@ -107,9 +109,11 @@ program run_unit_tests
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
+  call register('checksum', collect_checksum)
   call register('text', collect_text)
   call register('deck', collect_deck)
   call register('output', collect_output)
+  call register('checkpoint', collect_checkpoint)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)

@@ -10,6 +10,7 @@ module test_deck
   use qsmpm_deck, only: read_deck, parse_deck, message_list_type, message_text, echo_text, &
     help_text, keyword_list_text, deck_markdown
   use qsmpm_keyword_table, only: table_type
+  use qsmpm_messages, only: place_type, severity_error
   use qsmpm_keywords, only: make_table
   use testing, only: tests_type
   use scene_samples, only: slice_deck, changed
@@ -30,6 +31,7 @@ contains
     call large_deck(tests)
     call echoes(tests)
     call messages(tests)
+    call many_messages(tests)
     call odd_bytes(tests)
     call includes(tests)
     call help(tests)
@@ -232,6 +234,30 @@ contains
       "d/test.inp:3: *FIX: there is no node set 'nowhere'")
     call tests%check('last what is missing', index(lines(10)%text, '*BODY: the deck lacks') > 0)
   end subroutine messages
+
+  !> Sentences come in the order of the deck, those of one line in the order they were found in, however many there are.
+  subroutine many_messages(tests)
+    type(tests_type), intent(inout) :: tests
+    integer, parameter :: count = 50003
+    type(message_list_type) :: list
+    type(string_type), allocatable :: lines(:)
+    integer :: i, k
+    logical :: rising
+
+    do i = count, 1, -1
+      do k = 1, merge(2, 1, i == 7)
+        call list%add(severity_error, place_type(file='a.inp', line=i, chain='', order=i), '', achar(iachar('a') + k))
+      end do
+    end do
+    call list%sort()
+    call split(message_text(list), new_line('a'), lines)
+    rising = size(lines) == count + 2
+    call tests%check('fifty thousand sentences are all told', rising)
+    if (.not. rising) return
+    call tests%check('in the order of the deck', lines(1)%text == 'a.inp:1: b' .and. lines(6)%text == 'a.inp:6: b' .and. &
+      lines(9)%text == 'a.inp:8: b' .and. lines(count + 1)%text == 'a.inp:50003: b')
+    call tests%check('two of one line as they were found', lines(7)%text == 'a.inp:7: b' .and. lines(8)%text == 'a.inp:7: c')
+  end subroutine many_messages
 
   !> Bytes that must not matter.
   subroutine odd_bytes(tests)

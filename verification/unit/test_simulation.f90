@@ -397,6 +397,8 @@ contains
     infinite = ieee_value(1.0_wp, ieee_positive_inf)
     call run%set_gravity([0.0_wp, -infinite, 0.0_wp], error)
     call tests%check('a load is a finite number', allocated(error))
+    call run%set_load_factor(infinite, error)
+    call tests%check('a load factor too', allocated(error))
     call run%add_stage('weight', 1, error)
     call tests%check('a name is given once', allocated(error))
     call run%add_stage('empty', 0, error)
@@ -509,6 +511,23 @@ contains
     call tests%check('two threads give the bytes of one', same(run, single))
     call run%destroy()
     call single%destroy()
+    call refuse_threads(0)
+    call refuse_threads(1000000000)
+
+  contains
+
+    !> An analysis with threads that cannot be had is not made.
+    subroutine refuse_threads(count)
+      integer, intent(in) :: count
+      type(simulation_type) :: other
+      type(problem_type) :: problem
+
+      call problem%parse(sample_deck('1, 4'), 'sample', error)
+      other%threads = count
+      call other%create(problem, error)
+      call tests%check('threads that cannot be had are refused', allocated(error))
+      if (allocated(error)) call tests%check('with the number that can', index(error%message, 'from 1 to ') > 0)
+    end subroutine refuse_threads
   end subroutine check_threads
 
   !> No state.

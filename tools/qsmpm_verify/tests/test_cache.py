@@ -69,6 +69,15 @@ class Cache(unittest.TestCase):
         self.assertTrue(self.go().reused)
         self.assertEqual(self.calls(), 5)
 
+    def test_a_rebuilt_library_is_another_run(self) -> None:
+        library = self.folder / "decks" / "libsand.so"
+        library.write_bytes(b"one build")
+        self.deck.write_text("exit 0\n*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libsand.so, STATE=2\n")
+        self.go()
+        self.assertTrue(self.go().reused)
+        library.write_bytes(b"two build")
+        self.assertFalse(self.go().reused)
+
     def test_a_run_that_failed_by_its_deck_is_kept_with_its_code_and_message(self) -> None:
         self.deck.write_text("exit 3\n")
         self.go()
@@ -88,6 +97,8 @@ class Cache(unittest.TestCase):
         curves = self.go().directory / "curves.csv"
         curves.write_text("step\n1\n2\n")
         self.assertFalse(self.go().reused)
+        curves.write_text("step\n7\n")
+        self.assertFalse(self.go().reused, "another figure of the same length")
         (self.folder / "out" / "f" / "a" / "run.json").write_text("{")
         self.assertFalse(self.go().reused)
 

@@ -108,6 +108,15 @@ class Curve(unittest.TestCase):
         self.assertEqual(self.call(*self.FORMULA, "--tolerance", "0.21")[0], 0)
         self.assertEqual(self.call(*self.FORMULA, "--tolerance", "0.19")[0], 1)
 
+    def test_the_first_history_stands_behind_the_columns_of_every_run(self) -> None:
+        """The head is that of the program, asserted in verification/unit/test_output.f90."""
+        self.curves.write_text("phase,step,load_factor,iterations,out_of_balance,drag_share,stabilisation_share,inaccurate_points,"
+                               "step_error,top [kPa],external_work,internal_work\n" + "1,1,1,3,0,0,0,0,0.5,-2,0,0\n1,2,2,3,0,0,0,0,0.5,-4,0,0\n")
+        table = self.folder / "t.csv"
+        table.write_text("load_factor,top [kPa]\n0,0\n2,-4\n")
+        code, out, err = self.call("--against", str(table))
+        self.assertEqual((code, out.splitlines()[0][:3]), (0, "top"), err)
+
     def test_norms_against_a_table_between_its_rows(self) -> None:
         table = self.folder / "t.csv"
         table.write_text("strain [-],stress [kN/m2]\n0,0\n0.4,-4\n")

@@ -11,12 +11,13 @@ from qsmpm_verify.report import closing_line, counts, verdict_table
 from qsmpm_verify.results import ResultError, read_curves
 from qsmpm_verify.runner import Run, write_deck
 
-CURVES = "phase,step,load_factor,push [m],cpu_seconds [s]\n1,1,1,0.5,0.1\n1,2,2,1.5,0.2\n1,3,3,2.0,0.3\n"
+CURVES = "phase,step,load_factor,push [m]\n1,1,1,0.5\n1,2,2,1.5\n1,3,3,2.0\n"
 
 
 def run_of(folder: Path, **case: object) -> Run:
     """A finished run whose curves are in the folder."""
     (folder / "curves.csv").write_text(CURVES)
+    (folder / "timing.json").write_text('{"cpu_seconds": 0.3, "wall_seconds": 0.4}')
     return Run(Case("a/b", "title", folder / "deck.inp", (), **case), folder, 0, 1.0)  # type: ignore[arg-type]
 
 
@@ -65,6 +66,7 @@ class Judging(unittest.TestCase):
     def test_the_table_names_the_case(self) -> None:
         verdict = self.verdict(reference=2.0, tolerance=0.1)
         self.assertIn("a/b", verdict_table([verdict]))
+        self.assertEqual(verdict.cpu_seconds, 0.3)
         self.assertFalse(math.isnan(verdict.value))
 
 

@@ -1,0 +1,65 @@
+!> One run at a time writes into a folder: `run.lock` in it is locked until the run ends, however it ends, so that a run
+!> that was killed leaves a file but no lock.
+module qsmpm_folder_lock
+  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_number_text, only: integer_text
+  use qsmpm_posix, only: lock_file, make_directory, system_message, unlock_file
+  implicit none
+  private
+
+  public :: folder_lock_type, lock_folder, unlock_folder, make_folder
+
+  !> A folder that other runs keep out of.
+  type :: folder_lock_type
+    private
+    character(len=:), allocatable :: path
+    !> Of the locked file, negative when it is not.
+    integer :: descriptor = -1
+  end type folder_lock_type
+
+  integer, parameter :: has_failed = -1
+
+contains
+
+  !> Make a folder where there is none.
+  subroutine make_folder(directory, error)
+    character(len=*), intent(in) :: directory
+    !> Set when it cannot be made.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (make_directory(directory) == 0) return
+    call fail(error, error_other, "cannot make directory '"//directory//"': "//system_message())
+  end subroutine make_folder
+
+  !> Make a folder where there is none and keep other runs out of it.
+  subroutine lock_folder(lock, directory, error)
+    type(folder_lock_type), intent(out) :: lock
+    character(len=*), intent(in) :: directory
+    !> Set when there is no folder, or another run writes into it.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: holder
+    integer :: process
+
+    call make_folder(directory, error)
+    if (allocated(error)) return
+    lock%path = directory//'/run.lock'
+    lock%descriptor = lock_file(lock%path, process)
+    if (lock%descriptor >= 0) return
+    if (lock%descriptor == has_failed) then
+      call fail(error, error_other, "cannot lock '"//lock%path//"': "//system_message())
+      return
+    end if
+    holder = ''
+    if (process > 0) holder = ' (process '//integer_text(process)//')'
+    call fail(error, error_other, 'another run'//holder//" writes into '"//directory// &
+      "': wait for its end, or give another directory")
+  end subroutine lock_folder
+
+  !> Let other runs into the folder again; one that is not locked is left alone.
+  subroutine unlock_folder(lock)
+    type(folder_lock_type), intent(inout) :: lock
+
+    if (lock%descriptor >= 0) call unlock_file(lock%path, lock%descriptor)
+    lock%descriptor = -1
+  end subroutine unlock_folder
+end module qsmpm_folder_lock

@@ -1,0 +1,118 @@
+!> Whether a state that was read from a file can be one of a model: numbers that count or point are in their ranges,
+!> reals are finite. A state that fails here would index beyond an array, or hold numbers that no step has written.
+module qsmpm_state_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: mesh_grid
+  use qsmpm_grid, only: pieces_of, whole_window
+  use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_model, only: model_type, progress_type, state_type
+  use qsmpm_model_mesh, only: grid_of
+  use qsmpm_points, only: carried_type, points_type
+  implicit none
+  private
+
+  public :: check_state, window_reason
+
+contains
+
+  !> What of a state cannot be; empty when all can.
+  pure function check_state(state, model) result(reason)
+    type(state_type), intent(in) :: state
+    !> A model built from the same deck.
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: reason
+    integer :: cells
+
+    cells = cell_count(state%window, model)
+    reason = ''
+    if (.not. progress_good(state%progress, size(model%analysis%phases))) reason = 'the progress'
+    if (.not. carried_good(state%points, 1, cells)) reason = 'the material points'
+    if (.not. points_good(state%points, model)) reason = 'the material points'
+    if (.not. carried_good(state%surface, 0, cells)) reason = 'the surface points'
+    if (.not. (finite(state%surface%area) .and. finite_table(state%surface%area_vector))) reason = 'the surface points'
+    if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
+    if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
+    if (.not. finite([state%plate])) reason = 'the mesh'
+    if (len(reason) > 0) reason = reason//' in it cannot be those of this analysis'
+  end function check_state
+
+  !> What is wrong with a part of the grid; empty when nothing is.
+  pure function window_reason(window, model) result(reason)
+    !> First and last cells along each axis (6).
+    integer, intent(in) :: window(:)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: reason
+    type(window_type) :: whole
+    logical :: good
+
+    reason = ''
+    good = all(window(:3) >= 1 .and. window(:3) <= window(4:))
+    if (model%analysis%mesh%kind == mesh_grid .and. good) then
+      whole = whole_window(grid_of(model%analysis))
+      good = all(window(4:) <= whole%last)
+    end if
+    if (.not. good) reason = 'the part of the grid in it is none'
+  end function window_reason
+
+  !> Cells of the mesh that a part of the grid is.
+  pure integer function cell_count(window, model)
+    type(window_type), intent(in) :: window
+    type(model_type), intent(in) :: model
+
+    cell_count = model%mesh%cell_count
+    if (model%analysis%mesh%kind == mesh_grid) &
+      cell_count = product(cells_of(window))*pieces_of(grid_of(model%analysis))
+  end function cell_count
+
+  !> Whether an analysis of some phases can stand there.
+  pure logical function progress_good(progress, phases)
+    type(progress_type), intent(in) :: progress
+    integer, intent(in) :: phases
+
+    progress_good = progress%phase >= 1 .and. progress%phase <= phases .and. &
+      min(progress%step, progress%phase_steps, progress%hold_tests_done) >= 0 .and. &
+      progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
+      progress%proximal >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%proximal, &
+      progress%external_work, progress%internal_work])
+  end function progress_good
+
+  !> Whether places are finite and in cells of the mesh.
+  pure logical function carried_good(carried, first_cell, last_cell)
+    class(carried_type), intent(in) :: carried
+    integer, intent(in) :: first_cell, last_cell
+
+    carried_good = carried%count == size(carried%cell) .and. all(carried%cell >= first_cell) .and. &
+      all(carried%cell <= last_cell) .and. finite_table(carried%position) .and. &
+      finite_table(carried%initial_position) .and. finite_table(carried%local)
+  end function carried_good
+
+  !> Whether material points are of bodies and materials that there are, and their numbers finite.
+  pure logical function points_good(points, model)
+    type(points_type), intent(in) :: points
+    type(model_type), intent(in) :: model
+
+    points_good = min(minval([1, points%body]), minval([1, points%material])) >= 1 .and. finite(points%volume) .and. &
+      all(points%volume > 0.0_wp) .and. finite(points%initial_volume) .and. finite(points%weight) .and. &
+      finite_table(points%stress) .and. finite_table(points%state) .and. finite_table(points%half_size)
+    if (allocated(points%deformation_gradient)) &
+      points_good = points_good .and. finite_table(points%deformation_gradient)
+    if (allocated(model%analysis%bodies)) &
+      points_good = points_good .and. all(points%body <= size(model%analysis%bodies))
+    if (allocated(model%analysis%materials)) &
+      points_good = points_good .and. all(points%material <= size(model%analysis%materials))
+  end function points_good
+
+  !> Whether all reals are finite.
+  pure logical function finite(values)
+    real(wp), intent(in) :: values(:)
+
+    finite = all(abs(values) <= huge(1.0_wp))
+  end function finite
+
+  !> The same of a table.
+  pure logical function finite_table(values)
+    real(wp), intent(in) :: values(:, :)
+
+    finite_table = all(abs(values) <= huge(1.0_wp))
+  end function finite_table
+end module qsmpm_state_check

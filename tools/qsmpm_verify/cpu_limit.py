@@ -1,0 +1,103 @@
+"""Run a command with a limit in CPU seconds.
+
+On a loaded machine a run takes many times its CPU seconds by the clock on the wall, so a limit by the clock fails
+runs that are as quick as ever. A limit by CPU seconds alone would let a run that sleeps go on for ever: beyond
+WALL_FACTOR times the limit, and a minute at least, the command is ended by the clock.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import tempfile
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+WALL_FACTOR = 30.0
+LEAST_WALL = 60.0
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a command ended."""
+
+    code: int | None
+    """Exit code, negative for a signal; none when a limit ended it."""
+    cpu: float
+    """CPU seconds of the command and of those it has started and waited for."""
+    output: str = ""
+    """Both streams, unless they went into a file."""
+    reason: str = ""
+    """The limit that ended it, as a sentence."""
+
+    @property
+    def how(self) -> str:
+        """The end in words."""
+        if self.code is None:
+            return self.reason
+        return f"signal {-self.code}" if self.code < 0 else f"exit code {self.code}"
+
+
+def run_limited(
+    command: Sequence[str | Path], cpu_seconds: float, cwd: Path | None = None, env: Mapping[str, str] | None = None,
+    output: IO[bytes] | None = None, text: str | None = None,
+) -> Ended:  # fmt: skip
+    """Run a command to its end, or to the limit of CPU seconds, with all processes it has started.
+
+    Each of its processes has the limit for itself. Both streams go into `output` when that is given, else into the
+    result; `text` is its input.
+    """
+    whole = max(1, round(cpu_seconds))
+
+    def limit() -> None:
+        # The hard limit ends a process that handles the signal of the soft one.
+        resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 2))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+    with tempfile.TemporaryFile() as own, tempfile.TemporaryFile() as given:
+        given.write((text or "").encode())
+        given.seek(0)
+        streams = output or own
+        child = subprocess.Popen(
+            [str(word) for word in command], stdin=given, stdout=streams, stderr=subprocess.STDOUT, cwd=cwd, env=env,
+            preexec_fn=limit, start_new_session=True,
+        )  # fmt: skip
+        late = threading.Event()
+        wall = max(LEAST_WALL, WALL_FACTOR * cpu_seconds)
+
+        def stop() -> None:
+            late.set()
+            end_group(child.pid)
+
+        guard = threading.Timer(wall, stop)
+        guard.start()
+        try:
+            _, status, usage = os.wait4(child.pid, 0)
+        except BaseException:
+            end_group(child.pid)
+            raise
+        finally:
+            guard.cancel()
+        child.returncode = os.waitstatus_to_exitcode(status)
+        end_group(child.pid)
+        own.seek(0)
+        told = own.read().decode("utf-8", "replace")
+    cpu = usage.ru_utime + usage.ru_stime
+    if late.is_set():
+        return Ended(None, cpu, told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
+    if child.returncode in (-signal.SIGXCPU, -signal.SIGKILL) and cpu > 0.9 * whole:
+        return Ended(None, cpu, told, f"stopped after {whole} CPU s")
+    return Ended(child.returncode, cpu, told)
+
+
+def end_group(leader: int) -> None:
+    """End what a command has left behind."""
+    try:
+        os.killpg(leader, signal.SIGKILL)
+    except (ProcessLookupError, PermissionError):
+        pass

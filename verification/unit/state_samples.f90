@@ -1,0 +1,238 @@
+!> The state of a model, component by component: every one altered, and the names of those in which two states differ.
+!>
+!> `verification/house.py` demands that every component of the types of the state is named here twice, so that
+!> a new one cannot be left out of the tests of checkpoint and restart.
+module state_samples
+  use, intrinsic :: iso_fortran_env, only: int8
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: state_type, progress_type
+  use qsmpm_points, only: carried_type, points_type, surface_points_type
+  implicit none
+  private
+
+  public :: alter_state, state_differences, same_reals
+
+  !> Change every element.
+  interface alter
+    module procedure :: alter_real, alter_reals_1, alter_reals_2, alter_integers
+  end interface alter
+
+contains
+
+  !> Change every element of every component; the window stays, since mesh and space belong to it.
+  subroutine alter_state(state)
+    type(state_type), intent(inout) :: state
+
+    call alter_points(state%points)
+    call alter_surface(state%surface)
+    call alter_carried(state%tracers)
+    call alter(state%coordinates)
+    call alter(state%reactions)
+    call alter(state%plate)
+    call alter_progress(state%progress)
+  end subroutine alter_state
+
+  !> Change where the analysis stands.
+  subroutine alter_progress(progress)
+    type(progress_type), intent(inout) :: progress
+
+    progress%phase = progress%phase + 1
+    progress%step = progress%step + 2
+    progress%phase_steps = progress%phase_steps + 3
+    progress%hold_tests_done = progress%hold_tests_done + 4
+    progress%whole_corrections = .not. progress%whole_corrections
+    call alter(progress%fraction)
+    call alter(progress%load_factor)
+    call alter(progress%next_step)
+    call alter(progress%proximal)
+    call alter(progress%external_work)
+    call alter(progress%internal_work)
+  end subroutine alter_progress
+
+  !> Change a carried set; the number of its places stays.
+  subroutine alter_carried(carried)
+    class(carried_type), intent(inout) :: carried
+
+    call alter(carried%position)
+    call alter(carried%initial_position)
+    call alter(carried%local)
+    call alter(carried%cell)
+  end subroutine alter_carried
+
+  !> Change the material points.
+  subroutine alter_points(points)
+    type(points_type), intent(inout) :: points
+
+    call alter_carried(points)
+    call alter(points%body)
+    call alter(points%material)
+    call alter(points%volume)
+    call alter(points%initial_volume)
+    call alter(points%weight)
+    call alter(points%stress)
+    call alter(points%state)
+    call alter(points%plastic)
+    call alter(points%half_size)
+    call alter(points%deformation_gradient)
+  end subroutine alter_points
+
+  !> Change the surface points.
+  subroutine alter_surface(surface)
+    type(surface_points_type), intent(inout) :: surface
+
+    call alter_carried(surface)
+    call alter(surface%surface)
+    call alter(surface%area)
+    call alter(surface%area_vector)
+    call alter(surface%normal)
+  end subroutine alter_surface
+
+  !> Change a number.
+  elemental subroutine alter_real(x)
+    real(wp), intent(inout) :: x
+
+    x = 1.0_wp/3.0_wp - 2.0_wp*x
+  end subroutine alter_real
+
+  !> Change a row, each element by itself.
+  pure subroutine alter_reals_1(x)
+    real(wp), intent(inout) :: x(:)
+    integer :: i
+
+    do i = 1, size(x)
+      x(i) = i/3.0_wp - 2.0_wp*x(i)
+    end do
+  end subroutine alter_reals_1
+
+  !> Change a table, each column by itself.
+  pure subroutine alter_reals_2(x)
+    real(wp), intent(inout) :: x(:, :)
+    integer :: i
+
+    do i = 1, size(x, 2)
+      call alter_reals_1(x(:, i))
+      x(:, i) = x(:, i) + i
+    end do
+  end subroutine alter_reals_2
+
+  !> Change a row of integers.
+  elemental subroutine alter_integers(n)
+    integer, intent(inout) :: n
+
+    n = n + 1
+  end subroutine alter_integers
+
+  !> Names of the components in which two states differ, a blank behind each; bits count, not values.
+  function state_differences(a, b) result(names)
+    type(state_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = points_differences(a%points, b%points)//surface_differences(a%surface, b%surface)// &
+      carried_differences('tracers', a%tracers, b%tracers)
+    call note(names, 'coordinates', same_shape(shape(a%coordinates), shape(b%coordinates)))
+    if (size(a%coordinates) == size(b%coordinates)) &
+      call note(names, 'coordinates', same_reals([a%coordinates], [b%coordinates]))
+    call note(names, 'reactions', same_reals([a%reactions], [b%reactions]))
+    call note(names, 'plate', same_reals([a%plate], [b%plate]))
+    call note(names, 'window', all(a%window%first == b%window%first) .and. all(a%window%last == b%window%last))
+    names = names//progress_differences(a%progress, b%progress)
+  end function state_differences
+
+  !> Components of the progress that differ.
+  function progress_differences(a, b) result(names)
+    type(progress_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = ''
+    call note(names, 'phase', a%phase == b%phase)
+    call note(names, 'step', a%step == b%step)
+    call note(names, 'phase_steps', a%phase_steps == b%phase_steps)
+    call note(names, 'hold_tests_done', a%hold_tests_done == b%hold_tests_done)
+    call note(names, 'whole_corrections', a%whole_corrections .eqv. b%whole_corrections)
+    call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
+    call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))
+    call note(names, 'next_step', same_reals([a%next_step], [b%next_step]))
+    call note(names, 'proximal', same_reals([a%proximal], [b%proximal]))
+    call note(names, 'external_work', same_reals([a%external_work], [b%external_work]))
+    call note(names, 'internal_work', same_reals([a%internal_work], [b%internal_work]))
+  end function progress_differences
+
+  !> Components of a carried set that differ.
+  function carried_differences(owner, a, b) result(names)
+    !> Name of the set.
+    character(len=*), intent(in) :: owner
+    class(carried_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = ''
+    call note(names, owner//'%count', a%count == b%count)
+    call note(names, owner//'%position', same_reals([a%position], [b%position]))
+    call note(names, owner//'%initial_position', same_reals([a%initial_position], [b%initial_position]))
+    call note(names, owner//'%local', same_reals([a%local], [b%local]))
+    call note(names, owner//'%cell', same_integers(a%cell, b%cell))
+  end function carried_differences
+
+  !> Components of the material points that differ.
+  function points_differences(a, b) result(names)
+    type(points_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = carried_differences('points', a, b)
+    call note(names, 'body', same_integers(a%body, b%body))
+    call note(names, 'material', same_integers(a%material, b%material))
+    call note(names, 'volume', same_reals(a%volume, b%volume))
+    call note(names, 'initial_volume', same_reals(a%initial_volume, b%initial_volume))
+    call note(names, 'weight', same_reals(a%weight, b%weight))
+    call note(names, 'stress', same_reals([a%stress], [b%stress]))
+    call note(names, 'state', same_reals([a%state], [b%state]))
+    call note(names, 'plastic', same_integers(a%plastic, b%plastic))
+    call note(names, 'half_size', same_reals([a%half_size], [b%half_size]))
+    call note(names, 'deformation_gradient', same_reals([a%deformation_gradient], [b%deformation_gradient]))
+  end function points_differences
+
+  !> Components of the surface points that differ.
+  function surface_differences(a, b) result(names)
+    type(surface_points_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = carried_differences('surface', a, b)
+    call note(names, 'surface', same_integers(a%surface, b%surface))
+    call note(names, 'area', same_reals(a%area, b%area))
+    call note(names, 'area_vector', same_reals([a%area_vector], [b%area_vector]))
+    call note(names, 'normal', same_reals([a%normal], [b%normal]))
+  end function surface_differences
+
+  !> Add the name of a component that differs.
+  subroutine note(names, name, same)
+    character(len=:), allocatable, intent(inout) :: names
+    character(len=*), intent(in) :: name
+    !> Whether it is the same.
+    logical, intent(in) :: same
+
+    if (.not. same) names = names//name//' '
+  end subroutine note
+
+  !> Whether two rows of reals are the same bits.
+  pure logical function same_reals(a, b)
+    real(wp), intent(in) :: a(:), b(:)
+
+    same_reals = size(a) == size(b)
+    if (same_reals) same_reals = all(transfer(a, [0_int8]) == transfer(b, [0_int8]))
+  end function same_reals
+
+  !> Whether two rows of integers are the same.
+  pure logical function same_integers(a, b)
+    integer, intent(in) :: a(:), b(:)
+
+    same_integers = size(a) == size(b)
+    if (same_integers) same_integers = all(a == b)
+  end function same_integers
+
+  !> Whether two shapes are the same.
+  pure logical function same_shape(a, b)
+    integer, intent(in) :: a(:), b(:)
+
+    same_shape = size(a) == size(b)
+    if (same_shape) same_shape = all(a == b)
+  end function same_shape
+end module state_samples

@@ -1,0 +1,404 @@
+!> Tests of what brings a former state back: the checkpoint of a step, the places of a step that leaves the mesh, the
+!> snapshot of an embedding program and the restart file. Every component of the state is altered and demanded back
+!> bit for bit, in models of several kinds that together fill every component.
+module test_checkpoint
+  use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_associated
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, phase_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_type
+  use qsmpm_grid, only: whole_window
+  use qsmpm_grid_window, only: operator(==)
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step
+  use qsmpm_model, only: model_type, state_type, loading_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_model_mesh, only: grid_of
+  use qsmpm_model_window, only: fit_window, restore
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_phases, only: march_type
+  use qsmpm_restart, only: read_restart, write_restart
+  use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
+  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back
+  use deck_samples, only: joined
+  use plugin_paths, only: plugin
+  use scratch_folder, only: make_folder, remove_folder
+  use state_samples, only: alter_state, state_differences, same_reals
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_checkpoint
+
+  character(len=12), parameter :: kinds(6) = [character(len=12) :: 'plane', 'averaged', 'solid', 'moving mesh', &
+    'user state', 'carried mesh']
+  !> What the checkpoint of places may leave: what convection changes last, and what no step changes.
+  character(len=*), parameter :: not_places = 'points%initial_position body material volume initial_volume weight '// &
+    'stress state plastic half_size deformation_gradient '
+  integer, parameter :: mark(2) = [7, -9]
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_checkpoint(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: directory, all_names
+    integer :: k
+
+    call tests%start('checkpoint')
+    call make_folder(directory)
+    all_names = ''
+    do k = 1, size(kinds)
+      call check_state(tests, trim(kinds(k)), all_names)
+      call check_places(tests, trim(kinds(k)))
+      call check_restart(tests, trim(kinds(k)), directory)
+      call check_snapshot(tests, trim(kinds(k)))
+    end do
+    call check_window(tests, directory)
+    call check_lost_points(tests, 'averaged')
+    call check_lost_points(tests, 'plane')
+    call check_coverage(tests, all_names)
+    call remove_folder(directory)
+  end subroutine collect_checkpoint
+
+  !> A block under its weight and a traction, with a tracer; its first phase has begun.
+  subroutine build(kind, model)
+    character(len=*), intent(in) :: kind
+    type(model_type), intent(out) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined(deck(kind)), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the checkpoint suite is broken'
+    call start_phase(model)
+  end subroutine build
+
+  !> Text of the deck; a bar is a line end.
+  function deck(kind) result(text)
+    character(len=*), intent(in) :: kind
+    character(len=:), allocatable :: text
+    logical :: solid
+
+    solid = kind == 'solid'
+    text = '*MODEL, TYPE='//trim(merge('3D          ', 'PLANE STRAIN', solid))//'|*GRID, ELEMENT='// &
+      trim(merge('HEX8 ', 'QUAD4', solid))//'|X, 0, 16, 32|Y, 0, 2, 4|'
+    if (solid) text = text//'Z, 0, 1, 2|'
+    text = text//'*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=top, BOX|0, 1, 1, 1'//trim(merge(', 0, 1', '      ', solid))
+    text = text//'|*SURFACE, NAME=side, TYPE=OUTLINE, BODY=block, BOX|0.9, 1.1, 0, 1'// &
+      trim(merge(', 0, 1', '      ', solid))
+    if (kind == 'moving mesh') text = text//'|*MOVING MESH, NSET=top, AXIS=Y, BASE=0'
+    text = text//'|*MATERIAL, NAME=soil|'//material(kind)//'|*UNIT WEIGHT|18'
+    text = text//'|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1'//trim(merge(', 0, 1', '      ', solid))
+    select case (kind)
+    case ('averaged')
+      text = text//'|*METHOD, BASIS=SPLINE2G'
+    case ('carried mesh')
+      text = text//'|*METHOD, BASIS=FEM'
+    case ('user state')
+      text = text//'|*METHOD, BASIS=STANDARD, KINEMATICS=JAUMANN, STRESS RATE=CAUCHY'
+    case default
+      text = text//'|*METHOD, BASIS=STANDARD, INTEGRATION=CELL'
+    end select
+    text = text//'|*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|1, 1'//trim(merge(', 1', '   ', solid))
+    text = text//'|*PHASE, NAME=one|*FIX|base, ALL|*TRACTION, SURFACE=side|-1, 0'//trim(merge(', 0', '   ', solid))
+    text = text//'|*GRAVITY|0, -1'//trim(merge(', 0', '   ', solid))//'|*PRESCRIBE|top, Y, -0.01|*END PHASE|'
+  end function deck
+
+  !> What the block is made of: softening soil, or a user model with state variables.
+  function material(kind) result(text)
+    character(len=*), intent(in) :: kind
+    character(len=:), allocatable :: text
+
+    text = '*ELASTIC|1000, 0.3|*MOHR COULOMB|10, 30, 5|*SOFTENING, TYPE=LINEAR, LENGTH=0.1|1, 20, 0, 0.2'
+    if (kind == 'user state') text = '*USER MATERIAL, INTERFACE=UMAT, LIBRARY='//plugin('fibre')// &
+      ', STATE=6|2000, 0.3, 500|*USER STATE|1, 0.5, 0.25, 0, 0, 0'
+  end function material
+
+  !> A saved state is restored whole.
+  subroutine check_state(tests, kind, all_names)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    !> Gains the names of what has been altered.
+    character(len=:), allocatable, intent(inout) :: all_names
+    type(model_type), target :: model
+    type(state_type) :: before
+    type(c_ptr) :: place
+    real(wp), allocatable :: coordinates(:, :)
+
+    call build(kind, model)
+    allocate (coordinates, source=model%mesh%coordinates)
+    before = model%state
+    call tests%check(kind//': a saved state is the state', len(state_differences(before, model%state)) == 0)
+    call alter_state(model%state)
+    all_names = all_names//state_differences(before, model%state)
+    model%mesh%coordinates = model%state%coordinates
+    place = c_loc(model%state%points%stress)
+    call restore(before, model)
+    call same(tests, kind//': a restored state is the one saved', state_differences(before, model%state))
+    call tests%check(kind//': the nodes of the mesh are restored', same_reals([coordinates], [model%mesh%coordinates]))
+    call tests%check(kind//': the stresses stay where they are in memory', &
+      c_associated(place, c_loc(model%state%points%stress)))
+  end subroutine check_state
+
+  !> What a step has moved is restored, and nothing else touched.
+  subroutine check_places(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    type(model_type) :: model
+    type(state_type) :: before, altered
+    type(saved_places_type) :: saved
+    character(len=:), allocatable :: names
+    integer :: i
+
+    call build(kind, model)
+    before = model%state
+    call save_places(model, saved)
+    call alter_state(model%state)
+    altered = model%state
+    call restore_places(saved, model)
+    names = state_differences(before, model%state)
+    do while (len(names) > 0)
+      i = index(names, ' ')
+      if (index(' '//not_places, ' '//names(:i)) == 0) exit
+      names = names(i + 1:)
+    end do
+    call same(tests, kind//': restored places are those saved', names)
+    call tests%check(kind//': places leave the stresses alone', &
+      same_reals([altered%points%stress, altered%points%state], [model%state%points%stress, model%state%points%state]))
+  end subroutine check_places
+
+  !> A restart file holds the whole state.
+  subroutine check_restart(tests, kind, directory)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    !> Where files may be written.
+    character(len=*), intent(in) :: directory
+    type(model_type) :: model, fresh
+    type(state_type) :: written
+    type(error_type), allocatable :: error
+
+    call build(kind, model)
+    call make_valid(model)
+    written = model%state
+    call write_restart(directory//'/restart.h5', model, mark, error)
+    call build(kind, fresh)
+    if (.not. allocated(error)) call read_restart(directory//'/restart.h5', fresh, mark, error)
+    call tests%check(kind//': a restart file is written and read'//told(error), .not. allocated(error))
+    call same(tests, kind//': a state read from a file is the one written', state_differences(written, fresh%state))
+    call tests%check(kind//': the mesh is that of the state read', &
+      same_reals([fresh%mesh%coordinates], [written%coordinates]))
+  end subroutine check_restart
+
+  !> Alter all of the state that a run may alter, numbers of cells, bodies and materials staying those of the model.
+  subroutine make_valid(model)
+    type(model_type), intent(inout) :: model
+    type(state_type) :: before
+    integer :: i
+
+    before = model%state
+    call alter_state(model%state)
+    associate (state => model%state)
+      state%points%cell = before%points%cell(before%points%count:1:-1)
+      state%surface%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%surface%count)]
+      state%tracers%cell = [(before%points%cell(1 + mod(i, before%points%count)), i=1, state%tracers%count)]
+      state%points%body = before%points%body
+      state%points%material = before%points%material
+      state%surface%surface = before%surface%surface
+      state%points%plastic = 1
+      ! A restart file with a volume that is none is refused.
+      state%points%volume = 0.125_wp + abs(state%points%volume)
+      state%progress%phase = before%progress%phase
+    end associate
+  end subroutine make_valid
+
+  !> A snapshot holds state, loads and stages.
+  subroutine check_snapshot(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    type(model_type) :: model
+    type(state_type) :: before
+    type(loading_type) :: loading
+    type(snapshot_type) :: snapshot
+    type(march_type) :: march
+    type(phase_type), allocatable :: phases(:)
+
+    call build(kind, model)
+    allocate (phases(1))
+    phases(1)%name = 'of the scene'
+    march%begun = .true.
+    march%told = .true.
+    before = model%state
+    loading = model%loading
+    call take_snapshot(model, phases, march, snapshot)
+    call alter_state(model%state)
+    call alter_loading(model%loading)
+    model%analysis%phases(1)%name = 'altered'
+    phases(1)%name = 'altered'
+    march%begun = .false.
+    march%told = .false.
+    call put_back(snapshot, model, phases, march)
+    call same(tests, kind//': a snapshot restores the state', state_differences(before, model%state))
+    call same(tests, kind//': a snapshot restores the loads', loading_differences(loading, model%loading))
+    call tests%check(kind//': a snapshot restores the stages', phases(1)%name == 'of the scene' .and. &
+      model%analysis%phases(1)%name == 'one' .and. march%begun .and. march%told)
+  end subroutine check_snapshot
+
+  !> Change every component of the loads.
+  subroutine alter_loading(loading)
+    type(loading_type), intent(inout) :: loading
+
+    loading%constrained = .not. loading%constrained
+    loading%held = .not. loading%held
+    loading%open_edge = .not. loading%open_edge
+    loading%prescribed = loading%prescribed + 1.0_wp
+    loading%gravity_start = loading%gravity_start + 1.0_wp
+    loading%gravity_final = loading%gravity_final + 1.0_wp
+    loading%traction_start = loading%traction_start + 1.0_wp
+    loading%traction_final = loading%traction_final + 1.0_wp
+    loading%pressure_start = loading%pressure_start + 1.0_wp
+    loading%pressure_final = loading%pressure_final + 1.0_wp
+    loading%carrier = loading%carrier + 1
+    loading%support = loading%support + 1
+    loading%point_force = reshape([1.0_wp, 2.0_wp], [2, 1])
+  end subroutine alter_loading
+
+  !> Names of the components in which two loads differ.
+  function loading_differences(a, b) result(names)
+    type(loading_type), intent(in) :: a, b
+    character(len=:), allocatable :: names
+
+    names = ''
+    if (any(a%constrained .neqv. b%constrained)) names = names//'constrained '
+    if (any(a%held .neqv. b%held)) names = names//'held '
+    if (any(a%open_edge .neqv. b%open_edge)) names = names//'open_edge '
+    if (.not. same_reals([a%prescribed], [b%prescribed])) names = names//'prescribed '
+    if (.not. same_reals([a%gravity_start, a%gravity_final], [b%gravity_start, b%gravity_final])) &
+      names = names//'gravity '
+    if (.not. same_reals([a%traction_start, a%traction_final], [b%traction_start, b%traction_final])) &
+      names = names//'traction '
+    if (.not. same_reals([a%pressure_start, a%pressure_final], [b%pressure_start, b%pressure_final])) &
+      names = names//'pressure '
+    if (any(a%carrier /= b%carrier)) names = names//'carrier '
+    if (any(a%support /= b%support)) names = names//'support '
+    if (allocated(a%point_force) .neqv. allocated(b%point_force)) names = names//'point_force '
+  end function loading_differences
+
+  !> A state brings its part of the grid with it, from a copy and from a file.
+  subroutine check_window(tests, directory)
+    type(tests_type), intent(inout) :: tests
+    !> Where files may be written.
+    character(len=*), intent(in) :: directory
+    type(model_type) :: model, fresh
+    type(state_type) :: before
+    type(saved_places_type) :: saved
+    type(error_type), allocatable :: error
+    integer :: nodes, space_nodes
+
+    call build('plane', model)
+    call tests%check('the block is looked at in a part of the grid', &
+      .not. model%state%window == whole_window(grid_of(model%analysis)))
+    call alter_state(model%state)
+    model%state%progress%phase = 1
+    model%state%coordinates = model%mesh%coordinates
+    before = model%state
+    nodes = model%mesh%node_count
+    space_nodes = model%space%node_count
+    call save_places(model, saved)
+    call write_restart(directory//'/restart.h5', model, mark, error)
+    call fit_window(model, whole_window(grid_of(model%analysis)))
+    call tests%check('the whole grid has more nodes', model%mesh%node_count > nodes)
+    call restore(before, model)
+    call check_part('a state')
+    call fit_window(model, whole_window(grid_of(model%analysis)))
+    call restore_places(saved, model)
+    call check_part('a set of places')
+    call build('plane', fresh)
+    call fit_window(fresh, whole_window(grid_of(model%analysis)))
+    call restore(fresh%state, model)
+    call tests%check('a state of the whole grid brings the whole grid', model%mesh%node_count == fresh%mesh%node_count)
+
+  contains
+
+    !> Mesh, space and loads are those of the part, and the state is the one saved.
+    subroutine check_part(what)
+      character(len=*), intent(in) :: what
+
+      call same(tests, what//' of another part of the grid is restored', state_differences(before, model%state))
+      call tests%check(what//' brings mesh, space and loads of its part of the grid', model%mesh%node_count == nodes &
+        .and. model%space%node_count == space_nodes .and. size(model%loading%prescribed, 2) == space_nodes)
+    end subroutine check_part
+  end subroutine check_window
+
+  !> A step that pushes points out of the mesh is not taken, and leaves no trace.
+  subroutine check_lost_points(tests, kind)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind
+    type(model_type) :: model
+    type(state_type) :: before
+    type(step_type) :: step
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+
+    call build(kind, model)
+    ! The whole block, moved as a rigid body through the side of the grid.
+    model%loading%constrained = .true.
+    model%loading%prescribed(1, :) = -0.7_wp
+    model%loading%prescribed(2, :) = 0.0_wp
+    before = model%state
+    call load_step(model, step, model%analysis%phases(1)%controls, 1.0_wp, 1.0_wp, 0.0_wp, 10.0_wp, solution, error)
+    call tests%check(kind//': a step that leaves the mesh is not taken', .not. solution%converged .and. &
+      .not. allocated(error))
+    call tests%check(kind//': its reason is the point that left', index(solution%reason, 'left') > 0)
+    call same(tests, kind//': it leaves the state as it was', state_differences(before, model%state))
+    call end_system(step%system)
+  end subroutine check_lost_points
+
+  !> Every component of the state has been altered in one of the models at least.
+  subroutine check_coverage(tests, all_names)
+    type(tests_type), intent(inout) :: tests
+    !> What has been altered.
+    character(len=*), intent(in) :: all_names
+    character(len=24), parameter :: names(*) = [character(len=24) :: 'points%position', 'points%initial_position', &
+      'points%local', 'points%cell', 'body', 'material', 'volume', 'initial_volume', 'weight', 'stress', 'state', &
+      'plastic', 'half_size', 'deformation_gradient', 'surface%position', 'surface%initial_position', &
+      'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'tracers%position', &
+      'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
+      'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
+      'proximal', 'external_work', 'internal_work']
+    character(len=:), allocatable :: missing
+    integer :: i
+
+    missing = ''
+    do i = 1, size(names)
+      if (index(' '//all_names, ' '//trim(names(i))//' ') == 0) missing = missing//trim(names(i))//' '
+    end do
+    call same(tests, 'every component of the state has been altered', missing)
+  end subroutine check_coverage
+
+  !> What went wrong, empty when nothing did.
+  pure function told(error) result(text)
+    type(error_type), allocatable, intent(in) :: error
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (allocated(error)) text = ' ('//error%message//')'
+  end function told
+
+  !> Nothing differs; what does is told.
+  subroutine same(tests, name, differences)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    !> Names of what differs, empty when nothing does.
+    character(len=*), intent(in) :: differences
+
+    if (len(differences) == 0) then
+      call tests%check(name, .true.)
+    else
+      call tests%check(name//' (not '//trim(differences)//')', .false.)
+    end if
+  end subroutine same
+end module test_checkpoint
