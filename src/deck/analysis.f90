@@ -266,7 +266,9 @@ module qsmpm_analysis
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_holds = 30
     !> Factor on the stabilisation from hold to hold; 1 keeps it.
-    real(wp) :: hold_fade = 0.1_wp
+    real(wp) :: hold_fade = 1.0_wp
+    !> Compliance over that of the first step beyond which the load is a limit load; 0 seeks none.
+    real(wp) :: limit_compliance = 0.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
     logical :: proximal = .true.
     real(wp) :: drag_share = 1.0e-3_wp

@@ -51,8 +51,11 @@ contains
       default=real_text(c%stabilisation_share), range='(0, 1]')
     call table%parameter('MAX HOLDS', kind_integer, 'times a step is held at most', &
       default=integer_text(c%max_holds), range='[0, inf)')
-    call table%parameter('HOLD FADE', kind_real, 'factor on the stabilisation from hold to hold; 1 keeps it', &
-      default=real_text(c%hold_fade), range='(0, 1]')
+    call table%parameter('HOLD FADE', kind_real, 'factor on the stabilisation from hold to hold; 1 keeps it, '// &
+      '0.1 saves most of the holds near a limit load', default=real_text(c%hold_fade), range='(0, 1]')
+    call table%parameter('LIMIT COMPLIANCE', kind_real, 'ends the phase at the limit load: where displacement per '// &
+      'load is so many times that of the first step, 10 is usual; 0 seeks none', &
+      default=real_text(c%limit_compliance), range='[0, inf)')
     call table%parameter('PROXIMAL', kind_word, 'sub-steps with drag when the static step is '// &
       'lost', default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DRAG SHARE', kind_real, 'share of the load that the drag may leave', &
@@ -98,6 +101,7 @@ contains
       c%stabilisation_share = card%number('STABILISATION SHARE')
       c%max_holds = card%whole('MAX HOLDS')
       c%hold_fade = card%number('HOLD FADE')
+      c%limit_compliance = card%number('LIMIT COMPLIANCE')
       c%proximal = card%word('PROXIMAL') == 'YES'
       c%drag_share = card%number('DRAG SHARE')
       c%max_substeps = card%whole('MAX SUBSTEPS')

@@ -17,7 +17,7 @@ module qsmpm_phases
   use qsmpm_hold_test, only: test_hold
   use qsmpm_loose_pieces, only: describe_loose_pieces
   use qsmpm_grid_window, only: cells_of, operator(==)
-  use qsmpm_text, only: integer_text, short_text
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -318,7 +318,7 @@ contains
 
     if (.not. share > much) return
     if (march%stiff_steps == 0) call observer%note('warning: the stabilisation carries '//percent_text(share)// &
-      ' of the forces at load factor '//short_text(model%state%progress%load_factor, 5)//': the body is too stiff '// &
+      ' of the forces at load factor '//factor_text(model%state%progress%load_factor)//': the body is too stiff '// &
       'by about as much; lower FACTOR of *METHOD or STABILISATION SHARE of *CONTROLS')
     march%stiff_steps = march%stiff_steps + 1
     if (.not. share > march%worst_share) return
@@ -339,18 +339,30 @@ contains
       model%analysis%phases(model%state%progress%phase)%name//"': the stabilisation carries more than "// &
       percent_text(much)//' of the forces in '//integer_text(march%stiff_steps)//' of '// &
       integer_text(model%state%progress%phase_steps)//' steps, '//percent_text(march%worst_share)// &
-      ' at the most, at load factor '//short_text(march%worst_load_factor, 5))
+      ' at the most, at load factor '//factor_text(march%worst_load_factor))
     march%stiff_steps = 0
     march%worst_share = 0.0_wp
   end subroutine tell_worst_share
 
-  !> A share in percent, two digits.
+  !> A share in percent.
   pure function percent_text(share) result(text)
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
+    character(len=12) :: buffer
 
-    text = short_text(100.0_wp*share, 2)//' %'
+    write (buffer, '(f8.1)') min(100.0_wp*share, 99999.0_wp)
+    text = trim(adjustl(buffer))//' %'
   end function percent_text
+
+  !> A load factor.
+  pure function factor_text(load_factor) result(text)
+    real(wp), intent(in) :: load_factor
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+
+    write (buffer, '(es11.4)') load_factor
+    text = trim(adjustl(buffer))
+  end function factor_text
 
   !> Tell the observer when the part of the grid that is looked at has changed.
   subroutine tell_window(model, step, observer)

@@ -4,7 +4,7 @@
 !> The force g = G du that a solve leaves behind is one that the material does not carry. Its share is the larger of
 !>
 !>   work    sum_i (du_i G du_i)^(1/2) (du G du)^(1/2) / sum_i sum_c |f_c . du_i|
-!>   force   max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
+!>   force   a tenth of max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
 !>
 !> over the solves i of the step, of which du is the last, and the cells c with their internal forces f_c; b runs over
 !> the nodes of the cells around a and of their neighbours. The numerator of `work` bounds g . U for the displacement U
@@ -19,6 +19,8 @@ module qsmpm_stabilisation_share
 
   public :: solve_share_type, step_share_type, measure_solve, add_solve
 
+  !> What the force at a single node counts beside the work of all: the tip of a toe that slides on carries little.
+  real(wp), parameter :: single_node = 0.1_wp
   !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
   !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.
   integer, parameter :: layers = 2
@@ -93,7 +95,7 @@ contains
 
     step%amplitude = step%amplitude + solve%amplitude
     step%internal_work = step%internal_work + solve%internal_work
-    step%share = max(solve%force_share, &
+    step%share = max(single_node*solve%force_share, &
       quotient(solve%scale*solve%amplitude*step%amplitude, step%internal_work))
   end subroutine add_solve
 
