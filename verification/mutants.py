@@ -37,7 +37,8 @@ from qsmpm_verify.cpu_limit import run_limited
 TOP = pathlib.Path(__file__).resolve().parents[1]
 BUILD = TOP / "build" / "mutants"
 COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verification/conditioning",
-          "verification/manufactured", "CMakeLists.txt", "tools/umat", "tools/bench_kernels.f90"]
+          "verification/manufactured", "CMakeLists.txt", "tools/umat", "tools/build-umat", "tools/bench_kernels.f90",
+          "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
     "step control": ["solver/stepping", "solver/step_control", "solver/load_step", "solver/hold_test",
@@ -393,7 +394,7 @@ def write_copy(mutants: list[Mutant]) -> dict[str, list[tuple[int, int, int]]]:
                 put(to, text)
             elif not to.exists() or to.read_bytes() != path.read_bytes():
                 to.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(path, to)
+                shutil.copy(path, to)
     put(tree / "src/base/mutant_switch.f90", SWITCH)
     put(tree / "src/base/mutant_switch.c", SWITCH_C)
     lists = (TOP / "src/base/CMakeLists.txt").read_text()

@@ -4,7 +4,6 @@
 Usage: read_pictures.py BINARY
 """
 import pathlib
-import subprocess
 import sys
 import tempfile
 
@@ -15,6 +14,9 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 DECKS = {"input/oedometer.inp": 3, "input/slope_e50_plane.inp": 2}
 TOP = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(TOP / "tools"))
+from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
+
 passed = failed = 0
 
 
@@ -36,8 +38,8 @@ for deck, dimension in DECKS.items():
         folder = pathlib.Path(name)
         text = (TOP / deck).read_text().replace("STEPS=100", "STEPS=5").replace("LOAD FACTOR=100", "LOAD FACTOR=5").replace("30, 100", "5")
         (folder / "deck.inp").write_text(text)
-        run = subprocess.run([sys.argv[1], "run", str(folder / "deck.inp"), "--out", str(folder / "out")], capture_output=True, text=True, timeout=100)
-        check(f"{deck} runs", run.returncode == 0)
+        run = run_limited([sys.argv[1], "run", folder / "deck.inp", "--out", folder / "out"], 100.0)
+        check(f"{deck} runs", run.code == 0)
         pictures = sorted((folder / "out").glob("points_*.vtu"))
         meshes = sorted((folder / "out").glob("mesh_*.vtu"))
         check(f"{deck}: there are pictures of points and mesh", bool(pictures) and bool(meshes))

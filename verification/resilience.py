@@ -24,7 +24,12 @@ import zlib
 
 import h5py
 
-LIMIT = 120
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tools"))
+from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
+
+CPU_SECONDS = 120
+# By the clock, on a loaded machine, until an interrupted run has some rows and until it has ended.
+PATIENCE = 1200
 SEAL = len(b"qsmpm crc32 00000000\n")
 
 BLOCK = """*HEADING
@@ -74,8 +79,10 @@ class Checks:
     def run(self, folder: pathlib.Path, deck: str, *more: str, out: pathlib.Path | None = None) -> subprocess.CompletedProcess[str]:
         path = folder / "case.inp"
         path.write_text(deck)
-        return subprocess.run([self.binary, "run", str(path), "--out", str(out or folder / "out"), *more],
-                              capture_output=True, text=True, timeout=LIMIT)
+        words = [self.binary, "run", str(path), "--out", str(out or folder / "out"), *more]
+        ended = run_limited(words, CPU_SECONDS)
+        return subprocess.CompletedProcess(words, -9 if ended.code is None else ended.code, ended.output,
+                                           ended.errors + ended.reason)
 
 
 def last_restart_continues(checks: Checks, folder: pathlib.Path, deck: str, code: int, name: str) -> None:
@@ -105,7 +112,7 @@ def collapse(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("a bank that cannot stand does not end with exit 0", run.returncode in (3, 4), f"exit {run.returncode}")
     rows = [line.split(",") for line in (folder / "out" / "curves.csv").read_text().splitlines()]
     names = [cell.split("[")[0].strip() for cell in rows[0]]
-    for name, bound in (("out_of_balance", 1e-3), ("drag_share", 1e-3), ("stabilisation_share", 5e-3)):
+    for name, bound in (("out_of_balance", 1e-4), ("stabilisation_share", 5e-3)):
         worst = max(float(row[names.index(name)]) for row in rows[1:])
         checks.check(f"no accepted step has a {name} above {bound:g}", worst <= bound, f"{worst:g}")
 
@@ -143,7 +150,7 @@ def same_results(one: pathlib.Path, two: pathlib.Path) -> tuple[bool, str]:
 
 def wait_for_rows(process: subprocess.Popen[bytes], out: pathlib.Path, rows: int) -> None:
     """Wait until the curves of a run have some rows, or it has ended."""
-    deadline = time.time() + LIMIT
+    deadline = time.time() + PATIENCE
     while time.time() < deadline and process.poll() is None:
         if (out / "curves.csv").exists() and len((out / "curves.csv").read_text().splitlines()) > rows:
             break
@@ -156,7 +163,7 @@ def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     wait_for_rows(process, out, rows)
     process.send_signal(signal.SIGTERM)
-    return process.wait(LIMIT)
+    return process.wait(PATIENCE)
 
 
 def interrupted(checks: Checks, folder: pathlib.Path) -> None:
@@ -322,7 +329,7 @@ def two_runs(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("a second run into a folder ends with exit 1", second.returncode == 1, f"exit {second.returncode}: {second.stderr[-300:]}")
     checks.check("and names the folder and the process that writes there", str(out) in second.stderr and str(first.pid) in second.stderr,
                  second.stderr[-300:])
-    checks.check("the first run finishes", first.wait(LIMIT) == 0)
+    checks.check("the first run finishes", first.wait(PATIENCE) == 0)
     rows = len((out / "curves.csv").read_text().splitlines())
     checks.check("its curves are whole", rows >= 401 and (out / "job.log").read_text().endswith("qsmpm: finished\n"), f"{rows} lines")
     checks.check("no lock is left", not (out / "run.lock").exists())
@@ -330,7 +337,7 @@ def two_runs(checks: Checks, folder: pathlib.Path) -> None:
                               stderr=subprocess.DEVNULL)
     wait_for_rows(killed, out, 5)
     killed.kill()
-    killed.wait(LIMIT)
+    killed.wait(PATIENCE)
     after = checks.run(folder, block(), out=out)
     checks.check("after a run that was killed the folder is free", after.returncode == 0, after.stderr[-300:])
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import csv
 import pathlib
-import subprocess
 import sys
 
 import matplotlib
@@ -19,6 +18,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 TOP = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(TOP / "tools"))
+from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
+
 LAYER = TOP / "verification/cases/decks/softening_layer.inp"
 SLOPE = TOP / "input/slope_softening.inp"
 BARE = "REGULARISATION=NONE"
@@ -32,8 +34,9 @@ def run(binary: str, name: str, deck: str) -> list[dict[str, float]]:
     folder = TOP / "output/softening"
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.inp").write_text(deck, encoding="utf-8")
-    subprocess.run([binary, "run", str(folder / f"{name}.inp"), "--out", str(folder / name)], check=True,
-                   capture_output=True, timeout=900)
+    ended = run_limited([binary, "run", folder / f"{name}.inp", "--out", folder / name], 900.0)
+    if ended.code != 0:
+        sys.exit(f"{name}: {ended.how}: {ended.errors}")
     with (folder / name / "curves.csv").open(encoding="utf-8") as file:
         return [{key.split(" [")[0]: float(value) for key, value in row.items() if value} for row in csv.DictReader(file)]
 

@@ -50,7 +50,7 @@ contains
     integer :: g, group, own
 
     if (space%domains) then
-      call cut_domains(space, mesh%cell_count, domains, pieces)
+      call cut_domains(space, mesh%cell_count, is_axisymmetric, domains, pieces)
     else
       call whole_points(activation, pieces)
     end if
@@ -137,7 +137,7 @@ contains
       p = pieces%point(n)
       q = integration%first(group) + n - pieces%first(group)
       if (space%domains) then
-        call set_average(mesh, space, pieces%low(:, n), pieces%high(:, n), first, count, group, q, integration)
+        call set_average(space, pieces%low(:, n), pieces%high(:, n), first, count, group, q, integration)
       else
         call set_basis(mesh, space, group, q, points%local(:, p), integration)
       end if

@@ -1,4 +1,5 @@
-!> The total deformation gradient of material points, kept only where a domain is updated by it.
+!> What a displacement of the nodes does at a material point: its own displacement and the deformation
+!> gradient of the step; and the total one, kept only where a domain is updated by it.
 module qsmpm_deformation
   use qsmpm_kinds, only: wp
   use qsmpm_tensor, only: unpack_gradient, pack_gradient, identity
@@ -6,7 +7,7 @@ module qsmpm_deformation
   implicit none
   private
 
-  public :: grow_deformation, step_gradient
+  public :: grow_deformation, step_gradient, point_displacement
 
 contains
 
@@ -29,6 +30,37 @@ contains
       end do
     end do
   end subroutine grow_deformation
+
+  !> Displacement of a point. In axisymmetry `shape` holds averages over the ring of a domain, whose centroid
+  !> lies outside of its middle; what moves is the middle, and the hoop direction holds its N/r.
+  pure function point_displacement(at_points, displacement, group, point) result(u)
+    !> Basis functions at the material points.
+    type(integration_type), intent(in) :: at_points
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Group and integration point.
+    integer, intent(in) :: group, point
+    real(wp) :: u(3)
+    integer :: a, d, n, first, place
+
+    d = size(displacement, 1)
+    first = at_points%node_first(group) - 1
+    n = at_points%node_first(group + 1) - 1 - first
+    place = place_of(at_points, group, point)
+    u = 0.0_wp
+    if (at_points%axisymmetric) then
+      associate (hoop => at_points%gradient(3*place + 2*n + 1:3*place + 3*n))
+        do a = 1, n
+          u(:d) = u(:d) + hoop(a)*displacement(:, at_points%nodes(first + a))
+        end do
+        u = u/sum(hoop)
+      end associate
+    else
+      do a = 1, n
+        u(:d) = u(:d) + at_points%shape(place + a)*displacement(:, at_points%nodes(first + a))
+      end do
+    end if
+  end function point_displacement
 
   !> Deformation gradient of the step at one point.
   pure function step_gradient(at_points, displacement, group, point) result(f)

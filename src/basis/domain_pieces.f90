@@ -3,7 +3,7 @@
 !> A domain that reaches into several cells is cut along the grid lines; each piece carries its share
 !> of the point's volume. So a cell holds the material that is really in it, whoever owns the point:
 !> the cells of CELL integration that stay with their points are integrated over such pieces. Without
-!> domains a point is one piece, in the cell that owns it.
+!> domains a point is one piece, in the cell that owns it. In axisymmetry shares are those of rings.
 module qsmpm_domain_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_house_keeping, only: activation_type
@@ -43,11 +43,13 @@ contains
   end subroutine whole_points
 
   !> Cut the domains along the grid lines.
-  pure subroutine cut_domains(space, cell_count, domains, pieces)
+  pure subroutine cut_domains(space, cell_count, axisymmetric, domains, pieces)
     !> The space of displacements: its axes hold the grid lines.
     type(space_type), intent(in) :: space
     !> Number of cells of the grid.
     integer, intent(in) :: cell_count
+    !> Volumes are per radian.
+    logical, intent(in) :: axisymmetric
     !> The boxes.
     type(domains_type), intent(in) :: domains
     !> The pieces.
@@ -82,6 +84,8 @@ contains
             pieces%point(n) = p
             call cut(space, domains, p, [i, j, k], pieces%low(:, n), pieces%high(:, n), &
               pieces%share(n))
+            if (axisymmetric) pieces%share(n) = pieces%share(n)*(pieces%low(1, n) + pieces%high(1, n)) &
+              /(domains%low(1, p) + domains%high(1, p))
           end do
         end do
       end do

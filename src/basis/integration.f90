@@ -9,7 +9,8 @@
 !> The functions are packed without gaps, node first: with n nodes and k = q - first(g) the values of
 !> point q of group g follow place b = value_first(g) + k n of `shape`, and its gradients place
 !> `directions` b of `gradient`, direction by direction. So the gradients of a whole group are one
-!> matrix (n, directions * points). In axisymmetry the third direction is the hoop, N/r.
+!> matrix (n, directions * points). In axisymmetry the third direction is the hoop, N/r, and averages
+!> over a domain are those over its ring: weighted by the radius, but for N in N/r.
 !> qsmpm_point_integration and qsmpm_cell_average fill it.
 module qsmpm_integration
   use qsmpm_kinds, only: wp
@@ -18,11 +19,11 @@ module qsmpm_integration
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_points, only: points_type
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, node_position, most_functions
-  use qsmpm_spline_axis, only: axis_averages, most_averaged
+  use qsmpm_spline_axis, only: axis_averages, radial_averages, most_averaged
   implicit none
   private
 
-  public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, set_hoop, &
+  public :: integration_type, allocate_integration, set_group_nodes, set_basis, set_average, &
     take_point, place_of, group_of, measure_cells
 
   !> Integration points in groups.
@@ -218,9 +219,7 @@ contains
   end subroutine set_basis
 
   !> Functions averaged over a box: the domain of a material point or a piece of it.
-  pure subroutine set_average(mesh, space, low, high, first, count, group, point, integration)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
+  pure subroutine set_average(space, low, high, first, count, group, point, integration)
     !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Ends of the box (dimension).
@@ -234,14 +233,19 @@ contains
     integer, intent(in) :: point
     !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
-    real(wp) :: value(most_averaged, 3), slope(most_averaged, 3), shape(most_averaged**3), radius
+    real(wp) :: value(most_averaged, 3), slope(most_averaged, 3), hoop(most_averaged)
     integer :: i, j, k, n, m, a, b, from, seen
 
     value = 0.0_wp
     slope = 0.0_wp
     value(1, :) = 1.0_wp
     do a = 1, size(low)
-      call axis_averages(space%axis(a), low(a), high(a), from, seen, value(:, a), slope(:, a))
+      if (a == 1 .and. integration%axisymmetric) then
+        call radial_averages(space%axis(a), low(a), high(a), from, seen, value(:, a), slope(:, a), hoop)
+        hoop = eoshift(hoop, first(a) - from)/(0.5_wp*(low(a) + high(a)))
+      else
+        call axis_averages(space%axis(a), low(a), high(a), from, seen, value(:, a), slope(:, a))
+      end if
       value(:, a) = eoshift(value(:, a), first(a) - from)
       slope(:, a) = eoshift(slope(:, a), first(a) - from)
     end do
@@ -252,17 +256,16 @@ contains
       do j = 1, count(2)
         do i = 1, count(1)
           n = n + 1
-          shape(n) = value(i, 1)*value(j, 2)*value(k, 3)
+          if (size(integration%shape) > 0) integration%shape(b + n) = value(i, 1)*value(j, 2)*value(k, 3)
           associate (gradient => integration%gradient(integration%directions*b + n:))
             gradient(1) = slope(i, 1)*value(j, 2)*value(k, 3)
             gradient(m + 1) = value(i, 1)*slope(j, 2)*value(k, 3)
             if (size(low) == 3) gradient(2*m + 1) = value(i, 1)*value(j, 2)*slope(k, 3)
+            if (integration%axisymmetric) gradient(2*m + 1) = hoop(i)*value(j, 2)
           end associate
         end do
       end do
     end do
-    if (size(integration%shape) > 0) integration%shape(b + 1:b + m) = shape(:m)
-    if (integration%axisymmetric) call set_hoop(mesh, space, group, point, shape(:m), integration, radius)
   end subroutine set_average
 
   !> The hoop direction N/r of a point, and its distance r from the axis.

@@ -98,8 +98,7 @@ contains
       do q = integration%first(g), integration%first(g + 1) - 1
         p = order(q)
         if (space%averaged) then
-          call set_average(mesh, space, domains%low(:, p), domains%high(:, p), first(:, g), count(:, g), g, q, &
-            integration)
+          call set_average(space, domains%low(:, p), domains%high(:, p), first(:, g), count(:, g), g, q, integration)
         else
           call set_basis(mesh, space, g, q, points%local(:, p), integration)
         end if

@@ -8,12 +8,14 @@
 !>   N_i,q = (x - t_i)/(t_i+q - t_i) N_i,q-1 + (t_i+q+1 - x)/(t_i+q+1 - t_i+1) N_i+1,q-1     Cox, de Boor
 !>   N_i,q' = q ( N_i,q-1/(t_i+q - t_i) - N_i+1,q-1/(t_i+q+1 - t_i+1) )
 !>   average over [a, b]: value 1/(b-a) int N dx, slope (N(b) - N(a))/(b-a)     Bardenhagen, Kober 2004
+!>   weighted by the radius r, c the middle of [a, b]:                          Nairn, Guilkey 2015
+!>     1/(c(b-a)) int r N dr,  1/(c(b-a)) int r N' dr = slope + ((N(a) + N(b))/2 - value)/c
 module qsmpm_spline_axis
   use qsmpm_kinds, only: wp
   implicit none
   private
 
-  public :: spline_axis_type, make_axis, axis_values, axis_averages, interval_cells, lowest_jump
+  public :: spline_axis_type, make_axis, axis_values, axis_averages, radial_averages, interval_cells, lowest_jump
 
   !> Highest degree.
   integer, parameter, public :: highest_degree = 3
@@ -159,6 +161,48 @@ contains
     slope(place + 1:place + axis%degree + 1) = slope(place + 1:place + axis%degree + 1) &
       + n(:axis%degree + 1)/(high - low)
   end subroutine axis_averages
+
+  !> The averages over an interval of radii that integrate a ring: value and slope weighted by the radius,
+  !> and the plain average, whose share in the hoop strain is mean/c. With the ring's volume c(b-a) they
+  !> give int r N' + N dr of a uniform stress, which is r N at the ends.
+  pure subroutine radial_averages(axis, low, high, first, count, value, slope, mean)
+    !> The axis.
+    type(spline_axis_type), intent(in) :: axis
+    !> The interval; it lies on the axis and touches three cells at most.
+    real(wp), intent(in) :: low, high
+    !> First function seen, and how many.
+    integer, intent(out) :: first, count
+    !> (most_averaged); beyond `count` they are zero.
+    real(wp), intent(out) :: value(:), slope(:), mean(:)
+    !> Three points integrate a cubic times the radius.
+    real(wp), parameter :: gauss(3) = [-sqrt(0.6_wp), 0.0_wp, sqrt(0.6_wp)]
+    real(wp), parameter :: weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
+    real(wp) :: from, to, r, centre, n(highest_degree + 1)
+    integer :: c, from_cell, to_cell, k, place
+
+    call axis_averages(axis, low, high, first, count, mean, slope)
+    call interval_cells(axis, low, high, from_cell, to_cell)
+    centre = 0.5_wp*(low + high)
+    value = 0.0_wp
+    do c = from_cell, to_cell
+      from = merge(low, max(low, axis%lines(c)), c == from_cell)
+      to = merge(high, min(high, axis%lines(c + 1)), c == to_cell)
+      place = axis%last(c) - axis%degree - first
+      do k = 1, size(gauss)
+        r = 0.5_wp*(from + to) + 0.5_wp*(to - from)*gauss(k)
+        call axis_values(axis, c, r, 0, n)
+        value(place + 1:place + axis%degree + 1) = value(place + 1:place + axis%degree + 1) &
+          + weight(k)*r*(to - from)/(centre*(high - low))*n(:axis%degree + 1)
+      end do
+    end do
+    slope(:count) = slope(:count) - mean(:count)/centre
+    call axis_values(axis, from_cell, low, 0, n)
+    slope(1:axis%degree + 1) = slope(1:axis%degree + 1) + 0.5_wp*n(:axis%degree + 1)/centre
+    call axis_values(axis, to_cell, high, 0, n)
+    place = axis%last(to_cell) - axis%degree - first
+    slope(place + 1:place + axis%degree + 1) = slope(place + 1:place + axis%degree + 1) &
+      + 0.5_wp*n(:axis%degree + 1)/centre
+  end subroutine radial_averages
 
   !> First and last cell that an interval touches.
   pure subroutine interval_cells(axis, low, high, from, to)

@@ -56,10 +56,10 @@ contains
     call table%parameter('LIMIT COMPLIANCE', kind_real, 'ends the phase at the limit load: where displacement per '// &
       'load is so many times that of the first step, 10 is usual; 0 seeks none', &
       default=real_text(c%limit_compliance), range='[0, inf)')
-    call table%parameter('PROXIMAL', kind_word, 'sub-steps with drag when the static step is '// &
-      'lost', default=answer(c%proximal), allowed=bar_list(answer_words))
-    call table%parameter('DRAG SHARE', kind_real, 'share of the load that the drag may leave', &
-      default=real_text(c%drag_share), range='(0, 1]', needs='PROXIMAL=YES')
+    call table%parameter('PROXIMAL', kind_word, 'sub-steps with proximal damping when the static step is '// &
+      'lost; a static solve at TOLERANCE ends them', default=answer(c%proximal), allowed=bar_list(answer_words))
+    call table%parameter('DRAG SHARE', kind_real, 'share of the load below which the damping of the '// &
+      'sub-steps is left out', default=real_text(c%drag_share), range='(0, 1]', needs='PROXIMAL=YES')
     call table%parameter('MAX SUBSTEPS', kind_integer, 'sub-steps before a step is given up', &
       default=integer_text(c%max_substeps), range='[1, inf)', needs='PROXIMAL=YES')
     call table%example('*CONTROLS, STEPS=50, TOLERANCE=1e-3, NEWTON=MODIFIED, MAX ITERATIONS=60')

@@ -2,9 +2,10 @@
 !>
 !> The weight of a point is the reference volume it stands for (Beuth et al. 2008, section 3.1:
 !> eight points of weight 1/8). Numbers of Gauss rules (triangle 1, 3, 6, 7, 12; tet 1, 4, 14; wedge
-!> 3, 6, 9, 18, 36) take the weights of the rule; the others are centres of equal pieces. The
-!> defaults leave no zero-energy mode but the rigid ones. Some of the other numbers do leave some (8
-!> points in a WEDGE15 two) and are there to show it.
+!> 3, 6, 9, 18, 36) take the weights of the rule; the others are centres of equal pieces, unless a
+!> Gauss rule is asked for: there is one of every number. The defaults leave no zero-energy mode but
+!> the rigid ones. Some of the other numbers do leave some (8 points in a WEDGE15 two) and are there
+!> to show it.
 module qsmpm_seed_rules
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
@@ -58,11 +59,13 @@ contains
   end function allowed_counts
 
   !> Start places and weights of the points of an element; weights sum to the reference volume.
-  pure subroutine seed_rule(kind, count, points, weights, error)
+  pure subroutine seed_rule(kind, count, gauss, points, weights, error)
     !> Element kind.
     integer, intent(in) :: kind
     !> Number of points, 0 for the default.
     integer, intent(in) :: count
+    !> A Gauss rule also where equal pieces are the custom.
+    logical, intent(in) :: gauss
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights.
@@ -81,42 +84,66 @@ contains
     end if
     select case (kind)
     case (tri3, tri6)
-      call triangle_seed(n, points, weights)
+      call triangle_seed(n, gauss, points, weights)
     case (quad4, quad8)
-      call line_even(nint(sqrt(real(n, wp))), x, w)
+      call line_seed(nint(sqrt(real(n, wp))), gauss, x, w)
       call square_rule(x, w, points, weights)
     case (tet4, tet10)
-      if (n == 8) call tet_even(points, weights)
-      if (n /= 8) call tet_gauss(n, points, weights)
+      if (n == 8 .and. .not. gauss) then
+        call tet_even(points, weights)
+      else
+        call tet_gauss(n, points, weights)
+      end if
     case (hex8, hex20)
-      call line_even(nint(real(n, wp)**(1.0_wp/3.0_wp)), x, w)
+      call line_seed(nint(real(n, wp)**(1.0_wp/3.0_wp)), gauss, x, w)
       call cube_rule(x, w, points, weights)
     case (wedge6, wedge15)
-      call wedge_seed(n, points, weights)
+      call wedge_seed(n, gauss, points, weights)
     end select
   end subroutine seed_rule
 
-  !> Triangle pattern: centroids of equal sub-triangles for squares but 1, Gauss rules else.
-  pure subroutine triangle_seed(count, points, weights)
+  !> Points on a line: Gauss, or centres of equal pieces.
+  pure subroutine line_seed(count, gauss, points, weights)
     !> Number of points.
     integer, intent(in) :: count
+    !> A Gauss rule.
+    logical, intent(in) :: gauss
+    !> Coordinates (count).
+    real(wp), allocatable, intent(out) :: points(:)
+    !> Weights.
+    real(wp), allocatable, intent(out) :: weights(:)
+
+    if (gauss) then
+      call line_gauss(count, points, weights)
+    else
+      call line_even(count, points, weights)
+    end if
+  end subroutine line_seed
+
+  !> Triangle pattern: centroids of equal sub-triangles for squares but 1, Gauss rules else.
+  pure subroutine triangle_seed(count, gauss, points, weights)
+    !> Number of points.
+    integer, intent(in) :: count
+    !> A Gauss rule in any case.
+    logical, intent(in) :: gauss
     !> Local coordinates (2, count).
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
-    select case (count)
-    case (4, 9, 16)
+    if (any(count == [4, 9, 16]) .and. .not. gauss) then
       call triangle_even(nint(sqrt(real(count, wp))), points, weights)
-    case default
+    else
       call triangle_gauss(count, points, weights)
-    end select
+    end if
   end subroutine triangle_seed
 
   !> Wedge pattern: a triangle pattern in layers, equal slabs for 1, 2 and 8 points, else Gauss.
-  pure subroutine wedge_seed(count, points, weights)
+  pure subroutine wedge_seed(count, gauss, points, weights)
     !> Number of points.
     integer, intent(in) :: count
+    !> A Gauss rule in any case.
+    logical, intent(in) :: gauss
     !> Local coordinates (3, count).
     real(wp), allocatable, intent(out) :: points(:, :)
     !> Weights.
@@ -133,12 +160,8 @@ contains
     case default
       layers = 3
     end select
-    if (any(count == [1, 2, 8])) then
-      call line_even(layers, x, w)
-    else
-      call line_gauss(layers, x, w)
-    end if
-    call triangle_seed(count/layers, triangle, triangle_weights)
+    call line_seed(layers, gauss .or. all(count /= [1, 2, 8]), x, w)
+    call triangle_seed(count/layers, gauss, triangle, triangle_weights)
     call layer_rule(triangle, triangle_weights, x, w, points, weights)
   end subroutine wedge_seed
 

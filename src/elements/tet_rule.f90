@@ -1,8 +1,9 @@
 !> Rules on the unit tetrahedron (xi, eta, zeta >= 0, sum <= 1). Weights sum to 1/6.
 !>
-!> Symmetric Gauss rules of 1, 4 and 14 points, exact to degree 1, 2 and 5; all points inside, all
-!> weights positive. The 14 point figures (form of Walkington 2000) are the solution of the moment
-!> equations to 19 digits. Higher degrees take the Gauss rule of the cube with sides collapsed.
+!> Symmetric Gauss rules of 1, 4, 8 and 14 points, exact to degree 1, 2, 3 and 5; all points inside,
+!> all weights positive. The figures of 8 points (two orbits of four) and of 14 (form of Walkington
+!> 2000) are the solution of the moment equations to 19 digits. Higher degrees take the Gauss rule of
+!> the cube with sides collapsed.
 module qsmpm_tet_rule
   use qsmpm_kinds, only: wp
   use qsmpm_line_rule, only: line_gauss
@@ -13,7 +14,7 @@ module qsmpm_tet_rule
 
 contains
 
-  !> Gauss rule of a number of points: 1, 4 or 14.
+  !> Gauss rule of a number of points: 1, 4, 8 or 14.
   pure subroutine tet_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
@@ -33,6 +34,9 @@ contains
       weights = 1.0_wp/6.0_wp
     case (4)
       call add_four((5.0_wp - root5)/20.0_wp, 0.25_wp, points, weights, n)
+    case (8)
+      call add_four(0.3280546967114265766_wp, 0.1385279665118637321_wp, points, weights, n)
+      call add_four(0.1069522739329299185_wp, 0.1114720334881362679_wp, points, weights, n)
     case (14)
       call add_four(0.3108859192633006098_wp, 0.1126879257180158508_wp, points, weights, n)
       call add_four(0.09273525031089122640_wp, 0.07349304311636194954_wp, points, weights, n)

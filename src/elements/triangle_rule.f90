@@ -3,7 +3,8 @@
 !> Symmetric Gauss rules of 1, 3, 6, 7 and 12 points, exact to degree 1, 2, 4, 5 and 6 (Strang and
 !> Fix 1973, Dunavant 1985); all points inside, all weights positive. The 6 and 7 point rules are
 !> closed forms; the 12 point figures are the solution of the moment equations to 19 digits.
-!> Higher degrees take the Gauss rule of the square with one side collapsed.
+!> Higher degrees take the Gauss rule of the square with one side collapsed, and so do 4, 9 and 16
+!> points, exact to degree 2, 4 and 6.
 module qsmpm_triangle_rule
   use qsmpm_kinds, only: wp
   use qsmpm_line_rule, only: line_gauss
@@ -18,7 +19,7 @@ module qsmpm_triangle_rule
 
 contains
 
-  !> Gauss rule of a number of points: 1, 3, 6, 7 or 12.
+  !> Gauss rule of a number of points: 1, 3, 4, 6, 7, 9, 12 or 16.
   pure subroutine triangle_gauss(count, points, weights)
     !> Number of points.
     integer, intent(in) :: count
@@ -31,6 +32,11 @@ contains
     real(wp), parameter :: weight6 = sqrt(213125.0_wp - 53320.0_wp*root10)
     integer :: n
 
+    n = nint(sqrt(real(count, wp)))
+    if (n > 1 .and. n*n == count) then
+      call collapsed(2*n - 2, points, weights)
+      return
+    end if
     allocate (points(2, count), weights(count))
     n = 0
     select case (count)

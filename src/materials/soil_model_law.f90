@@ -8,6 +8,7 @@
 !> that are not thread safe are asked one at a time.
 module qsmpm_soil_model_law
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_finite, only: is_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_point_result, only: finish_points
@@ -57,6 +58,7 @@ contains
     law%before_own = law%before_strain + merge(6, 0, model%reads_strain)
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
+    law%of_user = .true.
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
     law%shear_scale = model%shear_scale
@@ -231,16 +233,16 @@ contains
 
     what = ''
     if (increment%wants_tangent) then
-      if (.not. all(ieee_is_finite(answer%tangent))) what = 'a tangent'
+      if (.not. all(is_usable(answer%tangent))) what = 'a tangent'
     end if
-    if (.not. all(ieee_is_finite(state))) what = 'a state'
-    if (.not. all(ieee_is_finite(stress))) what = 'a stress'
+    if (.not. all(is_usable(state))) what = 'a state'
+    if (.not. all(is_usable(stress))) what = 'a stress'
     if (len(what) == 0) return
     answer%status = status_failed
     if (allocated(answer%message)) then
-      what = what//' that is not a number; '//answer%message
+      what = what//unusable//'; '//answer%message
     else
-      what = what//' that is not a number'
+      what = what//unusable
     end if
     answer%message = 'the model returns '//what
   end subroutine check_answer

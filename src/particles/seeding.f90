@@ -1,10 +1,11 @@
 !> Seeding bodies with material points, element by element (paper, section 3.1).
 !>
-!> A cell wholly inside a body gets the pattern of its element. In a quadrilateral or brick that the
-!> body's boundary cuts, the body is cut into the sub-cells of the pattern and each piece gets a point
-!> at its centroid, so that volume and first moment of the body are kept. Any other cell that is cut
-!> gets the points of the pattern that lie inside, their volumes scaled so that together they hold
-!> exactly the body's part of the cell; a sliver that catches none gets one point at its centroid.
+!> A cell wholly inside a body gets the pattern of its element: equal pieces as a rule, Gauss points for
+!> FEM and where a model asks for them (qsmpm_model_bodies). In a quadrilateral or brick that the body's
+!> boundary cuts, the body is cut into the sub-cells of the pattern and each piece gets a point at its
+!> centroid, so that volume and first moment of the body are kept. Any other cell that is cut gets the
+!> points of the pattern that lie inside, their volumes scaled so that together they hold exactly the
+!> body's part of the cell; a sliver that catches none gets one point at its centroid.
 module qsmpm_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, full_rule, seed_rule, shape_functions, local_centre
@@ -25,6 +26,10 @@ module qsmpm_seeding
 
   public :: body_shape_type, seed_list_type, seed_body, add_seed
 
+  !> Where the points of a whole cell lie: in the middles of equal pieces; at Gauss points; at those of
+  !> FEM, whose default number is that of the full rule and which knows no cut cells.
+  integer, parameter, public :: seed_even = 1, seed_gauss = 2, seed_fem = 3
+
   !> Share of a cell below which it counts as empty; it counts as whole when as little is missing:
   !> coordinates of a deck that miss a grid line by their last digits make no cut.
   real(wp), parameter :: nothing = 1.0e-9_wp
@@ -43,12 +48,14 @@ module qsmpm_seeding
     real(wp), allocatable :: weights(:)
     !> Sub-cells a direction of a regular pattern; 0 for any other.
     integer :: sub_cells = 0
+    !> Gauss points: the middles of the sub-cells are not among them.
+    logical :: gauss = .false.
   end type pattern_type
 
 contains
 
   !> Add the points of one body.
-  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, gauss, list, error)
+  subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, list, error)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
@@ -59,8 +66,8 @@ contains
     integer, intent(in) :: body
     !> 0 asks for the element's default.
     integer, intent(in) :: points_per_element
-    !> Seed the Gauss rule of a full cell instead (FEM).
-    logical, intent(in) :: gauss
+    !> seed_even, seed_gauss or seed_fem.
+    integer, intent(in) :: places
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> A number of points the element does not know, or a cut cell in FEM.
@@ -78,9 +85,9 @@ contains
       call occupied_share(mesh, axisymmetric, shape, solid, c, share, centre)
       rounding = nothing + 2.0_wp*shape%uncertainty/least_extent(mesh, c)
       if (share <= rounding) cycle
-      call choose_pattern(mesh%cell_kind(c), points_per_element, gauss, pattern, error)
+      call choose_pattern(mesh%cell_kind(c), points_per_element, places, pattern, error)
       if (allocated(error)) return
-      if (gauss .and. share < 1.0_wp - rounding) then
+      if (places == seed_fem .and. share < 1.0_wp - rounding) then
         call fail(error, error_deck, 'BASIS=FEM needs a body that ends on mesh lines, '// &
           'but its boundary cuts through an element')
         return
@@ -108,13 +115,13 @@ contains
   end function least_extent
 
   !> The pattern of an element kind.
-  pure subroutine choose_pattern(kind, count, gauss, pattern, error)
+  pure subroutine choose_pattern(kind, count, places, pattern, error)
     !> Element kind.
     integer, intent(in) :: kind
     !> Points of an element, 0 for the default.
     integer, intent(in) :: count
-    !> The Gauss rule of a full cell, when the number is the default.
-    logical, intent(in) :: gauss
+    !> seed_even, seed_gauss or seed_fem.
+    integer, intent(in) :: places
     !> In: the pattern of the cell before.
     type(pattern_type), intent(inout) :: pattern
     !> A number of points the element does not know.
@@ -123,12 +130,13 @@ contains
     if (kind == pattern%kind) return
     pattern%kind = kind
     pattern%sub_cells = 0
-    if (gauss .and. count == 0) then
+    pattern%gauss = places /= seed_even
+    if (places == seed_fem .and. count == 0) then
       call full_rule(kind, pattern%places, pattern%weights)
       return
     end if
-    call seed_rule(kind, count, pattern%places, pattern%weights, error)
-    if (allocated(error) .or. gauss) return
+    call seed_rule(kind, count, pattern%gauss, pattern%places, pattern%weights, error)
+    if (allocated(error)) return
     select case (kind)
     case (quad4, quad8)
       pattern%sub_cells = nint(sqrt(real(size(pattern%weights), wp)))
@@ -150,7 +158,7 @@ contains
     real(wp) :: low, high
     logical :: upright
 
-    fits = pattern%sub_cells == 0
+    fits = pattern%gauss .or. pattern%sub_cells == 0
     if (fits) return
     call upright_prism(corners_of(mesh, cell), base, low, high, upright)
     fits = .not. upright

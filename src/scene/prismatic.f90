@@ -148,7 +148,8 @@ contains
     if (analysis%method%basis == basis_fem .and. count == 0) then
       call full_rule(element_from_name(analysis%mesh%element), places, weights)
     else
-      call seed_rule(element_from_name(analysis%mesh%element), count, places, weights, error)
+      call seed_rule(element_from_name(analysis%mesh%element), count, analysis%method%basis == basis_fem, places, &
+        weights, error)
       known = .not. allocated(error)
     end if
   end subroutine solid_rule

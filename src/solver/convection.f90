@@ -13,12 +13,12 @@ module qsmpm_convection
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type, place_of, group_of, measure_cells
+  use qsmpm_integration, only: integration_type, group_of, measure_cells
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
-  use qsmpm_deformation, only: grow_deformation, step_gradient
+  use qsmpm_deformation, only: grow_deformation, step_gradient, point_displacement
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_house_keeping, only: relocate
@@ -163,18 +163,16 @@ contains
     type(step_type), intent(in) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    integer :: g, q, p, a, first, place
+    real(wp) :: u(3)
+    integer :: g, q, p, d
 
-    !$omp parallel do default(shared) private(q, p, a, first, place) if (step%at_points%point_count >= fewest_points)
+    d = model%mesh%dimension
+    !$omp parallel do default(shared) private(q, p, u) if (step%at_points%point_count >= fewest_points)
     do g = 1, step%at_points%group_count
-      first = step%at_points%node_first(g)
       do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
         p = step%at_points%source(q)
-        place = place_of(step%at_points, g, q)
-        do a = first, step%at_points%node_first(g + 1) - 1
-          model%state%points%position(:, p) = model%state%points%position(:, p) &
-            + step%at_points%shape(place + a - first + 1)*displacement(:, step%at_points%nodes(a))
-        end do
+        u = point_displacement(step%at_points, displacement, g, q)
+        model%state%points%position(:, p) = model%state%points%position(:, p) + u(:d)
       end do
     end do
     !$omp end parallel do

@@ -4,12 +4,14 @@
 !>
 !> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
-!> the caller looks at `converged`, and a solution that is not is thrown away.
+!> the caller looks at `converged`, and a solution that is not is thrown away. A number that cannot be computed
+!> with (NaN, infinite, beyond 1e100) loses the step, and the reason names the force or the point that it
+!> came from.
 !>
 !> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
 !> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
 module qsmpm_equilibrium
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
@@ -17,13 +19,16 @@ module qsmpm_equilibrium
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic, status_failed, status_broken
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
+  use qsmpm_assembly, only: evaluation_type
   use qsmpm_initialisation, only: step_type
+  use qsmpm_integration, only: integration_type, group_of
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_stabilisation_share, only: solve_share_type, measure_solve
   use qsmpm_supports, only: add_support_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
+  use qsmpm_text, only: integer_text
   implicit none
   private
 
@@ -65,6 +70,8 @@ module qsmpm_equilibrium
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
     real(wp) :: out_of_balance = huge(1.0_wp)
+    !> The same at the end with the proximal force left out: what a step is accepted by.
+    real(wp) :: undamped_out_of_balance = huge(1.0_wp)
     !> Norm of the load that out-of-balance and shares refer to.
     real(wp) :: load_norm = 0.0_wp
     !> Force of the drag as a share of it.
@@ -124,15 +131,17 @@ contains
       call evaluate_step(model, step, solution%displacement, tangent)
     end if
     if (.not. step%evaluation%ok) then
-      call give_up(step, 'the stress of a point could not be updated', solution)
+      call give_up(model, step, 'the stress of a point could not be updated', solution)
       return
     end if
     call out_of_balance(step, goal, residual, solution)
+    call check_forces(model, step, goal, residual, solution)
+    if (allocated(solution%reason)) return
     do
       if (solution%out_of_balance <= goal%tolerance .and. &
         (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) exit
       if (solution%iterations >= controls%max_iterations) then
-        call give_up(step, 'no convergence in the iterations allowed', solution)
+        call give_up(model, step, 'no convergence in the iterations allowed', solution)
         return
       end if
       if (.not. frozen .and. .not. forecast%has_tangent) &
@@ -146,11 +155,13 @@ contains
     end do
     solution%converged = .true.
     step%usual_iterations = solution%iterations
-    call take_shares(step, goal, solution)
+    call take_shares(step, goal, residual, solution)
   end subroutine solve_equilibrium
 
   !> Note why the solution is not to be used.
-  subroutine give_up(step, reason, solution)
+  subroutine give_up(model, step, reason, solution)
+    !> The model.
+    type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Sentence.
@@ -161,13 +172,42 @@ contains
     solution%reason = reason
     solution%internal_force = step%evaluation%force
     if (step%evaluation%ok) return
-    if (allocated(step%evaluation%bad_message)) solution%reason = step%evaluation%bad_message
     solution%broken = step%evaluation%bad_status == status_broken
-    ! Only users' models say why they fail.
-    if (solution%broken .or. (step%evaluation%bad_status == status_failed .and. &
-      allocated(step%evaluation%bad_message))) solution%cause = error_user_material
+    if (step%separate) then
+      call name_point(model, step%integration, step%evaluation, solution)
+    else
+      call name_point(model, step%at_points, step%evaluation, solution)
+    end if
     solution%share = step%evaluation%bad_share
   end subroutine give_up
+
+  !> The point that could not be updated and what its law says. A law of a user names point and material itself.
+  subroutine name_point(model, integration, evaluation, solution)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Integration points in groups.
+    type(integration_type), intent(in) :: integration
+    !> What they said.
+    type(evaluation_type), intent(in) :: evaluation
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+
+    associate (material => integration%material(evaluation%bad_point), &
+      point => integration%source(evaluation%bad_point))
+      if (solution%broken .or. (evaluation%bad_status == status_failed .and. model%laws(material)%law%of_user)) &
+        solution%cause = error_user_material
+      if (.not. allocated(evaluation%bad_message)) return
+      solution%reason = evaluation%bad_message
+      if (index(solution%reason, "material '") == 1) return
+      solution%reason = "material '"//model%analysis%materials(material)%name//"': "//solution%reason
+      if (point > 0) then
+        solution%reason = solution%reason//'; material point '//integer_text(point)
+      else
+        solution%reason = solution%reason//'; cell '//integer_text( &
+          model%mesh%cell_label(integration%cell(group_of(integration, evaluation%bad_point))))
+      end if
+    end associate
+  end subroutine name_point
 
   !> Residual at the free components and its size relative to the load (eq. 27).
   subroutine out_of_balance(step, goal, residual, solution)
@@ -185,8 +225,7 @@ contains
     extra = 0.0_wp
     call add_stabilising_force(step%stabilisation, solution%displacement, extra)
     call add_support_force(step%supports, solution%displacement, .true., extra)
-    if (goal%drag > 0.0_wp) extra = extra &
-      + goal%drag*spread(step%lumped, 1, size(goal%force, 1))*solution%displacement
+    if (goal%drag > 0.0_wp) extra = extra + proximal_force(step, goal, solution%displacement)
     imbalance = goal%force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
     call gather(step%equations, goal%force, load)
@@ -199,15 +238,68 @@ contains
     solution%worst_node = maxloc(maxval(abs(imbalance), dim=1), dim=1)
   end subroutine out_of_balance
 
-  !> A norm relative to the load; without any load everything must vanish.
+  !> alpha W u of the proximal term (dimension, node_count).
+  pure function proximal_force(step, goal, displacement) result(force)
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> What is to be reached.
+    type(target_type), intent(in) :: goal
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: force(size(displacement, 1), size(displacement, 2))
+
+    force = goal%drag*spread(step%lumped, 1, size(force, 1))*displacement
+  end function proximal_force
+
+  !> A norm relative to the load; without any load everything must vanish. What is not a number is as large as
+  !> can be.
   pure function relative(norm, load_norm) result(ratio)
     real(wp), intent(in) :: norm, load_norm
     real(wp) :: ratio
 
-    ratio = 0.0_wp
-    if (norm > 0.0_wp) ratio = huge(1.0_wp)
+    ratio = huge(1.0_wp)
+    if (.not. (is_usable(norm) .and. is_usable(load_norm))) return
+    if (norm <= 0.0_wp) ratio = 0.0_wp
     if (norm <= load_norm*sqrt(huge(1.0_wp)) .and. load_norm > 0.0_wp) ratio = norm/load_norm
   end function relative
+
+  !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
+  subroutine check_forces(model, step, goal, residual, solution)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> What is to be reached.
+    type(target_type), intent(in) :: goal
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
+    !> What was reached.
+    type(solution_type), intent(inout) :: solution
+    real(wp) :: force(size(goal%force, 1), size(goal%force, 2))
+
+    if (all_usable(size(residual), residual) .and. is_usable(solution%load_norm)) return
+    call give_up(model, step, 'the residual is'//unusable(6:), solution)
+    call name_force(goal%force, 'load')
+    call name_force(step%evaluation%force, 'internal force')
+    force = 0.0_wp
+    call add_support_force(step%supports, solution%displacement, .true., force)
+    call name_force(force, 'force of the supports')
+    force = 0.0_wp
+    call add_stabilising_force(step%stabilisation, solution%displacement, force)
+    call name_force(force, 'force of the stabilisation')
+    call name_force(proximal_force(step, goal, solution%displacement), 'proximal force')
+  contains
+    !> Name a force that cannot be computed with, and the first node where it acts.
+    subroutine name_force(values, name)
+      !> (dimension, node_count)
+      real(wp), intent(in) :: values(:, :)
+      character(len=*), intent(in) :: name
+
+      if (all(is_usable(values))) return
+      solution%worst_node = findloc(all(is_usable(values), dim=1), .false., dim=1)
+      solution%reason = 'the '//name//' has a value'//unusable
+    end subroutine name_force
+  end subroutine check_forces
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
   subroutine correct(model, step, goal, keep_factors, residual, correction, solution)
@@ -254,7 +346,12 @@ contains
       call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     if (allocated(error)) then
       solution%cause = error_singular
-      call give_up(step, error%message, solution)
+      call give_up(model, step, error%message, solution)
+      return
+    end if
+    if (.not. all_usable(size(x), x)) then
+      solution%cause = error_singular
+      call give_up(model, step, 'the equations have a solution'//unusable, solution)
       return
     end if
     call scatter(step%equations, x, correction)
@@ -319,14 +416,16 @@ contains
     forecast%previous = before
     forecast%halvings = halving
     if (.not. step%evaluation%ok) then
-      call give_up(step, 'an element or point turns inside out', solution)
-    else if (.not. ieee_is_finite(solution%out_of_balance)) then
-      call give_up(step, 'the residual is not finite', solution)
-    else if (frozen .and. solution%out_of_balance > divergence) then
-      call give_up(step, 'the iteration diverges', solution)
+      call give_up(model, step, 'an element or point turns inside out', solution)
+      return
+    end if
+    call check_forces(model, step, goal, residual, solution)
+    if (allocated(solution%reason)) return
+    if (frozen .and. solution%out_of_balance > divergence) then
+      call give_up(model, step, 'the iteration diverges', solution)
     else if (.not. frozen .and. .not. whole .and. controls%line_search .and. &
       solution%out_of_balance > most_growth*before) then
-      call give_up(step, 'the line search finds no lower residual', solution)
+      call give_up(model, step, 'the line search finds no lower residual', solution)
     end if
   end subroutine search_line
 
@@ -352,20 +451,24 @@ contains
     wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
   end function is_wanted
 
-  !> Shares of stabilisation and drag, internal force, largest move.
-  subroutine take_shares(step, goal, solution)
+  !> Shares of stabilisation and drag, the residual without the drag, internal force, largest move.
+  subroutine take_shares(step, goal, residual, solution)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> What is to be reached.
     type(target_type), intent(in) :: goal
+    !> Residual at the free components (equations).
+    real(wp), intent(in) :: residual(:)
     !> What was reached.
     type(solution_type), intent(inout) :: solution
-    real(wp) :: force(size(goal%force, 1), size(goal%force, 2))
+    real(wp) :: force(size(goal%force, 1), size(goal%force, 2)), damping(size(residual))
 
     call measure_solve(step%stabilisation, step%equations%patches, solution%displacement, &
       step%evaluation%force_size, step%evaluation%work_size, solution%stabilisation)
-    force = goal%drag*spread(step%lumped, 1, size(force, 1))*solution%displacement
+    force = proximal_force(step, goal, solution%displacement)
     solution%drag_share = relative(norm2(force), solution%load_norm)
+    call gather(step%equations, force, damping)
+    solution%undamped_out_of_balance = relative(norm2(residual + damping), solution%load_norm)
     solution%internal_force = step%evaluation%force
     call add_support_force(step%supports, solution%displacement, .true., solution%internal_force)
     solution%largest_move = maxval(abs(solution%displacement))

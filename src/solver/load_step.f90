@@ -7,7 +7,8 @@
 !> Either the whole step is taken, or the state of the model is what it was before.
 module qsmpm_load_step
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, error_not_converged
+  use qsmpm_error, only: error_type, fail, error_other, error_not_converged
+  use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type, newton_full
   use qsmpm_law, only: moment_type
@@ -20,6 +21,8 @@ module qsmpm_load_step
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_text, only: integer_text
+  use qsmpm_usable_state, only: check_state
   implicit none
   private
 
@@ -57,13 +60,16 @@ contains
     real(wp), allocatable :: force_before(:, :)
 
     ! Initialisation phase, section 3.1
-    call initialise_step(model, step, error)
+    call check_state(model, error)
+    if (.not. allocated(error)) call initialise_step(model, step, error)
     if (allocated(error)) return
     if (present(weakened)) call weaken(step%stabilisation, weakened)
     call turn_to(step%profile%watch, part_control)
     goal%tolerance = tolerance
     goal%drag = drag
     call set_loads(model, step, fraction, force_before, goal)
+    call check_loads(model, goal, error)
+    if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     call find_equilibrium(model, step, goal, controls, solution)
@@ -74,9 +80,9 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
-    call take_reactions_and_work(model, step, goal, force_before, solution)
+    call take_reactions_and_work(model, step, goal, force_before, solution, error)
     call turn_to(step%profile%watch, part_convection)
-    call convect(model, step, solution%displacement, error)
+    if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
     call turn_to(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
@@ -138,6 +144,32 @@ contains
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
     allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
   end subroutine set_loads
+
+  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
+  subroutine check_loads(model, goal, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> What is to be reached.
+    type(target_type), intent(in) :: goal
+    !> error_other: names the node.
+    type(error_type), allocatable, intent(out) :: error
+
+    call check_nodes(goal%force, 'load')
+    call check_nodes(goal%prescribed, 'prescribed displacement')
+  contains
+    !> Values at the nodes (dimension, node_count).
+    subroutine check_nodes(values, name)
+      real(wp), intent(in) :: values(:, :)
+      character(len=*), intent(in) :: name
+      integer :: node
+
+      if (allocated(error) .or. all_usable(size(values), values)) return
+      node = findloc(all(is_usable(values), dim=1), .false., dim=1)
+      call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
+        integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
+        integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
+    end subroutine check_nodes
+  end subroutine check_loads
 
   !> A step that could be solved but not taken: its message is the reason why not.
   subroutine refuse(error, solution)
@@ -221,7 +253,7 @@ contains
   end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
-  subroutine take_reactions_and_work(model, step, goal, force_before, solution)
+  subroutine take_reactions_and_work(model, step, goal, force_before, solution, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
@@ -231,6 +263,8 @@ contains
     real(wp), intent(in) :: force_before(:, :)
     !> What was reached.
     type(solution_type), intent(in) :: solution
+    !> A reaction or the work is not a number.
+    type(error_type), allocatable, intent(out) :: error
     real(wp) :: reactions(size(force_before, 1), size(force_before, 2))
 
     reactions = 0.0_wp
@@ -243,6 +277,8 @@ contains
       progress%internal_work = progress%internal_work &
         + sum(0.5_wp*(force_before + model%state%reactions + solution%internal_force) &
         *solution%displacement)
+      if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
+        call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
     end associate
     model%state%reactions = reactions
   end subroutine take_reactions_and_work

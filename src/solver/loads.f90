@@ -92,7 +92,7 @@ contains
       do i = 1, surface%count
         s = surface%surface(i)
         pressure = between(model%loading%pressure_start(s), model%loading%pressure_final(s), fraction)
-        if (model%loading%carrier(s) /= carrier_surface .and. .not. abs(pressure) > 0.0_wp) cycle
+        if (model%loading%carrier(s) /= carrier_surface .and. abs(pressure) <= 0.0_wp) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
         traction = 0.0_wp
         if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &

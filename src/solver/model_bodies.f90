@@ -8,7 +8,7 @@ module qsmpm_model_bodies
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_points, carried_type
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_cell_measure, only: cell_volumes
   implicit none
@@ -39,7 +39,7 @@ contains
         shape = shape_of(model, body, faults)
         if (faults%count > known) cycle
         call seed_body(model%mesh, model%analysis%model == axisymmetric, shape, b, &
-          body%points_per_element, model%analysis%method%basis == basis_fem, list, error)
+          body%points_per_element, places_for(model), list, error)
         if (allocated(error)) then
           call add_fault(faults, body%where, '*BODY', error%message)
         else if (list%count == before) then
@@ -51,6 +51,18 @@ contains
     call points_from_seeds(model, list)
     call check_overlap(model, faults)
   end subroutine make_points
+
+  !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
+  !> its place is that of its radius: only Gauss points integrate r grad N and N exactly (at the axis the
+  !> middles of equal pieces miss a uniform stress by 11 %).
+  pure integer function places_for(model) result(places)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    places = seed_even
+    if (model%analysis%model == axisymmetric .and. .not. model%space%domains) places = seed_gauss
+    if (model%analysis%method%basis == basis_fem) places = seed_fem
+  end function places_for
 
   !> Material points from the seeds: unstressed, at their places.
   subroutine points_from_seeds(model, list)

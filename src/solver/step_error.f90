@@ -10,6 +10,7 @@
 module qsmpm_step_error
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_finite, only: all_usable, is_usable
   use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
   use qsmpm_model, only: model_type
@@ -45,7 +46,7 @@ contains
     type(step_type), intent(inout) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> The errors; huge where the halved walk could not be made.
+    !> The errors; huge where the halved walk could not be made or is not a number.
     type(step_error_type), intent(out) :: errors
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
@@ -77,7 +78,8 @@ contains
     if (.not. any(abs(residual) > 0.0_wp)) return
     call respond_to(model, step, displacement, residual, move, error)
     if (allocated(error)) return
-    errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
+    errors%position = huge(1.0_wp)
+    if (all_usable(size(move), move)) errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
   end subroutine measure_step_error
 
   !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
@@ -155,5 +157,6 @@ contains
     end do
     stress_distance = 0.0_wp
     if (total > 0.0_wp) stress_distance = sqrt(difference/total)
+    if (.not. (is_usable(sqrt(total)) .and. is_usable(stress_distance))) stress_distance = 0.5_wp*huge(1.0_wp)
   end function stress_distance
 end module qsmpm_step_error

@@ -27,6 +27,8 @@ module qsmpm_stepping
   real(wp), parameter :: proximal_tolerance = 1.0e-3_wp
   !> The drag grows by this factor on failure, shrinks and grows by those after a good sub-step.
   real(wp), parameter :: drag_on_failure = 4.0_wp, drag_shrinks = 0.5_wp, drag_grows = 1.5_wp
+  !> A static solve that is lost at the end of sub-steps is tried again when the drag's share is this much smaller.
+  real(wp), parameter :: next_static = 0.1_wp
   !> Beyond this the drag is hopeless.
   real(wp), parameter :: largest_drag = 1.0e12_wp
   !> Share of the largest move below which the drag may shrink, and above which a sub-step is refused.
@@ -139,7 +141,7 @@ contains
 
     record%iterations = record%iterations + solution%iterations + solution%lost_iterations
     if (.not. solution%converged) return
-    record%out_of_balance = solution%out_of_balance
+    record%out_of_balance = solution%undamped_out_of_balance
     record%drag_share = solution%drag_share
     call add_solve(solution%stabilisation, record%stabilisation)
     record%largest_move = max(record%largest_move, solution%largest_move)
@@ -179,36 +181,65 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    real(wp) :: limit, drag
+    real(wp) :: limit, drag, share, quiet
+    logical :: static
     integer :: substep
 
     limit = controls%largest_move*model%cell_size
     drag = model%state%progress%proximal
     if (.not. drag > 0.0_wp) drag = first_drag(step, limit)
+    ! Without a force at the start there is no stress that a sub-step could begin with.
+    if (.not. drag > 0.0_wp) return
+    share = huge(1.0_wp)
+    quiet = controls%drag_share
     do substep = 1, controls%max_substeps
-      call load_step(model, step, controls, fraction, max(controls%tolerance, proximal_tolerance), drag, &
-        large_move*limit, solution, error)
+      static = share < quiet
+      if (static) then
+        call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, limit, solution, error)
+      else
+        call load_step(model, step, controls, fraction, substep_tolerance(controls, share), drag, large_move*limit, &
+          solution, error)
+      end if
       if (allocated(error)) return
       call note_solve(solution, record)
       if (.not. solution%converged) then
         record%rejected = record%rejected + 1
-        drag = drag_on_failure*drag
         call note_failure(solution, outcome)
-        if (drag > largest_drag .or. outcome%broken) exit
+        if (outcome%broken) return
+        if (static) then
+          quiet = next_static*share
+        else
+          drag = drag_on_failure*drag
+          if (.not. drag <= largest_drag) return
+        end if
         cycle
       end if
       record%substeps = record%substeps + 1
-      model%state%progress%proximal = drag
-      outcome%accepted = solution%drag_share < controls%drag_share
+      outcome%accepted = solution%undamped_out_of_balance <= controls%tolerance
       if (outcome%accepted) return
+      model%state%progress%proximal = drag
+      share = solution%drag_share
       if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
         drag = drag_shrinks*drag
       else if (solution%largest_move > limit) then
         drag = drag_grows*drag
       end if
     end do
-    if (.not. allocated(outcome%reason)) outcome%reason = 'the drag of the proximal sub-steps did not die away'
+    if (.not. solution%converged) return
+    outcome%cause = error_not_converged
+    outcome%reason = 'the drag of the proximal sub-steps did not die away'
   end subroutine creep
+
+  !> Residual allowed in a proximal sub-step: that of the deck only where the damping is nearly gone.
+  pure real(wp) function substep_tolerance(controls, share)
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> Share of the load that the damping carried in the sub-step before.
+    real(wp), intent(in) :: share
+
+    substep_tolerance = controls%tolerance
+    if (share >= controls%drag_share) substep_tolerance = max(controls%tolerance, proximal_tolerance)
+  end function substep_tolerance
 
   !> Drag that balances the whole load at the largest move.
   pure function first_drag(step, limit) result(drag)
@@ -218,7 +249,7 @@ contains
     real(wp), intent(in) :: limit
     real(wp) :: drag
 
-    drag = sqrt(sum(step%evaluation%force**2))/(limit*max(norm2(step%lumped), tiny(limit)))
+    drag = norm2(step%evaluation%force)/(limit*max(norm2(step%lumped), tiny(limit)))
   end function first_drag
 
   !> Keep the load, reset the mesh and solve again until the stabilisation carries little; a step whose

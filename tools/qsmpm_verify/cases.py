@@ -11,7 +11,7 @@ A file describes one deck and its variants:
     name = "steps_40"
     effort = "small"              small (debug build too), quick or long
     exit_code = 0                 what the program must return
-    time_limit = 60               wall seconds until it is stopped
+    time_limit = 60               CPU seconds (of a thread) until it is stopped
     command = "run"               run, or point for the test of one material point
     replace = [["old", "new"]]    text replacements in a copy of the deck; each must hit once or more
     each = [{n = 16}, {n = 64}]   one case an entry, {n} replaced in its texts (families.py)

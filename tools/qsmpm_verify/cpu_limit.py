@@ -7,6 +7,7 @@ WALL_FACTOR times the limit, and a minute at least, the command is ended by the 
 
 from __future__ import annotations
 
+import math
 import os
 import resource
 import signal
@@ -31,7 +32,8 @@ class Ended:
     cpu: float
     """CPU seconds of the command and of those it has started and waited for."""
     output: str = ""
-    """Both streams, unless they went into a file."""
+    errors: str = ""
+    """What it wrote, unless that went into a file."""
     reason: str = ""
     """The limit that ended it, as a sentence."""
 
@@ -45,30 +47,23 @@ class Ended:
 
 def run_limited(
     command: Sequence[str | Path], cpu_seconds: float, cwd: Path | None = None, env: Mapping[str, str] | None = None,
-    output: IO[bytes] | None = None, text: str | None = None,
+    output: IO[bytes] | None = None, wall: float | None = None,
 ) -> Ended:  # fmt: skip
     """Run a command to its end, or to the limit of CPU seconds, with all processes it has started.
 
-    Each of its processes has the limit for itself. Both streams go into `output` when that is given, else into the
-    result; `text` is its input.
+    Each of its processes has the limit for itself, in whole seconds. Both streams go into `output` when that is given,
+    each for itself into the result else. `wall` takes the place of the backstop.
     """
-    whole = max(1, round(cpu_seconds))
-
-    def limit() -> None:
-        # The hard limit ends a process that handles the signal of the soft one.
-        resource.setrlimit(resource.RLIMIT_CPU, (whole, whole + 2))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-    with tempfile.TemporaryFile() as own, tempfile.TemporaryFile() as given:
-        given.write((text or "").encode())
-        given.seek(0)
-        streams = output or own
+    whole = max(1, math.ceil(cpu_seconds))
+    wall = max(LEAST_WALL, WALL_FACTOR * cpu_seconds) if wall is None else wall
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         child = subprocess.Popen(
-            [str(word) for word in command], stdin=given, stdout=streams, stderr=subprocess.STDOUT, cwd=cwd, env=env,
-            preexec_fn=limit, start_new_session=True,
+            [str(word) for word in command], stdin=subprocess.DEVNULL, stdout=output or out, stderr=output or err, cwd=cwd,
+            env=env, start_new_session=True,
         )  # fmt: skip
+        # The hard limit ends a process that handles the signal of the soft one.
+        resource.prlimit(child.pid, resource.RLIMIT_CPU, (whole, whole + 1))
         late = threading.Event()
-        wall = max(LEAST_WALL, WALL_FACTOR * cpu_seconds)
 
         def stop() -> None:
             late.set()
@@ -85,14 +80,13 @@ def run_limited(
             guard.cancel()
         child.returncode = os.waitstatus_to_exitcode(status)
         end_group(child.pid)
-        own.seek(0)
-        told = own.read().decode("utf-8", "replace")
+        told = [stream.read().decode("utf-8", "replace") for stream in (out, err) if stream.seek(0) == 0]
     cpu = usage.ru_utime + usage.ru_stime
     if late.is_set():
-        return Ended(None, cpu, told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
-    if child.returncode in (-signal.SIGXCPU, -signal.SIGKILL) and cpu > 0.9 * whole:
-        return Ended(None, cpu, told, f"stopped after {whole} CPU s")
-    return Ended(child.returncode, cpu, told)
+        return Ended(None, cpu, *told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
+    if child.returncode == -signal.SIGXCPU or (child.returncode == -signal.SIGKILL and cpu > 0.9 * whole):
+        return Ended(None, cpu, *told, f"stopped after {whole} CPU s")
+    return Ended(child.returncode, cpu, *told)
 
 
 def end_group(leader: int) -> None:

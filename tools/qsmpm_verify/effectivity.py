@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 
 from qsmpm_verify.batch import checked_program
 from qsmpm_verify.chart import markdown_table
+from qsmpm_verify.cpu_limit import run_limited
 from qsmpm_verify.mapping import log_text, stated_error, warns_of_stress
 from qsmpm_verify.places import BUILD, PROGRAM, STABILITY, TOP
 from qsmpm_verify.report import table
@@ -101,9 +101,9 @@ def field_lines(folder: Path, cells: int) -> list[Line]:
     for method, points in FIELDS:
         words = [str(folder / "manufactured"), method, str(points), "2", str(cells), "20"]
         try:
-            text = subprocess.run(words, capture_output=True, text=True, timeout=300, check=False).stdout
+            text = run_limited(words, 300.0).output
             stated, true = (float(word) for word in text.split()[-6:-4])
-        except (OSError, subprocess.TimeoutExpired, ValueError) as error:
+        except (OSError, ValueError) as error:
             raise ResultError(f"{' '.join(words)}: {error}") from error
         lines.append(Line(f"field, n = {cells}", method.removeprefix("BASIS=").split(",")[0], true, stated))
     return lines

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import os
 import re
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
+from qsmpm_verify.cpu_limit import run_limited
 from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.runner import Run, run_case
 from qsmpm_verify.stability import Test, Trial
@@ -125,12 +125,11 @@ class Commands:
         """What a command prints; a program that is missing prints the reason."""
         with self._lock:
             if command not in self._texts:
+                environment = {**os.environ, "OMP_NUM_THREADS": "1"}
                 try:
-                    self._texts[command] = subprocess.run(
-                        [str(self.folder / command[0]), *command[1:]], stdin=subprocess.DEVNULL, capture_output=True,
-                        text=True, timeout=300, check=False, env={**os.environ, "OMP_NUM_THREADS": "1"},
-                    ).stdout  # fmt: skip
-                except (OSError, subprocess.TimeoutExpired) as error:
+                    ended = run_limited([self.folder / command[0], *command[1:]], 300.0, env=environment)
+                    self._texts[command] = f"{ended.output}{ended.reason}\n"
+                except OSError as error:
                     self._texts[command] = f"{error}\n"
             return self._texts[command]
 

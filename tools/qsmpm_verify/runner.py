@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +12,7 @@ from pathlib import Path
 
 from qsmpm_verify import cache
 from qsmpm_verify.cases import Case
+from qsmpm_verify.cpu_limit import run_limited
 
 
 @dataclass(frozen=True)
@@ -94,15 +94,10 @@ def _execute(command: list[str], terminal: Path, time_limit: float, threads: int
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     with terminal.open("wb") as output:
         try:
-            ended = subprocess.run(
-                command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                timeout=time_limit, env=environment, check=False,
-            )  # fmt: skip
-            return ended.returncode, ""
-        except subprocess.TimeoutExpired:
-            return None, f"stopped after {time_limit:g} s"
+            ended = run_limited(command, time_limit * threads, env=environment, output=output)
         except OSError as error:
             return None, str(error)
+    return ended.code, ended.reason
 
 
 def last_line(path: Path) -> str:

@@ -7,13 +7,13 @@ import math
 import os
 import re
 import shutil
-import subprocess
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 from qsmpm_verify.cache import keep, kept, program_hash
+from qsmpm_verify.cpu_limit import run_limited
 from qsmpm_verify.front import Sample
 from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.runner import last_line, run_case
@@ -64,17 +64,11 @@ def command_sample(
     if not reused:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        try:
-            with (folder / "terminal.txt").open("wb") as output:
-                ended = subprocess.run(
-                    [str(tool), *entry.command[1:]], stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                    timeout=entry.case.time_limit, check=False, cwd=folder,
-                    env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-                )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            return replace(failed, message=f"stopped after {entry.case.time_limit:g} s"), entry.case.time_limit, False
-        if ended.returncode < 0:
-            return replace(failed, message=f"stopped by signal {-ended.returncode}"), 0.0, False
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        with (folder / "terminal.txt").open("wb") as output:
+            ended = run_limited([tool, *entry.command[1:]], entry.case.time_limit, folder, environment, output)
+        if ended.code is None or ended.code < 0:
+            return replace(failed, message=ended.how), ended.cpu, False
         line = last_line(folder / "terminal.txt")
         keep(record, {"key": key, "line": line})
     hit = re.search(study.pattern, line)

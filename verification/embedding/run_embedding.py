@@ -16,23 +16,24 @@ import os
 import pathlib
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
 
 HERE = pathlib.Path(__file__).resolve().parent
 TOP = HERE.parents[1]
+sys.path.insert(0, str(TOP / "tools"))
+from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
+
 ENVIRONMENT = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def call(*words: object, cwd: pathlib.Path = HERE, seconds: int = 120, code: int | None = 0, **more: str) -> str:
-    """Run a command; its output, both streams. A code that is not wanted is an error."""
-    done = subprocess.run([str(w) for w in words], cwd=cwd, capture_output=True, text=True, timeout=seconds,
-                          env={**ENVIRONMENT, **more})
-    if code is not None and done.returncode != code:
-        raise AssertionError(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
-    return done.stdout + done.stderr
+    """Run a command for some CPU seconds; its output, both streams. A code that is not wanted is an error."""
+    done = run_limited([str(w) for w in words], seconds, cwd, {**ENVIRONMENT, **more})
+    if code is not None and done.code != code:
+        raise AssertionError(f"{' '.join(map(str, words))}: {done.how}\n{done.output}{done.errors}")
+    return done.output + done.errors
 
 
 def expect(condition: bool, sentence: str) -> None:

@@ -38,6 +38,7 @@ program run_unit_tests
   use test_revolved_profile, only: collect_revolved_profile
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
+  use test_unusable_numbers, only: collect_unusable_numbers
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -65,6 +66,7 @@ program run_unit_tests
   use test_space, only: collect_space
   use test_domains, only: collect_domains
   use test_integration, only: collect_integration
+  use test_axisymmetry, only: collect_axisymmetry
   use test_spline_ghost, only: collect_spline_ghost
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
@@ -120,6 +122,7 @@ program run_unit_tests
   call register('revolved_profile', collect_revolved_profile)
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
+  call register('unusable_numbers', collect_unusable_numbers)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
@@ -147,6 +150,7 @@ program run_unit_tests
   call register('space', collect_space)
   call register('domains', collect_domains)
   call register('integration', collect_integration)
+  call register('axisymmetry', collect_axisymmetry)
   call register('spline_ghost', collect_spline_ghost)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)

@@ -8,7 +8,7 @@ module test_body_pieces
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polygon_pieces, only: polygon_list_type, begin_list, pieces_in_convex
   use qsmpm_piece_list, only: piece_list_type, add_piece, merge_small_pieces
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use sample_models, only: sample_grid
   use testing, only: tests_type
   implicit none
@@ -112,7 +112,7 @@ contains
       if (allocated(moment)) deallocate (moment)
       allocate (moment(mesh%dimension))
       if (allocated(list%local)) deallocate (list%cell, list%body, list%local, list%volume, list%vector)
-      call seed_body(mesh, .false., shape, 1, count, .false., list, error)
+      call seed_body(mesh, .false., shape, 1, count, seed_even, list, error)
       call tests%check(name//element//' is seeded', .not. allocated(error) .and. list%count > 0)
       call first_moment(mesh, list, volume, moment)
       call tests%close(name//element//' keeps its volume', volume, height*polygon_area(outline), rounding)
@@ -213,7 +213,7 @@ contains
 
     write (name, '(a, i0, a)') element//' with ', k**dimension, ' points:'
     call sample_grid(element, 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, k**dimension, .false., list, error)
+    call seed_body(mesh, .false., shape, 1, k**dimension, seed_even, list, error)
     call tests%check(trim(name)//' as many as asked', list%count == k**dimension)
     fault = 0.0_wp
     do i = 1, list%count
@@ -276,7 +276,7 @@ contains
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('QUAD4', 6, 0.15_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 4, .false., list, error)
+    call seed_body(mesh, .true., shape, 1, 4, seed_even, list, error)
     call first_moment(mesh, list, volume, moment)
     call tests%close('a cone holds a third of its cylinder per radian', volume, 0.9_wp**2*0.7_wp/6.0_wp, &
       rounding)
@@ -298,7 +298,7 @@ contains
     allocate (shape%outline, source=reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.25_wp, 0.0_wp, &
       0.25_wp], [2, 4]))
     call sample_grid('QUAD4', 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 4, .false., list, error)
+    call seed_body(mesh, .false., shape, 1, 4, seed_even, list, error)
     call tests%check('a strip of a cell has two of four points', list%count == 2)
     call tests%close('their boxes are half a cell long', maxval(abs(list%vector(1, :2) - 0.25_wp)), 0.0_wp, &
       1.0e-15_wp)

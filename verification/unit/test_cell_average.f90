@@ -8,7 +8,7 @@ module test_cell_average
   use qsmpm_element, only: shape_functions, element_order
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_space, only: space_type
   use qsmpm_space_builder, only: element_space
@@ -131,7 +131,7 @@ contains
     real(wp) :: functions(20)
     integer :: p, n
 
-    call seed_body(mesh, axisymmetric, shape, 1, 0, .false., list, error)
+    call seed_body(mesh, axisymmetric, shape, 1, 0, seed_even, list, error)
     call allocate_points(points, mesh%dimension, list%count, merge(4, 6, mesh%dimension == 2), &
       laws(1)%law%state_count)
     points%cell = list%cell(:list%count)

@@ -214,7 +214,7 @@ contains
     call uneven_grid(dimension, mesh)
     call sample_space(mesh, 2, .true., space)
     call tiled_box(mesh, low(:dimension), high(:dimension), [7, 5, 4], points, domains)
-    call cut_domains(space, mesh%cell_count, domains, pieces)
+    call cut_domains(space, mesh%cell_count, .false., domains, pieces)
     allocate (shares(points%count), source=0.0_wp)
     worst = 0.0_wp
     inside = .true.

@@ -8,7 +8,7 @@ module test_outline_seeding
   use qsmpm_mesh_sets, only: faces_in_box
   use qsmpm_polygon, only: polygon_area
   use qsmpm_polyhedron, only: make_polyhedron, polyhedron_volume, facet_normal
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body
+  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
   use qsmpm_outline_seeding, only: seed_outline
   use qsmpm_surface_seeding, only: seed_segment, seed_faces
   use solid_samples, only: block_facets, angle_facets, wedge_facets, sphere_facets, turned
@@ -122,7 +122,7 @@ contains
     real(wp) :: box(3, 2), found, vector(mesh%dimension), flux
     logical :: occupied(mesh%cell_count)
 
-    call seed_body(mesh, .false., shape, 1, 0, .false., body, error)
+    call seed_body(mesh, .false., shape, 1, 0, seed_even, body, error)
     occupied = cells_of(mesh, body)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
     call seed_outline(mesh, .false., occupied, shape, box, 1, list)
@@ -239,7 +239,7 @@ contains
 
       allocate (shape%outline, source=comb)
       call sample_grid('QUAD4', 7, 0.0_wp, mesh)
-      call seed_body(mesh, .false., shape, 1, 0, .false., body, error)
+      call seed_body(mesh, .false., shape, 1, 0, seed_even, body, error)
       limits = 0.0_wp
       ! As wide as the tolerance of sets of a mesh of size one.
       limits(:2, 1) = box(:, 1) - 1.0e-8_wp
@@ -287,7 +287,7 @@ contains
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('TRI6', 6, 0.1_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 0, .false., body, error)
+    call seed_body(mesh, .true., shape, 1, 0, seed_even, body, error)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
     call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 1, list)
     call sums_of(mesh, list, area, vector, flux)

@@ -34,6 +34,7 @@ contains
       deallocate (counts)
     end do
     call check_counts(tests)
+    call check_gauss_seeds(tests)
     call check_even(tests)
     call check_layers(tests)
     call check_errors(tests)
@@ -163,7 +164,7 @@ contains
 
     write (number, '(i0)') count
     name = trim(number)//' seed points of '//element_name(kind)
-    call seed_rule(kind, count, points, weights, error)
+    call seed_rule(kind, count, .false., points, weights, error)
     call tests%check(name//' are there', .not. allocated(error))
     if (allocated(error)) return
     call tests%check(name//' are as many', size(weights) == count .and. size(points, 2) == count &
@@ -197,7 +198,7 @@ contains
         size(weights) == full(kind))
       call tests%check('the full rule of '//element_name(kind)//' is inside', &
         is_sound(kind, points, weights))
-      call seed_rule(kind, 0, points, weights, error)
+      call seed_rule(kind, 0, .false., points, weights, error)
       call tests%check('0 seeds the default number in '//element_name(kind), &
         size(weights) == defaults(kind) .and. default_count(kind) == defaults(kind))
     end do
@@ -207,6 +208,43 @@ contains
     call tests%check('the tet rule of degree 5 has 14 points', size(weights) == 14)
   end subroutine check_counts
 
+  !> Every allowed number of points has a Gauss rule: up to which degree it is exact (as `gauss_rule` counts
+  !> degrees).
+  subroutine check_gauss_seeds(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call check_gauss_seed(tests, tri3, [1, 2, 2, 4, 5, 4, 6, 6])
+    call check_gauss_seed(tests, quad4, [1, 3, 5, 7, 9, 11])
+    call check_gauss_seed(tests, tet4, [1, 2, 3, 5])
+    call check_gauss_seed(tests, hex8, [1, 3, 5, 7])
+    call check_gauss_seed(tests, wedge6, [1, 1, 1, 2, 2, 4, 5])
+  end subroutine check_gauss_seeds
+
+  !> The Gauss rules of one kind.
+  subroutine check_gauss_seed(tests, kind, degrees)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: kind
+    !> Of the allowed numbers of points, rising.
+    integer, intent(in) :: degrees(:)
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: points(:, :), weights(:)
+    character(len=:), allocatable :: name
+    character(len=2) :: number
+    integer :: n, degree
+    integer :: counts(size(degrees))
+
+    counts = allowed_counts(kind)
+    do n = 1, size(counts)
+      call seed_rule(kind, counts(n), .true., points, weights, error)
+      write (number, '(i0)') counts(n)
+      name = 'the Gauss rule of '//trim(number)//' points of '//element_name(kind)
+      call tests%check(name//' has as many inside', size(weights) == counts(n) .and. is_sound(kind, points, weights))
+      do degree = 0, degrees(n)
+        call tests%close(name//' is exact', worst_error(kind, degree, points, weights), 0.0_wp, round_off)
+      end do
+    end do
+  end subroutine check_gauss_seed
+
   !> Even patterns are centres of equal pieces: equal weights, and the places known by hand.
   subroutine check_even(tests)
     type(tests_type), intent(inout) :: tests
@@ -214,24 +252,24 @@ contains
     type(error_type), allocatable :: error
     real(wp), allocatable :: points(:, :), weights(:)
 
-    call seed_rule(wedge6, 8, points, weights, error)
+    call seed_rule(wedge6, 8, .false., points, weights, error)
     ! Beuth et al. 2008, section 3.1: eight points of weight 1/8.
     call tests%close('8 points of WEDGE6 weigh 1/8 each', maxval(abs(weights - 0.125_wp)), &
       0.0_wp, round_off)
     call tests%close('8 points of WEDGE6 lie in two equal slabs', &
       maxval(abs(abs(points(3, :)) - 0.5_wp)), 0.0_wp, round_off)
-    call seed_rule(tri6, 9, points, weights, error)
+    call seed_rule(tri6, 9, .false., points, weights, error)
     call tests%close('9 points of TRI6 weigh alike', maxval(weights) - minval(weights), 0.0_wp, &
       round_off)
     call tests%close('the first of 9 points of TRI6 is a ninth from two sides', &
       maxval(abs(points(:, 1) - 1.0_wp/9.0_wp)), 0.0_wp, round_off)
-    call seed_rule(quad4, 9, points, weights, error)
+    call seed_rule(quad4, 9, .false., points, weights, error)
     call tests%close('the first of 9 points of QUAD4 is at -2/3', &
       maxval(abs(points(:, 1) + 2.0_wp/3.0_wp)), 0.0_wp, round_off)
-    call seed_rule(hex8, 27, points, weights, error)
+    call seed_rule(hex8, 27, .false., points, weights, error)
     call tests%close('27 points of HEX8 weigh 8/27 each', &
       maxval(abs(weights - 8.0_wp/27.0_wp)), 0.0_wp, round_off)
-    call seed_rule(tet4, 8, points, weights, error)
+    call seed_rule(tet4, 8, .false., points, weights, error)
     call tests%close('8 points of TET4 weigh 1/48 each', &
       maxval(abs(weights - 1.0_wp/48.0_wp)), 0.0_wp, round_off)
   end subroutine check_even
@@ -247,13 +285,13 @@ contains
     character(len=2) :: number
     integer :: i, third
 
-    call seed_rule(wedge6, 6, points, weights, error)
+    call seed_rule(wedge6, 6, .false., points, weights, error)
     call tests%close('6 points of WEDGE6 lie at 1/sqrt(3)', &
       maxval(abs(abs(points(3, :)) - sqrt(1.0_wp/3.0_wp))), 0.0_wp, round_off)
     do i = 1, size(numbers)
       write (number, '(i0)') numbers(i)
       third = numbers(i)/3
-      call seed_rule(wedge15, numbers(i), points, weights, error)
+      call seed_rule(wedge15, numbers(i), .false., points, weights, error)
       call tests%close(trim(number)//' points of WEDGE15 lie in three Gauss layers', &
         max(maxval(abs(points(3, :third) + sqrt(0.6_wp))), &
         maxval(abs(points(3, third + 1:2*third))), &
@@ -270,13 +308,13 @@ contains
     type(error_type), allocatable :: error
     real(wp), allocatable :: points(:, :), weights(:)
 
-    call seed_rule(wedge15, 10, points, weights, error)
+    call seed_rule(wedge15, 10, .false., points, weights, error)
     call tests%check('10 points in a WEDGE15 are an error', allocated(error))
     if (.not. allocated(error)) return
     call tests%check('the error is one of the deck', error%code == error_deck)
     call tests%check('the error lists the allowed numbers', error%message == &
       'WEDGE15 takes 8, 9, 18 or 36 points an element, not 10')
-    call seed_rule(quad4, -1, points, weights, error)
+    call seed_rule(quad4, -1, .false., points, weights, error)
     call tests%check('a negative number of points is an error', allocated(error))
   end subroutine check_errors
 
@@ -291,7 +329,7 @@ contains
     real(wp) :: shape(15), load(15)
     integer :: q
 
-    call seed_rule(wedge15, 8, points, weights, error)
+    call seed_rule(wedge15, 8, .false., points, weights, error)
     load = 0.0_wp
     do q = 1, size(weights)
       call shape_functions(wedge15, points(:, q), shape)

@@ -92,7 +92,7 @@ contains
     type(error_type), allocatable :: error
     real(wp), allocatable :: points(:, :), weights(:)
 
-    call seed_rule(kind, count, points, weights, error)
+    call seed_rule(kind, count, .false., points, weights, error)
     modes = zero_modes(kind, points, weights)
   end function seed_modes
 
