@@ -13,8 +13,6 @@ module qsmpm_penalty_terms
     type(patches_type) :: patches
     !> (most nodes, most nodes, patches), symmetric.
     real(wp), allocatable :: matrix(:, :, :)
-    !> Factor by which the terms have been weakened.
-    real(wp) :: scale = 1.0_wp
   end type stabilisation_type
 
 contains
@@ -37,7 +35,6 @@ contains
     real(wp), intent(in) :: factor
 
     stabilisation%matrix = factor*stabilisation%matrix
-    stabilisation%scale = factor*stabilisation%scale
   end subroutine weaken
 
   !> Force of the stabilisation for a displacement of the step.

@@ -1,15 +1,15 @@
 !> What the stabilisation carries of a step: the one measure by which a step is accepted or re-equilibrated, and
 !> which the log and curves.csv show.
 !>
-!> The force g = G du that a solve leaves behind is one that the material does not carry. Its share is the larger of
+!> The force g = G du that the last solve of a step leaves behind is one that the material does not carry. Its
+!> share is the larger of
 !>
-!>   work    sum_i (du_i G du_i)^(1/2) (du G du)^(1/2) / sum_i sum_c |f_c . du_i|
-!>   force   a tenth of max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
+!>   work    g . du / sum_i sum_c |f_c . du_i|
+!>   force   max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
 !>
-!> over the solves i of the step, of which du is the last, and the cells c with their internal forces f_c; b runs over
-!> the nodes of the cells around a and of their neighbours. The numerator of `work` bounds g . U for the displacement U
-!> of the whole step (Cauchy and Schwarz). Neither denominator cancels, so that a slender body in bending,
-!> whose load is small against its stresses, is judged by its stresses. docs/methods/ghost.md
+!> over the solves i of the step and the cells c with their internal forces f_c; b runs over the nodes of two layers of
+!> cells around a. Neither denominator cancels, so that a slender body in bending, whose load is small against its
+!> stresses, is judged by its stresses. docs/methods/ghost.md
 module qsmpm_stabilisation_share
   use qsmpm_kinds, only: wp
   use qsmpm_node_graph, only: patches_type
@@ -19,8 +19,6 @@ module qsmpm_stabilisation_share
 
   public :: solve_share_type, step_share_type, measure_solve, add_solve
 
-  !> What the force at a single node counts beside the work of all: the tip of a toe that slides on carries little.
-  real(wp), parameter :: single_node = 0.1_wp
   !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
   !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.
   integer, parameter :: layers = 2
@@ -29,18 +27,15 @@ module qsmpm_stabilisation_share
 
   !> What the stabilisation does in one solve.
   type :: solve_share_type
-    !> (du G du)^(1/2) of the whole stabilisation, and the factor by which it was weakened.
-    real(wp) :: amplitude = 0.0_wp
-    real(wp) :: scale = 1.0_wp
-    !> sum_c |f_c . du|.
+    !> g . du, and sum_c |f_c . du|.
+    real(wp) :: work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp
     !> Largest share of the internal force around a node.
     real(wp) :: force_share = 0.0_wp
   end type solve_share_type
 
-  !> Sums over the solves of a step, and the share after the last one.
+  !> Internal work of the solves of a step, and the share after the last one.
   type :: step_share_type
-    real(wp) :: amplitude = 0.0_wp
     real(wp) :: internal_work = 0.0_wp
     real(wp) :: share = 0.0_wp
   end type step_share_type
@@ -61,8 +56,7 @@ contains
 
     force = 0.0_wp
     call add_stabilising_force(stabilisation, displacement, force)
-    solve%scale = stabilisation%scale
-    solve%amplitude = sqrt(max(0.0_wp, sum(force*displacement))/stabilisation%scale)
+    solve%work = sum(force*displacement)
     solve%internal_work = work_size
     magnitude = norm2(force, dim=1)
     if (any(magnitude > 0.0_wp)) &
@@ -93,10 +87,8 @@ contains
     type(solve_share_type), intent(in) :: solve
     type(step_share_type), intent(inout) :: step
 
-    step%amplitude = step%amplitude + solve%amplitude
     step%internal_work = step%internal_work + solve%internal_work
-    step%share = max(single_node*solve%force_share, &
-      quotient(solve%scale*solve%amplitude*step%amplitude, step%internal_work))
+    step%share = max(solve%force_share, quotient(solve%work, step%internal_work))
   end subroutine add_solve
 
   !> A part of a whole; of nothing any part is as large as can be.
