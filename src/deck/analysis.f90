@@ -164,6 +164,8 @@ module qsmpm_analysis
     real(wp) :: poisson = 0.0_wp
     !> Weight per volume at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
+    !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
+    real(wp) :: k0 = -1.0_wp
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp
     !> Degrees.
@@ -267,8 +269,6 @@ module qsmpm_analysis
     integer :: max_holds = 30
     !> Factor on the stabilisation from hold to hold; 1 keeps it.
     real(wp) :: hold_fade = 1.0_wp
-    !> Compliance over that of the first step beyond which the load is a limit load; 0 seeks none.
-    real(wp) :: limit_compliance = 0.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
     logical :: proximal = .true.
     real(wp) :: drag_share = 1.0e-3_wp

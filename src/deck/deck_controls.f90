@@ -53,9 +53,6 @@ contains
       default=integer_text(c%max_holds), range='[0, inf)')
     call table%parameter('HOLD FADE', kind_real, 'factor on the stabilisation from hold to hold; 1 keeps it, '// &
       '0.1 saves most of the holds near a limit load', default=real_text(c%hold_fade), range='(0, 1]')
-    call table%parameter('LIMIT COMPLIANCE', kind_real, 'ends the phase at the limit load: where displacement per '// &
-      'load is so many times that of the first step, 10 is usual; 0 seeks none', &
-      default=real_text(c%limit_compliance), range='[0, inf)')
     call table%parameter('PROXIMAL', kind_word, 'sub-steps with proximal damping when the static step is '// &
       'lost; a static solve at TOLERANCE ends them', default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DRAG SHARE', kind_real, 'share of the load below which the damping of the '// &
@@ -101,7 +98,6 @@ contains
       c%stabilisation_share = card%number('STABILISATION SHARE')
       c%max_holds = card%whole('MAX HOLDS')
       c%hold_fade = card%number('HOLD FADE')
-      c%limit_compliance = card%number('LIMIT COMPLIANCE')
       c%proximal = card%word('PROXIMAL') == 'YES'
       c%drag_share = card%number('DRAG SHARE')
       c%max_substeps = card%whole('MAX SUBSTEPS')
