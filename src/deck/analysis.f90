@@ -267,6 +267,8 @@ module qsmpm_analysis
     !> Share of the load that stabilisation may carry; a step is held until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_holds = 30
+    !> Factor on the stabilisation from hold to hold; 1 keeps it.
+    real(wp) :: hold_fade = 1.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
     logical :: proximal = .true.
     real(wp) :: drag_share = 1.0e-3_wp

@@ -78,6 +78,7 @@ program run_unit_tests
   use test_integration, only: collect_integration
   use test_axisymmetry, only: collect_axisymmetry
   use test_spline_ghost, only: collect_spline_ghost
+  use test_stabilisation_share, only: collect_stabilisation_share
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
   use test_uniform_pressure, only: collect_uniform_pressure
@@ -172,6 +173,7 @@ program run_unit_tests
   call register('integration', collect_integration)
   call register('axisymmetry', collect_axisymmetry)
   call register('spline_ghost', collect_spline_ghost)
+  call register('stabilisation_share', collect_stabilisation_share)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
   call register('uniform_pressure', collect_uniform_pressure)
