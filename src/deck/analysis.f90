@@ -164,6 +164,8 @@ module qsmpm_analysis
     real(wp) :: poisson = 0.0_wp
     !> Weight per volume at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
+    !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
+    real(wp) :: k0 = -1.0_wp
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp
     !> Degrees.

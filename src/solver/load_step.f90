@@ -22,6 +22,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_supports, only: take_support_reactions
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
   implicit none
@@ -287,5 +288,6 @@ contains
         call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
     end associate
     model%state%reactions = reactions
+    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
   end subroutine take_reactions_and_work
 end module qsmpm_load_step

@@ -1,5 +1,6 @@
 !> External forces (eq. 19): the weight of the material points and the tractions, each somewhere
-!> between its value at the start and at the end of the phase.
+!> between its value at the start and at the end of the phase. The reactions of fixities and supports that a phase has
+!> freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
 module qsmpm_loads
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: carrier_points, carrier_surface
@@ -32,6 +33,7 @@ contains
     force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
     call add_weight(model, at_points, gravity(:model%mesh%dimension), force)
+    force = force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, activation, fraction, force)
     call add_carried_tractions(model, activation, fraction, force)
@@ -46,6 +48,16 @@ contains
 
     pressure = between(loading%pressure_start, loading%pressure_final, fraction)
   end function pressures_at
+
+  !> Share of the released forces that is still there.
+  pure real(wp) function still_held(model, fraction) result(share)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Share of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+
+    share = max(1.0_wp - fraction, model%state%progress%release_left)
+  end function still_held
 
   !> Linear between two values.
   elemental function between(start, final, fraction) result(value)
@@ -83,7 +95,7 @@ contains
     end do
   end subroutine add_weight
 
-  !> Dead tractions on surface points.
+  !> Dead tractions and released supports on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -100,10 +112,11 @@ contains
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
-        if (model%loading%carrier(s) /= carrier_surface) cycle
+        if (model%loading%carrier(s) /= carrier_surface .and. all(abs(surface%released(:, i)) <= 0.0_wp)) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
         traction = surface%area(i)*between( &
           model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
+        traction(:size(force, 1)) = traction(:size(force, 1)) + still_held(model, fraction)*surface%released(:, i)
         call spread_force(place, traction, force)
       end do
     end associate

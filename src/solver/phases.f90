@@ -7,6 +7,7 @@ module qsmpm_phases
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
+  use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
@@ -132,7 +133,8 @@ contains
       if (model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
       else
-        call enter_phase(model, observer)
+        call enter_phase(model, march, observer, error)
+        if (allocated(error)) return
       end if
       march%begun = .true.
     end if
@@ -141,23 +143,33 @@ contains
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
       model%state%progress%phase = model%state%progress%phase + 1
       march%told = .false.
-      call enter_phase(model, observer)
+      call enter_phase(model, march, observer, error)
+      if (allocated(error)) return
     end if
     call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model)) call end_phase(model, march, observer, error)
   end subroutine march_step
 
-  !> Begin the current phase; initial stresses that the soil cannot carry are worth a word.
-  subroutine enter_phase(model, observer)
+  !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
+  !> a warning.
+  subroutine enter_phase(model, march, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
     !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> Initial stresses out of balance.
+    type(error_type), allocatable, intent(out) :: error
     integer :: beyond
 
     call start_phase(model)
-    if (model%analysis%phases(model%state%progress%phase)%initial%kind /= initial_k0) return
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (phase%initial%kind /= initial_k0) return
+      call check_initial_balance(model, march%step, phase, observer, error)
+      if (allocated(error)) return
+    end associate
     beyond = count_beyond_strength(model)
     if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
       integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
