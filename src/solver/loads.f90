@@ -39,6 +39,15 @@ contains
     call add_carried_tractions(model, activation, fraction, force)
   end subroutine external_force
 
+  !> Share of the released forces that is still there.
+  pure real(wp) function still_held(model, fraction) result(share)
+    type(model_type), intent(in) :: model
+    !> Share of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+
+    share = max(1.0_wp - fraction, model%state%progress%release_left)
+  end function still_held
+
   !> Pressure of each surface at a share of the phase.
   pure function pressures_at(loading, fraction) result(pressure)
     type(loading_type), intent(in) :: loading
@@ -48,16 +57,6 @@ contains
 
     pressure = between(loading%pressure_start, loading%pressure_final, fraction)
   end function pressures_at
-
-  !> Share of the released forces that is still there.
-  pure real(wp) function still_held(model, fraction) result(share)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Share of the phase, 0 to 1.
-    real(wp), intent(in) :: fraction
-
-    share = max(1.0_wp - fraction, model%state%progress%release_left)
-  end function still_held
 
   !> Linear between two values.
   elemental function between(start, final, fraction) result(value)
@@ -107,16 +106,18 @@ contains
     real(wp), intent(inout) :: force(:, :)
     type(place_type) :: place
     real(wp) :: traction(3)
-    integer :: i, s
+    integer :: i, s, d
 
+    d = model%mesh%dimension
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
         if (model%loading%carrier(s) /= carrier_surface .and. all(abs(surface%released(:, i)) <= 0.0_wp)) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
-        traction = surface%area(i)*between( &
+        traction = 0.0_wp
+        if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
           model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
-        traction(:size(force, 1)) = traction(:size(force, 1)) + still_held(model, fraction)*surface%released(:, i)
+        traction(:d) = traction(:d) + still_held(model, fraction)*surface%released(:, i)
         call spread_force(place, traction, force)
       end do
     end associate
