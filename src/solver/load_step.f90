@@ -139,6 +139,7 @@ contains
     allocate (force_before, mold=goal%force)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
     allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
   end subroutine set_loads
 
