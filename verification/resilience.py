@@ -394,7 +394,7 @@ def two_runs(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("after a run that was killed the folder is free", after.returncode == 0, after.stderr[-300:])
 
 
-def damaged(checks: Checks, folder: pathlib.Path, seeds: int = 60) -> None:
+def damaged(checks: Checks, folder: pathlib.Path, seeds: int = 40) -> None:
     """A restart file with one bit turned, a byte less or a piece of another is refused in one line, never read and never a crash."""
     deck = block(steps=2)
     checks.run(folder, deck)
@@ -444,6 +444,45 @@ def resealed(checks: Checks, folder: pathlib.Path) -> None:
         checks.check(f"restart.h5: {name} = {value} is refused", run.returncode == 1 and told in run.stderr, f"exit {run.returncode}: {run.stderr[-200:]}")
 
 
+MARKING_MODEL = r"""
+#include <stdio.h>
+__attribute__((constructor)) static void mark(void) { FILE *f = fopen("MARK", "w"); if (f) fclose(f); }
+void umat_(double *stress, double *state, double *ddsdde) {
+    for (int i = 0; i < 36; i++) ddsdde[i] = i % 7 == 0 ? (i < 21 ? 200.0 : 100.0) : 0.0;
+    (void)stress; (void)state;
+}
+"""
+
+
+def strange_library(checks: Checks, folder: pathlib.Path) -> None:
+    """A library that a deck names is loaded, which runs its code, by run and point, and by check and plan when they are told to."""
+    mark, source, library = folder / "mark", folder / "model.c", folder / "libmodel.so"
+    source.write_text(MARKING_MODEL.replace("MARK", str(mark)))
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
+    deck = folder / "case.inp"
+    deck.write_text(block(steps=1).replace("*ELASTIC\n100, 0.3\n", "*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libmodel.so\n 1\n"))
+    for words, loads in ((["check"], False), (["plan"], False), (["check", "--plugins"], True), (["plan", "--plugins"], True)):
+        mark.unlink(missing_ok=True)
+        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=LIMIT)
+        checks.check(f"{' '.join(words)} ends well", run.returncode == 0, run.stderr[-300:])
+        checks.check(f"{' '.join(words)} {'loads' if loads else 'does not load'} a library", mark.exists() == loads)
+        checks.check(f"{' '.join(words)} {'has nothing to say' if loads else 'says so'}", ("is not loaded" in run.stderr) != loads, run.stderr[-300:])
+    library.unlink()
+    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=LIMIT)
+    checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
+
+
+def leaves_by_exit(checks: Checks, folder: pathlib.Path) -> None:
+    """A model that ends the process with exit code 0, past all handlers, is a failure of the model."""
+    library = pathlib.Path(checks.binary).parent / "verification" / "plugins" / "libfaulty.so"
+    deck = block(steps=4).replace("*ELASTIC\n100, 0.3\n", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, 12, 3, 0, 0\n")
+    run = checks.run(folder, deck)
+    checks.check("_exit(0) inside a model ends with exit 6", run.returncode == 6, f"exit {run.returncode}: {run.stderr[-300:]}")
+    checks.check("and with a message", "ends the program" in run.stderr, run.stderr[-300:])
+    rows = len((folder / "out" / "curves.csv").read_text().splitlines()) - 1
+    checks.check("the steps before are whole", rows == 2 and (folder / "out" / "restart.h5").exists(), f"{rows} rows")
+
+
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
     disk = folder / "disk"
     disk.mkdir()
@@ -467,8 +506,8 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases, threads, two_runs, damaged, resealed,
-                 full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases,
+                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

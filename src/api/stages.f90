@@ -186,6 +186,9 @@ contains
     integer :: i
 
     call check_set(model, set, error)
+    ! Where all components are held, those that there are are meant.
+    if (.not. allocated(error) .and. model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
+      call fail(error, error_other, 'component 3 is not one of the model')
     if (allocated(error)) return
     fixity%set = set
     fixity%fixed = fixed

@@ -3,6 +3,7 @@
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid
+  use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_model, only: model_type, progress_type, state_type
@@ -110,13 +111,13 @@ contains
   pure logical function finite(values)
     real(wp), intent(in) :: values(:)
 
-    finite = all(abs(values) <= huge(1.0_wp))
+    finite = all(is_usable(values))
   end function finite
 
   !> The same of a table.
   pure logical function finite_table(values)
     real(wp), intent(in) :: values(:, :)
 
-    finite_table = all(abs(values) <= huge(1.0_wp))
+    finite_table = all(is_usable(values))
   end function finite_table
 end module qsmpm_state_check

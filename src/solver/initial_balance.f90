@@ -93,6 +93,9 @@ contains
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, load)
+    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
+    move = 0.0_wp
+    call add_pressure_force(step%pressures, move, load)
     if (step%separate) then
       call internal_force(step%integration, model%state%points, stressed)
     else
@@ -103,7 +106,6 @@ contains
     balance%position = model%mesh%bounds(:, 1)
     if (.not. norm2(weight) > 0.0_wp) return
     balance%residual = norm2(residual)/norm2(weight)
-    move = 0.0_wp
     call evaluate_step(model, step, move, tangent_elastic)
     if (.not. step%evaluation%ok) return
     call complete_matrix(step, 0.0_wp, model%mesh%dimension)

@@ -39,6 +39,7 @@ program run_unit_tests
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
+  use test_stepping, only: collect_stepping
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -63,6 +64,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_pressures, only: collect_pressures
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -124,6 +126,7 @@ program run_unit_tests
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
+  call register('stepping', collect_stepping)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
@@ -148,6 +151,7 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('pressures', collect_pressures)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
