@@ -16,7 +16,8 @@ module qsmpm_initial_balance
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_law, only: tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
-  use qsmpm_loads, only: external_force
+  use qsmpm_loads, only: external_force, pressures_at
+  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: points_type
@@ -108,7 +109,7 @@ contains
     balance%residual = norm2(residual)/norm2(weight)
     call evaluate_step(model, step, move, tangent_elastic)
     if (.not. step%evaluation%ok) return
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, move)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)

@@ -22,6 +22,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_pushed_material, only: note_push
   use qsmpm_supports, only: take_support_reactions
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
@@ -90,6 +91,7 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
+      call note_push(model, attempt%fraction - model%state%progress%fraction)
       model%state%progress%fraction = attempt%fraction
     end if
   end subroutine load_step

@@ -28,6 +28,8 @@ contains
     call check_points(model%state%points, error)
     call check_surface(model%state%surface, error)
     call check_carried(model%state%tracers, 'tracer', error)
+    call check_carried(model%state%watched, 'watched place', error)
+    call check(model%state%watched%pushed, 'push', 'watched place', error)
     call check(model%state%coordinates, 'position', 'node', error)
     call check(model%state%reactions, 'reaction', 'node', error)
     call check(model%state%released, 'released force', 'node', error)
