@@ -28,7 +28,7 @@ module qsmpm_outline_seeding
 contains
 
   !> Surface points on what of the bounds of a body is in a box.
-  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, slack, surface, list, left_out)
+  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, slack, degree, surface, list, left_out)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
@@ -41,6 +41,8 @@ contains
     real(wp), intent(in) :: box(3, 2)
     !> Length by which the box is wider than drawn.
     real(wp), intent(in) :: slack
+    !> Degree of the functions over the bounds, for which the rules are exact.
+    integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> Seeds; `volume` is the area, `vector` the outward area vector.
@@ -55,7 +57,7 @@ contains
     if (mesh%dimension == 3) then
       call bounds_of(mesh, shape, solid)
       call drop_slivers(box, slack, solid, left_out)
-      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), surface, list)
+      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), degree, surface, list)
       return
     end if
     n = size(segment, 2)
@@ -71,7 +73,7 @@ contains
     left_out = sum(length, mask=cut .and. length > strip*slack)
     do i = 1, n
       if (inside(i) .and. .not. cut(i)) &
-        call seed_segment(mesh, axisymmetric, occupied, .true., segment(:, i), surface, list)
+        call seed_segment(mesh, axisymmetric, occupied, .true., segment(:, i), degree, surface, list)
     end do
   end subroutine seed_outline
 

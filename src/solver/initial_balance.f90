@@ -17,10 +17,10 @@ module qsmpm_initial_balance
   use qsmpm_law, only: tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_loads, only: external_force, pressures_at
-  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: points_type
+  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_system_matrix, only: complete_matrix, gather, scatter
@@ -93,9 +93,9 @@ contains
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, stressed, move
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
+    move = 0.0_wp
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, load)
     call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
-    move = 0.0_wp
     call add_pressure_force(step%pressures, move, load)
     if (step%separate) then
       call internal_force(step%integration, model%state%points, stressed)
