@@ -55,6 +55,7 @@ program run_unit_tests
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
   use test_overburden, only: collect_overburden
+  use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -150,6 +151,7 @@ program run_unit_tests
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
   call register('overburden', collect_overburden)
+  call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
