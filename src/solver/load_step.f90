@@ -16,6 +16,7 @@ module qsmpm_load_step
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_penalty_terms, only: weaken
   use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
@@ -66,6 +67,7 @@ contains
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (allocated(error)) return
+    call weaken(step%stabilisation, attempt%stabilisation)
     call turn_to(step%profile%watch, part_control)
     goal%tolerance = attempt%tolerance
     goal%drag = attempt%damping

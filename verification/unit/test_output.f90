@@ -452,7 +452,7 @@ contains
 
     record%iterations = 3 + step
     record%out_of_balance = 1.0e-5_wp/step
-    record%stabilisation_share = 1.0e-3_wp/3.0_wp
+    record%stabilisation%share = 1.0e-3_wp/3.0_wp
     record%equations = 12
     allocate (record%histories(2))
     record%histories = [0.1_wp*step, -10.0_wp/(step + 2)]
