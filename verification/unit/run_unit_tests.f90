@@ -34,6 +34,7 @@ program run_unit_tests
   use test_checkpoint, only: collect_checkpoint
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
+  use test_load_step, only: collect_load_step
   use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
@@ -130,6 +131,7 @@ program run_unit_tests
   call register('checkpoint', collect_checkpoint)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
+  call register('load_step', collect_load_step)
   call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
