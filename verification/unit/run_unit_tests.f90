@@ -74,6 +74,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
+  use test_locking_choice, only: collect_locking_choice
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -171,6 +172,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
+  call register('locking_choice', collect_locking_choice)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
