@@ -112,6 +112,8 @@ contains
             error%message, error%code)
         else
           if (material%mohr_coulomb .or. material%hardening_soil%given) law%elastic_blend = elastic_blend
+          if (allocated(law%advice)) model%notes = model%notes//"material '"//material%name//"': "//law%advice// &
+            new_line('a')
           allocate (model%laws(m)%law, source=law)
         end if
       end associate

@@ -6,7 +6,7 @@ module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_k0, support_none
   use qsmpm_model, only: model_type, loading_type
-  use qsmpm_points, only: set_normals
+  use qsmpm_points, only: place_of, set_normals
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
@@ -187,7 +187,7 @@ contains
         points%stress(2, p) = vertical
         points%initial_volume(p) = points%volume(p)
         associate (law => model%laws(points%material(p))%law)
-          call law%start(points%stress(:, p), points%state(:law%state_count, p))
+          call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate
