@@ -188,6 +188,58 @@ def interrupted(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("and its results are the bytes of the uninterrupted one", same, why)
 
 
+RELEASED = """*PHASE, NAME=let go
+*FIX
+side, FREE
+*SUPPORT, SURFACE=face, TYPE=FREE
+*CONTROLS, STEPS=200, TOLERANCE=1E-6
+*END PHASE
+"""
+
+
+def released(checks: Checks, folder: pathlib.Path) -> None:
+    """A run that is interrupted while the forces of freed nodes and supports fall goes on to the same bytes."""
+    deck = block(fixities="*FIX\nbase, ALL\nside, X\n*SUPPORT, SURFACE=face\n", steps=2) + RELEASED
+    deck = deck.replace("*HISTORY", "*SURFACE, NAME=face, TYPE=SEGMENT\n1, 0, 1, 1\n*HISTORY", 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("supports and nodes are let go", whole.returncode == 0, whole.stderr[-300:])
+    part = folder / "part"
+    code = interrupt(checks, folder, part, 30)
+    rows = len((part / "curves.csv").read_text().splitlines())
+    checks.check("SIGTERM while they are let go", code == 143 and rows < 200, f"exit {code}, {rows} rows")
+    rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
+    same, why = same_results(folder / "whole", part)
+    checks.check("continued, the bytes of the uninterrupted run", rest.returncode == 0 and same, why)
+
+
+# Sends SIGTERM from within METIS, once.
+IN_METIS = """#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <signal.h>
+#include <unistd.h>
+static int sent = 0;
+void *libmetis__SetupGraph(void *a, int b, int c, int *d, int *e, int *f, int *g, int *h)
+{
+    void *(*real)(void *, int, int, int *, int *, int *, int *, int *) = dlsym(RTLD_NEXT, "libmetis__SetupGraph");
+    if (!sent) { sent = 1; kill(getpid(), SIGTERM); }
+    return real(a, b, c, d, e, f, g, h);
+}
+"""
+
+
+def stopped_in_metis(checks: Checks, folder: pathlib.Path) -> None:
+    """METIS takes SIGTERM for an error of its own; it is a stop on request all the same."""
+    (folder / "in_metis.c").write_text(IN_METIS)
+    library = folder / "in_metis.so"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(folder / "in_metis.c"), "-ldl"], check=True)
+    (folder / "case.inp").write_text(block(width=2, columns=40, steps=5))
+    done = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")], capture_output=True,
+                          text=True, timeout=LIMIT, env={**os.environ, "LD_PRELOAD": str(library)})
+    checks.check("SIGTERM within METIS ends with exit 143", done.returncode == 143 and "stopped on request" in done.stderr,
+                 f"exit {done.returncode}: {done.stderr[-200:]}")
+    checks.check("and the state is on disk", (folder / "out" / "restart.h5").exists())
+
+
 def follows(checks: Checks, folder: pathlib.Path) -> None:
     """The part of a wide grid that is looked at follows a block on a base that runs: the results are those of the whole grid, and an
     interruption after it has moved leaves no trace."""
@@ -522,8 +574,9 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, two_runs, damaged, resealed,
-                 strange_library, leaves_by_exit, clocks_and_levels, small_memory, full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases,
+                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
+                 small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

@@ -101,6 +101,7 @@ contains
       call cut_stage(self%scene, progress%phase, progress%fraction)
       call self%adopt(error)
       if (allocated(error)) return
+      progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%fraction = 1.0_wp
     end associate
     call resume_phase(self%model)

@@ -224,7 +224,10 @@ contains
       end if
       do i = 1, size(phase%tractions)
         associate (traction => phase%tractions(i))
-          if (traction%follows) then
+          if (phase%initial%kind == initial_k0) then
+            traction%pressure = traction%pressure/kept
+            traction%vector = traction%vector/kept
+          else if (traction%follows) then
             traction%pressure = reached(pressure_before(scene, number, traction%surface), &
               phase%load_factor*traction%pressure, share)/factor
           else

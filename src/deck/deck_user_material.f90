@@ -53,7 +53,8 @@ contains
       'start, '// &
       'zero where the list is shorter. A UDSM is handed them in its task 1 and may replace them.', handle_user_state)
     call table%parameter('ALONG', kind_word, 'axis along which they differ: each line is then a coordinate and '// &
-      'the state variables there, linear between the lines and constant beyond; the coordinates rise', allowed=bar_list(axis_words))
+      'the state variables there, linear between the lines and constant beyond; the coordinates rise', &
+      allowed=bar_list(axis_words))
     call table%data('values, in any number of lines', 1, huge(1))
     call table%column('value', kind_real, 'state variables in the order of the model', repeated=.true.)
     call table%example('*USER STATE| 0, 0, 0, 0, 0, 0, 0.65')

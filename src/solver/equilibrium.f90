@@ -24,7 +24,9 @@ module qsmpm_equilibrium
   use qsmpm_integration, only: integration_type, group_of
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
+  use qsmpm_stabilisation_share, only: solve_share_type, measure_solve
   use qsmpm_supports, only: add_support_force
+  use qsmpm_pressures, only: add_pressure_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_text, only: integer_text
@@ -44,7 +46,7 @@ module qsmpm_equilibrium
 
   !> What is to be reached.
   type :: target_type
-    !> External force at the end of the step (dimension, node_count).
+    !> External force at the end of the step but for pressures, whose areas are found with it (dimension, node_count).
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
@@ -63,8 +65,8 @@ module qsmpm_equilibrium
     character(len=:), allocatable :: reason
     !> Displacement of the step (dimension, node_count).
     real(wp), allocatable :: displacement(:, :)
-    !> Internal force at the end (dimension, node_count).
-    real(wp), allocatable :: internal_force(:, :)
+    !> Internal force, and loads with the pressures, at the end (dimension, node_count).
+    real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
@@ -73,8 +75,10 @@ module qsmpm_equilibrium
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
     !> Norm of the load that out-of-balance and shares refer to.
     real(wp) :: load_norm = 0.0_wp
-    !> Forces of stabilisation and drag as shares of it.
-    real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
+    !> Force of the drag as a share of it.
+    real(wp) :: drag_share = 0.0_wp
+    !> What the stabilisation carries.
+    type(solve_share_type) :: stabilisation
     real(wp) :: largest_move = 0.0_wp
     !> Share of the step's displacements and stresses that is due to its length, and whether that is why
     !> it was not taken; set by whoever looks at it.
@@ -223,9 +227,11 @@ contains
     call add_stabilising_force(step%stabilisation, solution%displacement, extra)
     call add_support_force(step%supports, solution%displacement, .true., extra)
     if (goal%drag > 0.0_wp) extra = extra + proximal_force(step, goal, solution%displacement)
-    imbalance = goal%force - step%evaluation%force - extra
+    solution%external_force = goal%force
+    call add_pressure_force(step%pressures, solution%displacement, solution%external_force)
+    imbalance = solution%external_force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
-    call gather(step%equations, goal%force, load)
+    call gather(step%equations, solution%external_force, load)
     solution%load_norm = norm2(load)
     if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
       solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
@@ -276,7 +282,7 @@ contains
 
     if (all_usable(size(residual), residual) .and. is_usable(solution%load_norm)) return
     call give_up(model, step, 'the residual is'//unusable(6:), solution)
-    call name_force(goal%force, 'load')
+    call name_force(solution%external_force, 'load')
     call name_force(step%evaluation%force, 'internal force')
     force = 0.0_wp
     call add_support_force(step%supports, solution%displacement, .true., force)
@@ -325,7 +331,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, goal%drag, model%mesh%dimension)
+      call complete_matrix(step, goal%drag, solution%displacement)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
     end if
@@ -460,9 +466,8 @@ contains
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(goal%force, 1), size(goal%force, 2)), damping(size(residual))
 
-    force = 0.0_wp
-    call add_stabilising_force(step%stabilisation, solution%displacement, force)
-    solution%stabilisation_share = relative(norm2(force), solution%load_norm)
+    call measure_solve(step%stabilisation, step%equations%patches, solution%displacement, &
+      step%evaluation%force_size, step%evaluation%work_size, solution%stabilisation)
     force = proximal_force(step, goal, solution%displacement)
     solution%drag_share = relative(norm2(force), solution%load_norm)
     call gather(step%equations, force, damping)

@@ -7,6 +7,7 @@ module qsmpm_phases
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
+  use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
@@ -32,6 +33,9 @@ module qsmpm_phases
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
 
+  !> A stabilisation that carries more than this is told of, whatever the deck allows.
+  real(wp), parameter :: much = 5.0e-2_wp
+
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: march_type
     !> Scratch of the step: pattern and factors of the equations, times.
@@ -42,6 +46,9 @@ module qsmpm_phases
     logical :: told = .false.
     !> Share of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
+    !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
+    integer :: stiff_steps = 0
+    real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
     !> Who solves: the method, unless a test has put a script here.
     class(step_solver_type), allocatable :: solver
   end type march_type
@@ -65,6 +72,7 @@ contains
       call march_step(model, march, observer, error)
       if (allocated(error)) exit
     end do
+    call tell_worst_share(model, march, observer)
     call end_march(march, profile)
   end subroutine run_phases
 
@@ -132,7 +140,8 @@ contains
       if (model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
       else
-        call enter_phase(model, observer)
+        call enter_phase(model, march, observer, error)
+        if (allocated(error)) return
       end if
       march%begun = .true.
     end if
@@ -141,23 +150,33 @@ contains
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
       model%state%progress%phase = model%state%progress%phase + 1
       march%told = .false.
-      call enter_phase(model, observer)
+      call enter_phase(model, march, observer, error)
+      if (allocated(error)) return
     end if
     call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model)) call end_phase(model, march, observer, error)
   end subroutine march_step
 
-  !> Begin the current phase; initial stresses that the soil cannot carry are worth a word.
-  subroutine enter_phase(model, observer)
+  !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
+  !> a warning.
+  subroutine enter_phase(model, march, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
     !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> Initial stresses out of balance.
+    type(error_type), allocatable, intent(out) :: error
     integer :: beyond
 
     call start_phase(model)
-    if (model%analysis%phases(model%state%progress%phase)%initial%kind /= initial_k0) return
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (phase%initial%kind /= initial_k0) return
+      call check_initial_balance(model, march%step, phase, observer, error)
+      if (allocated(error)) return
+    end associate
     beyond = count_beyond_strength(model)
     if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
       integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
@@ -176,6 +195,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     march%told = .true.
+    call tell_worst_share(model, march, observer)
     call turn_to(march%step%profile%watch, part_output)
     call observer%phase_done(model, error)
     call turn_to(march%step%profile%watch, part_control)
@@ -212,9 +232,10 @@ contains
       if (outcome%accepted) then
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call report_step(model, march, phase, observer, record, error)
+        call watch_share(model, march, observer, record%stabilisation%share)
         return
       end if
-      call cut_step(model, march%step, phase, length, outcome, observer, error)
+      call cut_step(model, march%step, phase, last - model%state%progress%fraction, outcome, observer, error)
       if (allocated(error)) return
     end do
   end subroutine reach_step
@@ -254,6 +275,65 @@ contains
     end associate
     if (.not. allocated(error)) call test_hold(model, march%step, march%solver, phase, observer, error)
   end subroutine report_step
+
+  !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
+  subroutine watch_share(model, march, observer, share)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    !> Share of the stabilisation in the step.
+    real(wp), intent(in) :: share
+
+    if (.not. share > much) return
+    if (march%stiff_steps == 0) call observer%note('warning: the stabilisation carries '//percent_text(share)// &
+      ' of the forces at load factor '//factor_text(model%state%progress%load_factor)//': the body is too stiff '// &
+      'by about as much; lower FACTOR of *METHOD or STABILISATION SHARE of *CONTROLS')
+    march%stiff_steps = march%stiff_steps + 1
+    if (.not. share > march%worst_share) return
+    march%worst_share = share
+    march%worst_load_factor = model%state%progress%load_factor
+  end subroutine watch_share
+
+  !> The worst that a phase has seen of the stabilisation, once, at its end.
+  subroutine tell_worst_share(model, march, observer)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+
+    if (march%stiff_steps > 0) call observer%note("warning: phase '"// &
+      model%analysis%phases(model%state%progress%phase)%name//"': the stabilisation carries more than "// &
+      percent_text(much)//' of the forces in '//integer_text(march%stiff_steps)//' of '// &
+      integer_text(model%state%progress%phase_steps)//' steps, '//percent_text(march%worst_share)// &
+      ' at the most, at load factor '//factor_text(march%worst_load_factor))
+    march%stiff_steps = 0
+    march%worst_share = 0.0_wp
+  end subroutine tell_worst_share
+
+  !> A share in percent.
+  pure function percent_text(share) result(text)
+    real(wp), intent(in) :: share
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write (buffer, '(f8.1)') min(100.0_wp*share, 99999.0_wp)
+    text = trim(adjustl(buffer))//' %'
+  end function percent_text
+
+  !> A load factor.
+  pure function factor_text(load_factor) result(text)
+    real(wp), intent(in) :: load_factor
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+
+    write (buffer, '(es11.4)') load_factor
+    text = trim(adjustl(buffer))
+  end function factor_text
 
   !> Tell the observer when the part of the grid that is looked at has changed.
   subroutine tell_window(model, step, observer)

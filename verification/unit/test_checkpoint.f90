@@ -368,7 +368,8 @@ contains
     character(len=24), parameter :: names(*) = [character(len=24) :: 'points%position', 'points%initial_position', &
       'points%local', 'points%cell', 'body', 'material', 'volume', 'initial_volume', 'weight', 'stress', 'state', &
       'plastic', 'half_size', 'deformation_gradient', 'surface%position', 'surface%initial_position', &
-      'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'tracers%position', &
+      'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'reaction', 'surface%released', &
+      'released', 'release_left', 'tracers%position', &
       'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
       'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
       'proximal', 'external_work', 'internal_work']

@@ -355,7 +355,8 @@ contains
     model%state%points%initial_volume = model%state%points%volume
     model%state%points%weight = 20.0_wp*model%state%points%volume
     allocate (model%state%coordinates, source=model%mesh%coordinates)
-    allocate (model%state%reactions(2, model%mesh%node_count), source=0.0_wp)
+    allocate (model%state%reactions(2, model%mesh%node_count), model%state%released(2, model%mesh%node_count), &
+      source=0.0_wp)
     model%loading%gravity_final = [0.0_wp, -1.0_wp, 0.0_wp]
   end subroutine make_model
 
@@ -451,7 +452,7 @@ contains
 
     record%iterations = 3 + step
     record%out_of_balance = 1.0e-5_wp/step
-    record%stabilisation_share = 1.0e-3_wp/3.0_wp
+    record%stabilisation%share = 1.0e-3_wp/3.0_wp
     record%equations = 12
     allocate (record%histories(2))
     record%histories = [0.1_wp*step, -10.0_wp/(step + 2)]
