@@ -8,7 +8,9 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_pushed_material, only: check_following
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
@@ -44,6 +46,8 @@ module qsmpm_phases
     logical :: begun = .false.
     !> The observer knows that the present phase has ended.
     logical :: told = .false.
+    !> The observer knows that the material does not follow a set of the present phase.
+    logical :: warned = .false.
     !> Share of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
@@ -172,6 +176,7 @@ contains
     integer :: beyond
 
     call start_phase(model)
+    march%warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_k0) return
       call check_initial_balance(model, march%step, phase, observer, error)
@@ -215,6 +220,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
+    type(state_type) :: before
     real(wp) :: length, last
 
     if (.not. model%state%progress%next_step > 0.0_wp) &
@@ -226,10 +232,13 @@ contains
       end if
       length = model%state%progress%next_step
       record = step_record_type()
+      if (model%state%watched%count > 0) before = model%state
       last = min(march%limit, end_of_step(phase%controls, model%state%progress%fraction, length))
       call take_step(model, march%step, march%solver, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
+        call follow_sets(model, march, phase, before, observer, error)
+        if (allocated(error)) return
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call report_step(model, march, phase, observer, record, error)
         call watch_share(model, march, observer, record%stabilisation%share)
@@ -239,6 +248,25 @@ contains
       if (allocated(error)) return
     end do
   end subroutine reach_step
+
+  !> A step after which the material has lost a prescribed set is not kept.
+  subroutine follow_sets(model, march, phase, before, observer, error)
+    type(model_type), intent(inout) :: model
+    type(march_type), intent(inout) :: march
+    type(phase_type), intent(in) :: phase
+    !> State before the step.
+    type(state_type), intent(in) :: before
+    class(observer_type), intent(inout) :: observer
+    !> error_not_converged; the state is then that before the step.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: warning
+
+    call check_following(model, phase, warning, error)
+    if (allocated(error)) call restore(before, model)
+    if (allocated(error) .or. len(warning) == 0 .or. march%warned) return
+    call observer%note(warning)
+    march%warned = .true.
+  end subroutine follow_sets
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, march, phase, observer, record, error)
