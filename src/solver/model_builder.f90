@@ -17,6 +17,7 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_points, only: allocate_watched
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -112,6 +113,8 @@ contains
             error%message, error%code)
         else
           if (material%mohr_coulomb .or. material%hardening_soil%given) law%elastic_blend = elastic_blend
+          if (allocated(law%advice)) model%notes = model%notes//"material '"//material%name//"': "//law%advice// &
+            new_line('a')
           allocate (model%laws(m)%law, source=law)
         end if
       end associate
@@ -150,15 +153,18 @@ contains
     type(model_type), intent(in) :: model
     !> The material.
     type(material_type), intent(in) :: material
-    real(wp) :: stress(6), depth
+    real(wp) :: stress(6), depth, vertical
+    integer :: axis
 
     stress = 0.0_wp
     if (size(model%analysis%phases) == 0) return
     associate (phase => model%analysis%phases(1))
       if (phase%initial%kind /= initial_k0 .or. .not. allocated(model%mesh%coordinates)) return
-      depth = 0.5_wp*max(0.0_wp, phase%initial%surface_level - minval(model%mesh%coordinates(2, :)))
-      stress(2) = material%unit_weight*phase%load_factor*phase%gravity%vector(2)*depth
-      stress([1, 3]) = phase%initial%k0*stress(2)
+      axis = maxloc(abs(phase%gravity%vector(:model%mesh%dimension)), dim=1)
+      depth = 0.5_wp*max(0.0_wp, phase%initial%surface_level - minval(model%mesh%coordinates(axis, :)))
+      vertical = material%unit_weight*phase%load_factor*phase%gravity%vector(axis)*depth
+      stress(:3) = vertical*merge(material%k0, phase%initial%k0, material%k0 > 0.0_wp)
+      stress(axis) = vertical
     end associate
   end function usual_stress
 
@@ -211,6 +217,7 @@ contains
     model%state%coordinates = model%mesh%coordinates
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
