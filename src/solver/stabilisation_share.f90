@@ -88,7 +88,8 @@ contains
     type(step_share_type), intent(inout) :: step
 
     step%internal_work = step%internal_work + solve%internal_work
-    step%share = max(solve%force_share, quotient(solve%work, step%internal_work))
+    ! Both through the quotient: the larger of a number and none is the number.
+    step%share = max(quotient(solve%force_share, 1.0_wp), quotient(solve%work, step%internal_work))
   end subroutine add_solve
 
   !> A part of a whole; of nothing any part is as large as can be.
