@@ -220,8 +220,8 @@ contains
     end do
   end subroutine find_crossings
 
-  !> Volume and first moment of the polyhedron inside a convex solid.
-  pure subroutine moments_in_tets(solid, candidates, tets, volume, moment)
+  !> Volume and first moment of the polyhedron inside a convex solid, and if asked for its second moments about a place.
+  pure subroutine moments_in_tets(solid, candidates, tets, volume, moment, about, second)
     !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Facets over the convex solid.
@@ -232,12 +232,17 @@ contains
     real(wp), intent(out) :: volume
     !> Integral of the place (3).
     real(wp), intent(out) :: moment(3)
+    !> Where the second moments are taken about (3).
+    real(wp), intent(in), optional :: about(3)
+    !> Integral of (x - about)(x - about)' (3,3).
+    real(wp), intent(out), optional :: second(3, 3)
     type(tet_list_type) :: part, next
     real(wp) :: low(3), high(3), normal(3), corners(3, 3), wall(3)
     integer :: i, k
 
     volume = 0.0_wp
     moment = 0.0_wp
+    if (present(second)) second = 0.0_wp
     low = minval(minval(tets%corners(:, :, :tets%count), dim=3), dim=2)
     high = maxval(maxval(tets%corners(:, :, :tets%count), dim=3), dim=2)
     do i = 1, size(candidates)
@@ -255,7 +260,7 @@ contains
         call cut_tets(part, corners(:, k), wall, next)
         call swap(part, next)
       end do
-      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment)
+      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment, about, second)
     end do
   end subroutine moments_in_tets
 

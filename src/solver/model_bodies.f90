@@ -2,7 +2,7 @@
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: basis_fem, axisymmetric
+  use qsmpm_analysis, only: basis_fem, axisymmetric, grid_degree
   use qsmpm_element, only: shape_functions
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
@@ -39,7 +39,8 @@ contains
         model%shapes(b) = shape_of(model, body, faults)
         if (faults%count > known) cycle
         call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(b), b, &
-          body%points_per_element, places_for(model), list, error)
+          body%points_per_element, places_for(model), &
+            grid_degree(model%analysis%method%basis), list, error)
         if (allocated(error)) then
           call add_fault(faults, body%where, '*BODY', error%message)
         else if (list%count == before) then

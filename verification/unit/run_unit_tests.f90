@@ -43,10 +43,14 @@ program run_unit_tests
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
   use test_stepping, only: collect_stepping
+  use test_step_length, only: collect_step_length
+  use test_phases, only: collect_phases
+  use test_energy, only: collect_energy
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
+  use test_cut_cells, only: collect_cut_cells
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
@@ -134,10 +138,14 @@ program run_unit_tests
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
   call register('stepping', collect_stepping)
+  call register('step_length', collect_step_length)
+  call register('phases', collect_phases)
+  call register('energy', collect_energy)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
+  call register('cut_cells', collect_cut_cells)
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
