@@ -11,7 +11,7 @@ module qsmpm_points
   private
 
   public :: carried_type, points_type, surface_points_type, watched_points_type
-  public :: allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, set_normals
+  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -67,6 +67,16 @@ module qsmpm_points
   end type watched_points_type
 
 contains
+
+  !> Position of one as three coordinates, the third 0 in the plane.
+  pure function place_of(carried, number) result(place)
+    class(carried_type), intent(in) :: carried
+    integer, intent(in) :: number
+    real(wp) :: place(3)
+
+    place = 0.0_wp
+    place(:size(carried%position, 1)) = carried%position(:, number)
+  end function place_of
 
   !> Allocate the arrays of a carried set.
   pure subroutine allocate_carried(carried, dimension, count)

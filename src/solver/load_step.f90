@@ -12,6 +12,7 @@ module qsmpm_load_step
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type, newton_full
   use qsmpm_law, only: moment_type
+  use qsmpm_phase_times, only: phase_start_time
   use qsmpm_model, only: model_type
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
@@ -144,7 +145,9 @@ contains
 
     step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
       step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
-      duration=fraction - model%state%progress%fraction)
+      duration=fraction - model%state%progress%fraction, &
+      phase_start=phase_start_time(model%analysis%phases, model%state%progress%phase), &
+      phase_time=model%analysis%phases(model%state%progress%phase)%duration)
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     allocate (force_before, mold=goal%force)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)

@@ -103,6 +103,8 @@ module qsmpm_model
     real(wp), allocatable :: carrying_area(:)
     !> Tracer of each history (0 for none) and nearest material point (0 for none).
     integer, allocatable :: history_tracer(:), history_point(:)
+    !> State variable of each history (0 for none).
+    integer, allocatable :: history_state(:)
     !> Sentences the builder wants in the log (points picked, sets found, ...).
     character(len=:), allocatable :: notes
   end type model_type

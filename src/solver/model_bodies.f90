@@ -7,7 +7,7 @@ module qsmpm_model_bodies
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
-  use qsmpm_points, only: allocate_points, carried_type
+  use qsmpm_points, only: allocate_points, carried_type, place_of
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_body_shape, only: body_shape_type
@@ -129,7 +129,7 @@ contains
         points%half_size(:, p) = list%vector(:, p)
         points%weight(p) = model%analysis%materials(m)%unit_weight*points%volume(p)
         associate (law => model%laws(m)%law)
-          call law%start(zero, points%state(:law%state_count, p))
+          call law%start_at(zero, place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate

@@ -8,6 +8,7 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
+  use qsmpm_moving_mesh_check, only: check_moving_mesh
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_pushed_material, only: check_following
@@ -297,6 +298,7 @@ contains
       call take_histories(model, record%histories)
       step%profile%steps = step%profile%steps + 1
       call turn_to(step%profile%watch, part_output)
+      if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
       call tell_window(model, step, observer)
       call observer%accepted(model, record, error)
       call turn_to(step%profile%watch, part_control)
