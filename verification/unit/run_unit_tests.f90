@@ -56,6 +56,7 @@ program run_unit_tests
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
   use test_overburden, only: collect_overburden
+  use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -73,6 +74,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
+  use test_locking_choice, only: collect_locking_choice
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -152,6 +154,7 @@ program run_unit_tests
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
   call register('overburden', collect_overburden)
+  call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
@@ -169,6 +172,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
+  call register('locking_choice', collect_locking_choice)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)

@@ -233,6 +233,9 @@ contains
       state%points%body = before%points%body
       state%points%material = before%points%material
       state%surface%surface = before%surface%surface
+      state%watched%cell = before%points%cell(:state%watched%count)
+      state%watched%set = 1
+      state%watched%component = 2
       state%points%plastic = 1
       ! A restart file with a volume that is none is refused.
       state%points%volume = 0.125_wp + abs(state%points%volume)
@@ -470,7 +473,8 @@ contains
       'points%local', 'points%cell', 'body', 'material', 'volume', 'initial_volume', 'weight', 'stress', 'state', &
       'plastic', 'half_size', 'deformation_gradient', 'surface%position', 'surface%initial_position', &
       'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'reaction', 'surface%released', &
-      'released', 'release_left', 'tracers%position', &
+      'released', 'release_left', 'watched%position', 'watched%initial_position', 'watched%local', 'watched%cell', &
+      'set', 'component', 'pushed', 'tracers%position', &
       'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
       'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
       'proximal', 'external_work', 'internal_work']
