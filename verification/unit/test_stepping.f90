@@ -372,6 +372,7 @@ contains
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%hopeless)
+    call tests%check('in the log, too', index(it%listener%text, 'holding does not bring it below') > 0)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
