@@ -210,6 +210,9 @@ contains
     call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
       size(it%script%asked) == 3)
     it = trial()
+    call it%go([answer_type(converged=.false., move=9.0_wp), damped(0.5_wp, 5, 0.1_wp), answer_type(undamped=9.0e-7_wp)])
+    call tests%close('the largest move of a step is that of solves that were taken', it%record%largest_move, 0.1_wp, 0.0_wp)
+    it = trial()
     call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), answer_type(undamped=1.1e-6_wp, damping_share=1.0e-9_wp)])
     call tests%check('a residual above the tolerance is not accepted however small the damping', it%is_restored())
     call tests%check('all sub-steps are tried', size(it%script%asked) == 7)
@@ -381,6 +384,7 @@ contains
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%hopeless)
+    call tests%check('in the log, too', index(it%listener%text, 'holding does not bring it below') > 0)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
