@@ -33,7 +33,7 @@ program qsmpm_main
     case (command_run)
       call run(command, code)
     case (command_check)
-      call check(command%subject, code)
+      call check(command, code)
     case (command_point)
       call point(command, code)
     case (command_plan)
@@ -91,14 +91,14 @@ contains
   end subroutine run
 
   !> Check a deck.
-  subroutine check(path, code)
-    !> Path of the deck.
-    character(len=*), intent(in) :: path
+  subroutine check(command, code)
+    !> What is asked for.
+    type(command_type), intent(in) :: command
     !> Exit code.
     integer, intent(out) :: code
     character(len=:), allocatable :: summary, report
 
-    call check_deck(path, summary, report, code)
+    call check_deck(command%subject, command%plugins, summary, report, code)
     write (error_unit, '(a)', advance='no') report
     write (output_unit, '(a)', advance='no') summary
   end subroutine check
@@ -136,7 +136,7 @@ contains
     integer, intent(out) :: code
     character(len=:), allocatable :: text, report
 
-    call plan_deck(command%subject, command%json, text, report, code)
+    call plan_deck(command%subject, command%plugins, command%json, text, report, code)
     write (error_unit, '(a)', advance='no') report
     write (output_unit, '(a)', advance='no') text
   end subroutine plan

@@ -95,7 +95,7 @@ contains
     allocate (user%constants(2), user%start(0))
     user%constants(1) = 200.0_wp
     user%constants(2) = 0.33_wp
-    call new_user_law(user, name, 0.0_wp, 0.0_wp, dimension, subject, error)
+    call new_user_law(user, name, 0.0_wp, 0.0_wp, spread(0.0_wp, 1, 6), dimension, subject, error)
     if (allocated(error)) error stop 'the plug-ins are not built'
     call random_batch(subject, points, 0.05_wp, 0.0_wp, batch)
     write (*, '(a16, i5, 2x, a12, f12.0, 3f12.1)') name, dimension, 'elastic', 0.0_wp, &

@@ -26,7 +26,6 @@ import json
 import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
@@ -41,8 +40,7 @@ COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verifica
           "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
-    "step control": ["solver/stepping", "solver/step_control", "solver/load_step", "solver/hold_test",
-                     "solver/step_error"],
+    "step control": ["solver/stepping", "solver/step_", "solver/load_step", "solver/hold_test"],
     "equilibrium": ["solver/equilibrium"],
     "checkpoint": ["solver/saved_places", "solver/model_window", "api/snapshot"],
     "convection": ["solver/convection", "solver/recovered_gradient", "particles/house_keeping", "mesh/moving_rows"],
@@ -152,12 +150,12 @@ def kind_of(text: str) -> str:
     return "assignment" if assignment_sign(text) > 0 else ""
 
 
-def statements_of(path: pathlib.Path, name: str) -> list[Statement]:
+def statements_of(source: str, name: str) -> list[Statement]:
     """The statements of a source that can be mutated."""
     found: list[Statement] = []
     seen: dict[str, int] = {}
     text, first, in_where, after_directive, in_body = "", 0, False, False, False
-    for number, line in enumerate(path.read_text().splitlines(), 1):
+    for number, line in enumerate(source.splitlines(), 1):
         if re.match(r"\s*!\$", line):
             after_directive = "atomic" in line or "workshare" in line
             continue
@@ -256,17 +254,19 @@ def mutations_of(statement: Statement) -> list[tuple[str, str]]:
     return found
 
 
-def draw(seed: int, wanted: dict[str, int]) -> list[Mutant]:
+def draw(seed: int, sources: dict[pathlib.Path, bytes], wanted: dict[str, int]) -> list[Mutant]:
     """Candidates room by room in an order that the seed gives; changes elsewhere in the sources leave it alone."""
     def lot(*words: object) -> str:
         return hashlib.sha256("\0".join(map(str, (seed, *words))).encode()).hexdigest()
 
     pools: dict[str, list[tuple[str, Statement]]] = {room: [] for room in wanted}
-    for path in sorted((TOP / "src").rglob("*.f90")):
-        name = str(path.relative_to(TOP / "src"))
+    for path, content in sources.items():
+        if path.parts[0] != "src" or path.suffix != ".f90" or path.name == "main.f90" or path.parent.name == "include":
+            continue
+        name = str(path.relative_to("src"))
         room = room_of(name)
-        if room in wanted and path.name != "main.f90" and path.parent.name != "include":
-            pools[room] += [(lot(name, s.text, s.occurrence), s) for s in statements_of(path, name)]
+        if room in wanted:
+            pools[room] += [(lot(name, s.text, s.occurrence), s) for s in statements_of(content.decode(), name)]
     found = []
     for room, pool in pools.items():
         taken = 0
@@ -367,38 +367,45 @@ int qsmpm_mutant_on(int number) {
 """
 
 
-def put(path: pathlib.Path, text: str) -> None:
+def put(path: pathlib.Path, content: bytes) -> None:
     """Write a file when it is not the same already: what has not changed is not compiled again."""
-    if path.exists() and path.read_text() == text:
+    if path.exists() and path.read_bytes() == content:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
+    path.write_bytes(content)
 
 
-def write_copy(mutants: list[Mutant]) -> dict[str, list[tuple[int, int, int]]]:
+def read_sources() -> dict[pathlib.Path, bytes]:
+    """All that the copy is made of, read once: the tree may change while the copy is compiled."""
+    found = {}
+    for name in COPIED:
+        source = TOP / name
+        for path in sorted(source.rglob("*")) if source.is_dir() else [source]:
+            if path.is_file() and "__pycache__" not in path.parts:
+                found[path.relative_to(TOP)] = path.read_bytes()
+    return found
+
+
+def write_copy(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> dict[str, list[tuple[int, int, int]]]:
     """The copy of the sources with all mutants in it; which lines of it belong to which mutant."""
     tree = BUILD / "tree"
     by_file: dict[str, list[Mutant]] = {}
     for mutant in mutants:
         by_file.setdefault(mutant.statement.path, []).append(mutant)
     where: dict[str, list[tuple[int, int, int]]] = {}
-    for name in COPIED:
-        source = TOP / name
-        for path in sorted(source.rglob("*")) if source.is_dir() else [source]:
-            if not path.is_file() or "__pycache__" in path.parts:
-                continue
-            to = tree / path.relative_to(TOP)
-            inside = str(path.relative_to(TOP / "src")) if name == "src" else ""
-            if inside in by_file:
-                text, where[str(to)] = planted(path.read_text(), by_file[inside])
-                put(to, text)
-            elif not to.exists() or to.read_bytes() != path.read_bytes():
-                to.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copy(path, to)
-    put(tree / "src/base/mutant_switch.f90", SWITCH)
-    put(tree / "src/base/mutant_switch.c", SWITCH_C)
-    lists = (TOP / "src/base/CMakeLists.txt").read_text()
-    put(tree / "src/base/CMakeLists.txt", lists + "\ntarget_sources(qsmpm PRIVATE mutant_switch.f90 mutant_switch.c)\n")
+    for path, content in sources.items():
+        inside = str(path.relative_to("src")) if path.parts[0] == "src" else ""
+        to = tree / path
+        if inside in by_file:
+            text, where[str(to)] = planted(content.decode(), by_file[inside])
+            content = text.encode()
+        elif str(path) == "src/base/CMakeLists.txt":
+            content += b"\ntarget_sources(qsmpm PRIVATE mutant_switch.f90 mutant_switch.c)\n"
+        put(to, content)
+        if os.access(TOP / path, os.X_OK):
+            to.chmod(0o755)
+    put(tree / "src/base/mutant_switch.f90", SWITCH.encode())
+    put(tree / "src/base/mutant_switch.c", SWITCH_C.encode())
     return where
 
 
@@ -417,12 +424,12 @@ def planted(text: str, mutants: list[Mutant]) -> tuple[str, list[tuple[int, int,
     return "\n".join(out) + "\n", [(first + 1, last + 1, number) for first, last, number in where]
 
 
-def build(mutants: list[Mutant]) -> list[Mutant]:
+def build(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> list[Mutant]:
     """Compile the copy; mutants that do not compile are left out. The others."""
     binary = BUILD / "build"
     flags = "-O1 -fcheck=bounds -ffree-line-length-none -w"
     while True:
-        where = write_copy(mutants)
+        where = write_copy(sources, mutants)
         if not (binary / "build.ninja").exists():
             run(["cmake", "-S", str(BUILD / "tree"), "-B", str(binary), "-G", "Ninja", "-DCMAKE_BUILD_TYPE=None",
                  f"-DCMAKE_Fortran_FLAGS={flags}", "-DQSMPM_SHARED=OFF", "-DQSMPM_INSTALL=OFF"])
@@ -570,7 +577,9 @@ def main() -> int:
     wanted = quotas(asked.count or (200 if asked.long else 20), asked.room)
     BUILD.mkdir(parents=True, exist_ok=True)
     results = Results(asked.fresh)
-    candidates = build(draw(asked.seed, {room: round(SPARE * number) for room, number in wanted.items()}))
+    sources = read_sources()
+    more = {room: round(SPARE * number) for room, number in wanted.items()}
+    candidates = build(sources, draw(asked.seed, sources, more))
     seconds, reached = baseline()
     mutants, taken = [], dict.fromkeys(wanted, 0)
     for mutant in candidates:

@@ -187,6 +187,58 @@ def interrupted(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("and its results are the bytes of the uninterrupted one", same, why)
 
 
+RELEASED = """*PHASE, NAME=let go
+*FIX
+side, FREE
+*SUPPORT, SURFACE=face, TYPE=FREE
+*CONTROLS, STEPS=200, TOLERANCE=1E-6
+*END PHASE
+"""
+
+
+def released(checks: Checks, folder: pathlib.Path) -> None:
+    """A run that is interrupted while the forces of freed nodes and supports fall goes on to the same bytes."""
+    deck = block(fixities="*FIX\nbase, ALL\nside, X\n*SUPPORT, SURFACE=face\n", steps=2) + RELEASED
+    deck = deck.replace("*HISTORY", "*SURFACE, NAME=face, TYPE=SEGMENT\n1, 0, 1, 1\n*HISTORY", 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("supports and nodes are let go", whole.returncode == 0, whole.stderr[-300:])
+    part = folder / "part"
+    code = interrupt(checks, folder, part, 30)
+    rows = len((part / "curves.csv").read_text().splitlines())
+    checks.check("SIGTERM while they are let go", code == 143 and rows < 200, f"exit {code}, {rows} rows")
+    rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
+    same, why = same_results(folder / "whole", part)
+    checks.check("continued, the bytes of the uninterrupted run", rest.returncode == 0 and same, why)
+
+
+# Sends SIGTERM from within METIS, once.
+IN_METIS = """#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <signal.h>
+#include <unistd.h>
+static int sent = 0;
+void *libmetis__SetupGraph(void *a, int b, int c, int *d, int *e, int *f, int *g, int *h)
+{
+    void *(*real)(void *, int, int, int *, int *, int *, int *, int *) = dlsym(RTLD_NEXT, "libmetis__SetupGraph");
+    if (!sent) { sent = 1; kill(getpid(), SIGTERM); }
+    return real(a, b, c, d, e, f, g, h);
+}
+"""
+
+
+def stopped_in_metis(checks: Checks, folder: pathlib.Path) -> None:
+    """METIS takes SIGTERM for an error of its own; it is a stop on request all the same."""
+    (folder / "in_metis.c").write_text(IN_METIS)
+    library = folder / "in_metis.so"
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(folder / "in_metis.c"), "-ldl"], check=True)
+    (folder / "case.inp").write_text(block(width=2, columns=40, steps=5))
+    done = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")], capture_output=True,
+                          text=True, timeout=LIMIT, env={**os.environ, "LD_PRELOAD": str(library)})
+    checks.check("SIGTERM within METIS ends with exit 143", done.returncode == 143 and "stopped on request" in done.stderr,
+                 f"exit {done.returncode}: {done.stderr[-200:]}")
+    checks.check("and the state is on disk", (folder / "out" / "restart.h5").exists())
+
+
 def follows(checks: Checks, folder: pathlib.Path) -> None:
     """The part of a wide grid that is looked at follows a block on a base that runs: the results are those of the whole grid, and an
     interruption after it has moved leaves no trace."""
@@ -342,7 +394,7 @@ def two_runs(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("after a run that was killed the folder is free", after.returncode == 0, after.stderr[-300:])
 
 
-def damaged(checks: Checks, folder: pathlib.Path, seeds: int = 60) -> None:
+def damaged(checks: Checks, folder: pathlib.Path, seeds: int = 40) -> None:
     """A restart file with one bit turned, a byte less or a piece of another is refused in one line, never read and never a crash."""
     deck = block(steps=2)
     checks.run(folder, deck)
@@ -392,6 +444,45 @@ def resealed(checks: Checks, folder: pathlib.Path) -> None:
         checks.check(f"restart.h5: {name} = {value} is refused", run.returncode == 1 and told in run.stderr, f"exit {run.returncode}: {run.stderr[-200:]}")
 
 
+MARKING_MODEL = r"""
+#include <stdio.h>
+__attribute__((constructor)) static void mark(void) { FILE *f = fopen("MARK", "w"); if (f) fclose(f); }
+void umat_(double *stress, double *state, double *ddsdde) {
+    for (int i = 0; i < 36; i++) ddsdde[i] = i % 7 == 0 ? (i < 21 ? 200.0 : 100.0) : 0.0;
+    (void)stress; (void)state;
+}
+"""
+
+
+def strange_library(checks: Checks, folder: pathlib.Path) -> None:
+    """A library that a deck names is loaded, which runs its code, by run and point, and by check and plan when they are told to."""
+    mark, source, library = folder / "mark", folder / "model.c", folder / "libmodel.so"
+    source.write_text(MARKING_MODEL.replace("MARK", str(mark)))
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(source)], check=True)
+    deck = folder / "case.inp"
+    deck.write_text(block(steps=1).replace("*ELASTIC\n100, 0.3\n", "*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libmodel.so\n 1\n"))
+    for words, loads in ((["check"], False), (["plan"], False), (["check", "--plugins"], True), (["plan", "--plugins"], True)):
+        mark.unlink(missing_ok=True)
+        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=LIMIT)
+        checks.check(f"{' '.join(words)} ends well", run.returncode == 0, run.stderr[-300:])
+        checks.check(f"{' '.join(words)} {'loads' if loads else 'does not load'} a library", mark.exists() == loads)
+        checks.check(f"{' '.join(words)} {'has nothing to say' if loads else 'says so'}", ("is not loaded" in run.stderr) != loads, run.stderr[-300:])
+    library.unlink()
+    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=LIMIT)
+    checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
+
+
+def leaves_by_exit(checks: Checks, folder: pathlib.Path) -> None:
+    """A model that ends the process with exit code 0, past all handlers, is a failure of the model."""
+    library = pathlib.Path(checks.binary).parent / "verification" / "plugins" / "libfaulty.so"
+    deck = block(steps=4).replace("*ELASTIC\n100, 0.3\n", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={library}\n 200, 0.3, 12, 3, 0, 0\n")
+    run = checks.run(folder, deck)
+    checks.check("_exit(0) inside a model ends with exit 6", run.returncode == 6, f"exit {run.returncode}: {run.stderr[-300:]}")
+    checks.check("and with a message", "ends the program" in run.stderr, run.stderr[-300:])
+    rows = len((folder / "out" / "curves.csv").read_text().splitlines()) - 1
+    checks.check("the steps before are whole", rows == 2 and (folder / "out" / "restart.h5").exists(), f"{rows} rows")
+
+
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
     disk = folder / "disk"
     disk.mkdir()
@@ -415,8 +506,8 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, follows, echo_runs, bases, threads, two_runs, damaged, resealed,
-                 full_disk):
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases,
+                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

@@ -27,6 +27,8 @@ module qsmpm_arguments
     !> The plan is wanted as JSON.
     logical :: json = .false.
     logical :: profile = .false.
+    !> Libraries of user materials are loaded by check and plan.
+    logical :: plugins = .false.
     !> Tangents are compared with differences.
     logical :: tangent = .false.
   end type command_type
@@ -53,10 +55,12 @@ contains
       '    runs laboratory tests on one material point (*POINT TEST); --tangent compares the'//newline// &
       '    tangent of the material law with differences in every step; the results of several'//newline// &
       '    decks go to DIR/<job>'//newline// &
-      'qsmpm check DECK'//newline// &
+      'qsmpm check DECK [--plugins]'//newline// &
       '    reads, meshes and seeds a deck and prints its totals; nothing is written'//newline// &
-      'qsmpm plan DECK [--json]'//newline// &
+      'qsmpm plan DECK [--json] [--plugins]'//newline// &
       '    tells what will be modelled, why not less, and what it will cost; nothing is written'//newline// &
+      '    check and plan load the libraries of *USER MATERIAL, which runs their code, with'//newline// &
+      '    --plugins only'//newline// &
       'qsmpm help [KEYWORD]'//newline// &
       '    explains a keyword of the deck, or lists them'//newline// &
       'qsmpm --version'//newline// &
@@ -91,10 +95,10 @@ contains
       if (.not. allocated(error)) call check_jobs(command%decks, error)
     case ('check')
       command%command = command_check
-      call parse_subject(words(2:), 'check', 'a deck', command, error)
+      call parse_look(words(2:), 'check', command, error)
     case ('plan')
       command%command = command_plan
-      call parse_plan(words(2:), command, error)
+      call parse_look(words(2:), 'plan', command, error)
     case ('help', '--help', '-h')
       call parse_help(words(2:), command, error)
     case ('--version')
@@ -106,10 +110,12 @@ contains
     end select
   end subroutine parse_arguments
 
-  !> The words behind `plan`: the deck, and --json before or behind it.
-  pure subroutine parse_plan(words, command, error)
+  !> The words behind `check` or `plan`: the deck, and --plugins and --json (`plan`) before or behind it.
+  pure subroutine parse_look(words, name, command, error)
     !> The words.
     type(string_type), intent(in) :: words(:)
+    !> The command.
+    character(len=*), intent(in) :: name
     !> What they ask for.
     type(command_type), intent(inout) :: command
     !> Set when they are not understood.
@@ -120,15 +126,17 @@ contains
     allocate (others(size(words)))
     n = 0
     do i = 1, size(words)
-      if (words(i)%text == '--json') then
+      if (words(i)%text == '--json' .and. name == 'plan') then
         command%json = .true.
+      else if (words(i)%text == '--plugins') then
+        command%plugins = .true.
       else
         n = n + 1
         others(n) = words(i)
       end if
     end do
-    call parse_subject(others(:n), 'plan', 'a deck', command, error)
-  end subroutine parse_plan
+    call parse_subject(others(:n), name, 'a deck', command, error)
+  end subroutine parse_look
 
   !> The words behind `help`.
   pure subroutine parse_help(words, command, error)

@@ -1,8 +1,8 @@
 !> What a handle of the C interface stands for, and texts on their way from and to C.
 module qsmpm_c_handle
-  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_f_procpointer, c_funptr, c_int, &
-    c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
-  use qsmpm_error, only: error_type
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_f_procpointer, c_funptr, &
+    c_int, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t
+  use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_model, only: model_type
   use qsmpm_display, only: step_text
   use qsmpm_observer, only: observer_type, step_record_type
@@ -12,7 +12,8 @@ module qsmpm_c_handle
   implicit none
   private
 
-  public :: handle_type, logger_type, find_handle, keep_error, text_from, put_text
+  public :: handle_type, logger_type, find_handle, refuse, keep_error, text_from, put_text, need_pointer, put_integer, &
+    three_reals
 
   !> Status of a call with a handle that is null.
   integer(c_int), parameter, public :: status_no_handle = 7
@@ -37,6 +38,8 @@ module qsmpm_c_handle
     type(simulation_type) :: simulation
     type(snapshot_type) :: snapshot
     type(logger_type) :: logger
+    !> The deck that was read last has been initialised: materials given now would belong to nothing.
+    logical :: initialised = .false.
     !> How the last call that can fail ended.
     integer :: code = 0
     character(len=:), allocatable :: message
@@ -88,6 +91,51 @@ contains
     end if
     status = int(handle%code, c_int)
   end function keep_error
+
+  !> An error of a call. Where a function is bound to the name of the module of errors, gfortran 12 calls that
+  !> function in place of the module's procedures: such a module calls this one.
+  subroutine refuse(error, message)
+    type(error_type), allocatable, intent(out) :: error
+    !> Sentence for the user.
+    character(len=*), intent(in) :: message
+
+    call fail(error, error_other, message)
+  end subroutine refuse
+
+  !> Set when an address is null.
+  subroutine need_pointer(pointer, name, error)
+    !> The address.
+    type(c_ptr), intent(in) :: pointer
+    !> What should be there, for the message.
+    character(len=*), intent(in) :: name
+    !> Set when nothing is; kept when it was set before.
+    type(error_type), allocatable, intent(inout) :: error
+
+    if (.not. c_associated(pointer) .and. .not. allocated(error)) call fail(error, error_other, name//' is null')
+  end subroutine need_pointer
+
+  !> Put an integer where C wants it; nowhere for null.
+  subroutine put_integer(value, pointer)
+    integer, intent(in) :: value
+    type(c_ptr), intent(in) :: pointer
+    integer(c_int), pointer :: place
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, place)
+    place = int(value, c_int)
+  end subroutine put_integer
+
+  !> Three reals of C; zeros for null.
+  function three_reals(pointer) result(values)
+    type(c_ptr), intent(in) :: pointer
+    real(c_double) :: values(3)
+    real(c_double), pointer :: place(:)
+
+    values = 0.0_c_double
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, place, [3])
+    values = place
+  end function three_reals
 
   !> Text of a C string; empty for null.
   subroutine text_from(pointer, text)

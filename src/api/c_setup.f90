@@ -1,9 +1,10 @@
 !> C interface: handles, decks, materials, errors (qsmpm.h).
 module qsmpm_c_setup
-  use, intrinsic :: iso_c_binding, only: c_associated, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle
+  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, refuse, text_from, put_text, &
+    status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_error, only: error_type, error_other
   use qsmpm_process_settings, only: check_threads
   use qsmpm_program_name, only: api_version, has_feature, program_name
   implicit none
@@ -41,13 +42,17 @@ contains
   end function c_has
 
   !> A new handle.
-  function c_create(pointer) bind(c, name='qsmpm_create') result(status)
-    !> The handle; null with a status.
-    type(c_ptr), intent(out) :: pointer
+  function c_create(place) bind(c, name='qsmpm_create') result(status)
+    !> Where the handle goes; it is null with a status.
+    type(c_ptr), value :: place
     integer(c_int) :: status
+    type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
     integer :: failed
 
+    status = status_no_handle
+    if (.not. c_associated(place)) return
+    call c_f_pointer(place, pointer)
     pointer = c_null_ptr
     status = int(error_other, c_int)
     allocate (handle, stat=failed)
@@ -58,13 +63,16 @@ contains
   end function c_create
 
   !> Give a handle and all that it holds back; it is null afterwards.
-  function c_destroy(pointer) bind(c, name='qsmpm_destroy') result(status)
-    !> The handle; null is none.
-    type(c_ptr), intent(inout) :: pointer
+  function c_destroy(place) bind(c, name='qsmpm_destroy') result(status)
+    !> Where the handle is; null is none.
+    type(c_ptr), value :: place
     integer(c_int) :: status
+    type(c_ptr), pointer :: pointer
     type(handle_type), pointer :: handle
 
     status = 0
+    if (.not. c_associated(place)) return
+    call c_f_pointer(place, pointer)
     call find_handle(pointer, handle)
     pointer = c_null_ptr
     if (.not. associated(handle)) return
@@ -126,6 +134,7 @@ contains
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(path, name)
+    handle%initialised = .false.
     call handle%problem%read(name, error)
     status = keep_error(handle, error)
   end function c_read_deck
@@ -149,6 +158,7 @@ contains
     if (.not. associated(handle)) return
     call text_from(deck, text)
     call text_from(job, name)
+    handle%initialised = .false.
     call handle%problem%parse(text, name, error)
     status = keep_error(handle, error)
   end function c_parse_deck
@@ -161,7 +171,7 @@ contains
     !> Name of the material in the deck.
     type(c_ptr), value :: material
     !> What the model is like.
-    type(c_model_options_type), intent(in) :: options
+    type(c_ptr), value :: options
     !> State of a point with a given stress; null for zeros.
     type(c_funptr), value :: start
     !> One step of one point.
@@ -173,15 +183,20 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
     type(callback_model_type) :: model
+    type(c_model_options_type), pointer :: likeness
 
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(material, name)
+    call need_pointer(options, "what the model of material '"//name//"' is like", error)
     if (.not. c_associated(update)) then
-      call fail(error, error_other, "the model of material '"//name//"' is null")
-    else
-      call fill(options, model)
+      call refuse(error, "the model of material '"//name//"' is null")
+    else if (handle%initialised) then
+      call refuse(error, "the model of material '"//name//"' comes too late: materials are given before initialise")
+    else if (.not. allocated(error)) then
+      call c_f_pointer(options, likeness)
+      call fill(likeness, model)
       model%start_procedure = start
       model%update_procedure = update
       model%user = user

@@ -1,7 +1,7 @@
 !> C interface: stepping, results, states, and the load program (qsmpm.h).
 module qsmpm_c_stepping
-  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, status_no_handle
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, text_from, three_reals, status_no_handle
   use qsmpm_error, only: error_type
   implicit none
   private
@@ -20,6 +20,7 @@ contains
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call handle%simulation%create(handle%problem, error)
+    handle%initialised = .not. allocated(error)
     status = keep_error(handle, error)
   end function c_initialise
 
@@ -260,7 +261,7 @@ contains
     !> The handle.
     type(c_ptr), value :: pointer
     !> It multiplies the unit weights.
-    real(c_double), intent(in) :: vector(3)
+    type(c_ptr), value :: vector
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
@@ -268,7 +269,8 @@ contains
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    call handle%simulation%set_gravity(vector, error)
+    call need_pointer(vector, 'the vector', error)
+    if (.not. allocated(error)) call handle%simulation%set_gravity(three_reals(vector), error)
     status = keep_error(handle, error)
   end function c_set_gravity
 
@@ -279,7 +281,7 @@ contains
     !> Name of the surface.
     type(c_ptr), value :: surface
     !> Force per undeformed area.
-    real(c_double), intent(in) :: vector(3)
+    type(c_ptr), value :: vector
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
@@ -289,7 +291,8 @@ contains
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(surface, name)
-    call handle%simulation%set_traction(name, vector, error)
+    call need_pointer(vector, 'the vector', error)
+    if (.not. allocated(error)) call handle%simulation%set_traction(name, three_reals(vector), error)
     status = keep_error(handle, error)
   end function c_set_traction
 
@@ -344,17 +347,22 @@ contains
     !> Name of the set.
     type(c_ptr), value :: set
     !> Not 0 where held.
-    integer(c_int), intent(in) :: fixed(3)
+    type(c_ptr), value :: fixed
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
+    integer(c_int), pointer :: held(:)
 
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(set, name)
-    call handle%simulation%set_fixity(name, fixed /= 0, error)
+    call need_pointer(fixed, 'the list of components', error)
+    if (c_associated(fixed)) then
+      call c_f_pointer(fixed, held, [3])
+      call handle%simulation%set_fixity(name, held /= 0, error)
+    end if
     status = keep_error(handle, error)
   end function c_set_fixity
 end module qsmpm_c_stepping

@@ -1,7 +1,8 @@
 !> C interface: values and names (qsmpm.h).
 module qsmpm_c_values
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, text_from, put_text, status_no_handle
+  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, put_integer, put_text, &
+    status_no_handle, text_from
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_named_values, only: value_names, value_shape, get_values, set_values, view_values
   implicit none
@@ -16,24 +17,26 @@ contains
     !> The name.
     type(c_ptr), value :: name
     !> Components of one.
-    integer(c_int), intent(out) :: rows
+    type(c_ptr), value :: rows
     !> How many.
-    integer(c_int), intent(out) :: columns
+    type(c_ptr), value :: columns
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     integer :: components, number
 
-    rows = 0
-    columns = 0
+    call put_integer(0, rows)
+    call put_integer(0, columns)
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(name, text)
     call value_shape(handle%simulation, text, components, number, error)
-    rows = int(components, c_int)
-    columns = int(number, c_int)
+    call put_integer(components, rows)
+    call put_integer(number, columns)
+    call need_pointer(rows, 'the place for the number of rows', error)
+    call need_pointer(columns, 'the place for the number of columns', error)
     status = keep_error(handle, error)
   end function c_shape
 
@@ -44,20 +47,21 @@ contains
     !> The name.
     type(c_ptr), value :: name
     !> How many.
-    integer(c_int), intent(out) :: number
+    type(c_ptr), value :: number
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     integer :: rows, columns
 
-    number = 0
+    call put_integer(0, number)
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(name, text)
     call value_shape(handle%simulation, text, rows, columns, error)
-    number = int(rows*columns, c_int)
+    call put_integer(rows*columns, number)
+    call need_pointer(number, 'the place for the number', error)
     status = keep_error(handle, error)
   end function c_count
 
@@ -122,32 +126,48 @@ contains
     !> The name.
     type(c_ptr), value :: name
     !> Where they are; null with a status.
-    type(c_ptr), intent(out) :: values
+    type(c_ptr), value :: values
     !> Components of one.
-    integer(c_int), intent(out) :: rows
+    type(c_ptr), value :: rows
     !> How many.
-    integer(c_int), intent(out) :: columns
+    type(c_ptr), value :: columns
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     real(c_double), pointer :: there(:, :)
+    type(c_ptr) :: address
 
-    values = c_null_ptr
-    rows = 0
-    columns = 0
+    address = c_null_ptr
+    call put_address(address, values)
+    call put_integer(0, rows)
+    call put_integer(0, columns)
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
     call text_from(name, text)
     call view_values(handle%simulation, text, there, error)
+    call need_pointer(values, 'the place for the address', error)
+    call need_pointer(rows, 'the place for the number of rows', error)
+    call need_pointer(columns, 'the place for the number of columns', error)
     if (associated(there)) then
-      rows = size(there, 1, c_int)
-      columns = size(there, 2, c_int)
-      if (size(there) > 0) values = c_loc(there(1, 1))
+      call put_integer(size(there, 1), rows)
+      call put_integer(size(there, 2), columns)
+      if (size(there) > 0) address = c_loc(there(1, 1))
+      call put_address(address, values)
     end if
     status = keep_error(handle, error)
   end function c_view
+
+  !> Put an address where C wants it; nowhere for null.
+  subroutine put_address(address, pointer)
+    type(c_ptr), intent(in) :: address, pointer
+    type(c_ptr), pointer :: place
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, place)
+    place = address
+  end subroutine put_address
 
   !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
   function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)

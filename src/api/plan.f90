@@ -10,7 +10,8 @@ module qsmpm_plan
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_linear_system, only: end_system
-  use qsmpm_load_step, only: load_step
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_step_solver, only: attempt_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_equation_count, only: count_equations
   use qsmpm_model, only: model_type
@@ -155,6 +156,7 @@ contains
     type(plan_items_type), intent(inout) :: items
     type(model_type) :: first
     type(step_type) :: step
+    type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(clock_type) :: clock
@@ -172,8 +174,7 @@ contains
     call start_stopwatch(step%profile%watch, part_control)
     call start_clock(clock)
     associate (controls => model%analysis%phases(1)%controls)
-      call load_step(first, step, controls, 1.0_wp/controls%steps, controls%tolerance, 0.0_wp, huge(1.0_wp), &
-        solution, error)
+      call solver%solve(first, step, controls, attempt_type(1.0_wp/controls%steps, controls%tolerance), solution, error)
     end associate
     seconds = cpu_seconds(clock)
     if (allocated(error)) then

@@ -118,7 +118,8 @@ contains
 
     do m = 1, size(analysis%materials)
       if (analysis%materials(m)%name /= analysis%point_test%material) cycle
-      call make_material_law(analysis%materials(m), analysis%method, analysis%point_test%dimension, law, error)
+      call make_material_law(analysis%materials(m), analysis%method, analysis%point_test%stress, &
+        analysis%point_test%dimension, law, error)
       if (allocated(error)) call prefix(error, analysis%deck//": material '"//analysis%materials(m)%name//"'")
       return
     end do

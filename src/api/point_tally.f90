@@ -15,14 +15,15 @@ module qsmpm_point_tally
   !> The share of the tangent that may change between elastic steps.
   real(wp), parameter :: same_tangent = 5.0e-2_wp
 
-  !> The tangents so far: of elastic steps (1) and of those that yield (2).
+  !> The tangents so far: of elastic steps (1), of those that yield (2), and of a law that does not tell which (3).
   type :: tally_type
     integer :: steps = 0
     integer :: iterations = 0
-    integer :: compared(2) = 0
-    real(wp) :: worst(2) = 0.0_wp
-    integer :: worst_step(2) = 0
-    !> Tangent of the last elastic step (5,5) or (9,9), and the least distance of one that yields from it.
+    integer :: compared(3) = 0
+    real(wp) :: worst(3) = 0.0_wp
+    integer :: worst_step(3) = 0
+    !> Tangent of the last elastic step, of the first step where the law does not tell (5,5) or (9,9), and the least
+    !> distance of one that yields from it.
     real(wp), allocatable :: elastic(:, :)
     real(wp) :: from_elastic = huge(1.0_wp)
   end type tally_type
@@ -49,14 +50,15 @@ contains
     if (.not. check%made) return
     error = check%error
     kind = merge(2, 1, batch%plastic(1) /= 0)
+    if (.not. law%tells_yield) kind = 3
     tally%compared(kind) = tally%compared(kind) + 1
     if (error > tally%worst(kind) .or. tally%worst_step(kind) == 0) then
       tally%worst(kind) = error
       tally%worst_step(kind) = step
     end if
     associate (tangent => batch%tangent(:, :, 1))
+      if (kind /= 2 .and. .not. allocated(tally%elastic)) allocate (tally%elastic, source=tangent)
       if (kind == 1) then
-        if (.not. allocated(tally%elastic)) allocate (tally%elastic, source=tangent)
         tally%elastic(:, :) = tangent
       else if (allocated(tally%elastic) .and. error > good_tangent) then
         tally%from_elastic = min(tally%from_elastic, maxval(abs(tangent - tally%elastic))/maxval(abs(tangent)))
@@ -69,20 +71,22 @@ contains
     !> The tally.
     type(tally_type), intent(in) :: tally
     character(len=:), allocatable :: text
-    character(len=8), parameter :: kinds(2) = [character(len=8) :: 'elastic', 'yielding']
-    integer :: i
+    character(len=8), parameter :: kinds(3) = [character(len=8) :: 'elastic', 'yielding', '']
+    integer :: i, left_out
 
     text = ''
-    do i = 1, 2
+    do i = 1, 3
       if (tally%compared(i) == 0) cycle
       if (len(text) > 0) text = text//', '
-      text = text//short_text(tally%worst(i), 2)//' in '//integer_text(tally%compared(i))//' '//trim(kinds(i))// &
+      text = text//short_text(tally%worst(i), 2)//' in '//integer_text(tally%compared(i))//trim(' '//kinds(i))// &
         trim(merge(' step ', ' steps', tally%compared(i) == 1))//' (step '//integer_text(tally%worst_step(i))//')'
     end do
     if (len(text) == 0) then
       text = 'tangent: no step could be compared'
       return
     end if
+    left_out = tally%steps - sum(tally%compared)
+    if (left_out > 0) text = text//', '//integer_text(left_out)//' not compared'
     text = 'tangent: largest error '//text//': '//verdict(tally)
   end function tangent_text
 
@@ -96,6 +100,10 @@ contains
       text = 'it is consistent'
     else if (tally%worst(1) > good_tangent) then
       text = 'it is wrong in elastic steps already'
+    else if (tally%compared(3) > 0) then
+      text = 'it is not consistent in every step (the model does not tell which yield)'
+      if (tally%from_elastic < same_tangent) text = 'it is that of the first step in others too (the model does '// &
+        'not tell which yield)'
     else if (tally%from_elastic < same_tangent) then
       text = 'it is the elastic one where the law yields'
     else

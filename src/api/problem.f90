@@ -129,7 +129,7 @@ contains
     character(len=*), intent(in) :: material
     !> The law; a copy is kept.
     class(law_type), intent(in) :: law
-    !> Set when the name is empty.
+    !> Set when the name is empty, or not one of the deck where one has been read.
     type(error_type), allocatable, intent(out) :: error
     integer :: place
 
@@ -145,7 +145,7 @@ contains
     character(len=*), intent(in) :: material
     !> The model; a copy is kept.
     class(soil_model_type), intent(in) :: model
-    !> Set when the name is empty.
+    !> Set when the name is empty, or not one of the deck where one has been read.
     type(error_type), allocatable, intent(out) :: error
     integer :: place
 
@@ -161,7 +161,7 @@ contains
     character(len=*), intent(in) :: material
     !> Its place.
     integer, intent(out) :: place
-    !> Set when the name is empty.
+    !> Set when the name is empty, or not one of the deck where one has been read.
     type(error_type), allocatable, intent(out) :: error
     type(own_material_type), allocatable :: longer(:)
     integer :: i
@@ -170,6 +170,12 @@ contains
     if (len_trim(material) == 0) then
       call fail(error, error_other, 'a material of the program wants the name it has in the deck')
       return
+    end if
+    if (self%given) then
+      if (place_of_material(self%scene, material) == 0) then
+        call fail(error, error_other, unknown_text(self%scene, material))
+        return
+      end if
     end if
     if (.not. allocated(self%materials)) allocate (self%materials(0))
     do i = 1, size(self%materials)
@@ -230,6 +236,7 @@ contains
       if (allocated(laws(m)%law)) deallocate (laws(m)%law)
       if (allocated(materials(i)%model)) then
         call make_soil_model_law(materials(i)%model, dimension, adapted)
+        adapted%name = materials(i)%name
         allocate (laws(m)%law, source=adapted)
       else if (allocated(materials(i)%law)) then
         if (materials(i)%law%dimension /= dimension) then

@@ -56,9 +56,11 @@ module qsmpm_run
 contains
 
   !> Read a deck and build its model: the smallest one where the deck leaves it open. A test of one point has none.
-  subroutine load_deck(path, scene, expansion, verdicts, model, warnings, error)
+  subroutine load_deck(path, plugins, scene, expansion, verdicts, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
+    !> Load the libraries of user materials.
+    logical, intent(in) :: plugins
     !> The scene as the deck says it, with all defaults, and the way back to it from the model.
     type(analysis_type), intent(out) :: scene
     type(expansion_type), intent(out) :: expansion
@@ -76,6 +78,7 @@ contains
     call read_deck(path, scene, messages, error)
     warnings = message_text(messages)
     if (allocated(error)) return
+    if (.not. plugins) call leave_libraries(scene, warnings)
     if (scene%point_test%given) return
     call reduce_scene(scene, analysis, expansion, verdicts)
     call build_model(analysis, model, error)
@@ -84,10 +87,30 @@ contains
     scene%materials = model%analysis%materials
   end subroutine load_deck
 
+  !> Load no library: what a stranger's deck names would run on this machine.
+  subroutine leave_libraries(scene, warnings)
+    !> The scene.
+    type(analysis_type), intent(inout) :: scene
+    !> Gains a sentence for each.
+    character(len=:), allocatable, intent(inout) :: warnings
+    integer :: m
+
+    do m = 1, size(scene%materials)
+      associate (material => scene%materials(m))
+        if (.not. material%user%given) cycle
+        material%user%loads = .false.
+        warnings = warnings//"material '"//material%name//"': the library '"//material%user%library// &
+          "' is not loaded, linear elasticity stands in for it (--plugins loads it)"//newline
+      end associate
+    end do
+  end subroutine leave_libraries
+
   !> Read, mesh and seed a deck and tell its totals.
-  subroutine check_deck(path, summary, report, exit_code)
+  subroutine check_deck(path, plugins, summary, report, exit_code)
     !> Path of the deck.
     character(len=*), intent(in) :: path
+    !> Load the libraries of user materials.
+    logical, intent(in) :: plugins
     !> Totals, empty when the deck is not good.
     character(len=:), allocatable, intent(out) :: summary
     !> Warnings and errors, one a line.
@@ -103,7 +126,7 @@ contains
 
     exit_code = 0
     summary = ''
-    call load_deck(path, scene, expansion, verdicts, model, report, error)
+    call load_deck(path, plugins, scene, expansion, verdicts, model, report, error)
     if (scene%point_test%given .and. .not. allocated(error)) then
       call point_law(scene, law, error)
       if (.not. allocated(error)) summary = point_summary(scene)
@@ -116,9 +139,11 @@ contains
   end subroutine check_deck
 
   !> Tell what of a deck will be modelled, and what it will cost.
-  subroutine plan_deck(path, json, text, report, exit_code)
+  subroutine plan_deck(path, plugins, json, text, report, exit_code)
     !> Path of the deck.
     character(len=*), intent(in) :: path
+    !> Load the libraries of user materials.
+    logical, intent(in) :: plugins
     !> Write JSON.
     logical, intent(in) :: json
     !> The plan, empty when the deck is not good.
@@ -139,7 +164,7 @@ contains
     text = ''
     call omp_set_num_threads(1)
     call set_blas_threads(1)
-    call load_deck(path, scene, expansion, verdicts, model, report, error)
+    call load_deck(path, plugins, scene, expansion, verdicts, model, report, error)
     if (.not. allocated(error)) call refuse_point(scene, error)
     if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
     if (allocated(error)) then

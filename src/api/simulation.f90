@@ -3,6 +3,7 @@
 !> `model`.
 module qsmpm_simulation
   use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: three_dimensional
   use qsmpm_audience, only: audience_type
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_phase_start, only: resume_phase
@@ -100,6 +101,7 @@ contains
       call cut_stage(self%scene, progress%phase, progress%fraction)
       call self%adopt(error)
       if (allocated(error)) return
+      progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%fraction = 1.0_wp
     end associate
     call resume_phase(self%model)
@@ -152,12 +154,12 @@ contains
     class(simulation_type), intent(inout) :: self
     !> It multiplies the unit weights (3).
     real(wp), intent(in) :: vector(3)
-    !> Set when no stage is to come.
+    !> Set when it has a component out of the plane, or no stage is to come.
     type(error_type), allocatable, intent(out) :: error
     integer :: number
 
     call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers(vector, error)
+    if (.not. allocated(error)) call need_vector(self, vector, error)
     if (allocated(error)) return
     call change_gravity(self%scene%phases(number), vector)
     call self%adopt(error)
@@ -176,7 +178,7 @@ contains
     integer :: number
 
     call find_coming(self, number, error)
-    if (.not. allocated(error)) call need_numbers(vector, error)
+    if (.not. allocated(error)) call need_vector(self, vector, error)
     if (.not. allocated(error)) call change_traction(self%scene, number, surface, vector, error)
     if (.not. allocated(error)) call self%adopt(error)
   end subroutine set_traction
@@ -258,6 +260,20 @@ contains
       allocate (self%model%loading%point_force(size(force, 1), size(force, 2)))
     self%model%loading%point_force(:, :) = force
   end subroutine set_point_force
+
+  !> Set when a vector is not one of the scene.
+  pure subroutine need_vector(self, vector, error)
+    !> The analysis.
+    class(simulation_type), intent(in) :: self
+    !> (3)
+    real(wp), intent(in) :: vector(3)
+    !> Set when a component is infinite, not a number, or out of the plane of a plane scene.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_numbers(vector, error)
+    if (allocated(error) .or. self%scene%model == three_dimensional) return
+    if (abs(vector(3)) > 0.0_wp) call fail(error, error_other, 'the vector has a component along z, the scene is plane')
+  end subroutine need_vector
 
   !> Set when a value is not a number.
   pure subroutine need_numbers(values, error)

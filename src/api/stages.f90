@@ -186,6 +186,9 @@ contains
     integer :: i
 
     call check_set(model, set, error)
+    ! Where all components are held, those that there are are meant.
+    if (.not. allocated(error) .and. model%mesh%dimension == 2 .and. fixed(3) .and. .not. all(fixed)) &
+      call fail(error, error_other, 'component 3 is not one of the model')
     if (allocated(error)) return
     fixity%set = set
     fixity%fixed = fixed
@@ -220,7 +223,10 @@ contains
       end if
       do i = 1, size(phase%tractions)
         associate (traction => phase%tractions(i))
-          if (traction%follows) then
+          if (phase%initial%kind == initial_k0) then
+            traction%pressure = traction%pressure/kept
+            traction%vector = traction%vector/kept
+          else if (traction%follows) then
             traction%pressure = reached(pressure_before(scene, number, traction%surface), &
               phase%load_factor*traction%pressure, share)/factor
           else

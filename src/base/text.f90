@@ -60,10 +60,11 @@ contains
     !> Any text.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: inner
-    character(len=len(text)) :: buffer
+    character(len=:), allocatable :: buffer
     integer :: i, n
     logical :: gap
 
+    allocate (character(len=len(text)) :: buffer)
     n = 0
     gap = .false.
     do i = 1, len(text)

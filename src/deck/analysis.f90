@@ -14,7 +14,7 @@ module qsmpm_analysis
   implicit none
   private
 
-  public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
+  public :: grid_degree, analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
     moving_mesh_type, initial_stress_type, output_request_type, source_line_type, usual_factor
@@ -164,6 +164,8 @@ module qsmpm_analysis
     real(wp) :: poisson = 0.0_wp
     !> Weight per volume at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
+    !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
+    real(wp) :: k0 = -1.0_wp
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp
     !> Degrees.
@@ -364,6 +366,23 @@ module qsmpm_analysis
   end type analysis_type
 
 contains
+
+  !> Degree along an axis of the functions of a grid; 0 for those of the elements.
+  pure integer function grid_degree(basis) result(degree)
+    !> One of the basis_* values.
+    integer, intent(in) :: basis
+
+    select case (basis)
+    case (basis_gimp)
+      degree = 1
+    case (basis_spline2, basis_spline2g)
+      degree = 2
+    case (basis_spline3)
+      degree = 3
+    case default
+      degree = 0
+    end select
+  end function grid_degree
 
   !> Strength of the stabilisation when nothing else is said.
   pure function usual_factor(method) result(factor)

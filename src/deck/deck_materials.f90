@@ -19,7 +19,7 @@ module qsmpm_deck_materials
 
 contains
 
-  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *SOFTENING, *UNIT WEIGHT, *LOCKING CURE.
+  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *SOFTENING, *UNIT WEIGHT, *K0, *LOCKING CURE.
   subroutine add_material_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
@@ -55,6 +55,12 @@ contains
     call table%data('weight', 1, 1)
     call table%column('gamma', kind_real, 'weight per volume', range='[0, inf)')
     call table%example('*UNIT WEIGHT| 20')
+
+    call table%add('K0', in_material, once, 'Horizontal over vertical stress of the material at the start, in the '// &
+      'place of that of *INITIAL, TYPE=K0.', handle_k0)
+    call table%data('ratio', 1, 1)
+    call table%column('k0', kind_real, 'horizontal over vertical stress', range='(0, inf)')
+    call table%example('*K0| 0.5')
 
     call add_cure(table)
     call add_user_material_keywords(table)
@@ -136,6 +142,14 @@ contains
     if (sound(card)) state%analysis%materials(size(state%analysis%materials))%unit_weight = &
       number_at(card%rows(1), 1)
   end subroutine handle_unit_weight
+
+  !> *K0.
+  subroutine handle_k0(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    if (sound(card)) state%analysis%materials(size(state%analysis%materials))%k0 = number_at(card%rows(1), 1)
+  end subroutine handle_k0
 
   !> *LOCKING CURE.
   subroutine handle_cure(card, state)

@@ -39,12 +39,14 @@ contains
     call table%example('*END PHASE')
 
     call table%add('INITIAL', in_phase, once, 'Stresses at the start of the phase.', handle_initial)
-    call table%parameter('TYPE', kind_word, 'KEEP those there are, or K0: vertical stress from '// &
-      'the weight below a horizontal surface, horizontal stress in proportion; first phase only', &
+    call table%parameter('TYPE', kind_word, 'KEEP those there are, or K0: vertical stress from the weight of the '// &
+      'bodies above, horizontal stress in proportion, first phase only; its loads act from the start, and level '// &
+      'ground alone is in equilibrium: anything else is refused and starts from a phase with *GRAVITY', &
       default=trim(initial_words(phase%initial%kind)), allowed=bar_list(initial_words))
     call table%data('surface', 1, 1, when='TYPE=K0')
-    call table%column('level', kind_real, 'vertical coordinate of the surface')
-    call table%column('k0', kind_real, 'horizontal over vertical stress', range='(0, inf)')
+    call table%column('level', kind_real, 'vertical coordinate of the surface; a gap below it weighs like what is '// &
+      'under it')
+    call table%column('k0', kind_real, 'horizontal over vertical stress, of materials without *K0', range='(0, inf)')
     call table%example('*INITIAL, TYPE=K0| 10, 0.5')
 
     call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or '// &

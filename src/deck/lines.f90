@@ -2,7 +2,8 @@
 !> comma joined with the next, each line with the place it was written at.
 !>
 !> A byte order mark, CRLF, tabs, blanks at line ends, a missing last newline and lines of any
-!> length are accepted. What the lines mean is left to the cards.
+!> length are accepted, but no item between two commas that is longer than any word, path or sentence. What the
+!> lines mean is left to the cards.
 module qsmpm_deck_lines
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, integer_text
@@ -39,6 +40,8 @@ module qsmpm_deck_lines
 
   !> Files that include each other deeper than this are not a deck.
   integer, parameter :: deepest = 20
+  !> Longest item between two commas: twice the longest path of a file.
+  integer, parameter :: longest_item = 8192
 
 contains
 
@@ -134,6 +137,11 @@ contains
     logical :: keyword
 
     if (len(text) == 0 .or. index(text, '**') == 1) return
+    if (longest_between_commas(text) > longest_item) then
+      call messages%add(severity_error, place, '', 'an item of '//integer_text(longest_between_commas(text))// &
+        ' characters: none may have more than '//integer_text(longest_item))
+      return
+    end if
     keyword = index(text, '*') == 1
     if (keyword .and. lines%continued) call end_continuation(lines, 'a keyword follows', messages)
     if (keyword) lines%heading = keyword_of(text) == 'HEADING'
@@ -147,6 +155,23 @@ contains
       lines%continued = text(len(text):) == ',' .and. (keyword .or. .not. lines%heading)
     end if
   end subroutine take_line
+
+  !> Length of the longest item of a line.
+  pure integer function longest_between_commas(text) result(longest)
+    !> The line.
+    character(len=*), intent(in) :: text
+    integer :: i, before
+
+    longest = 0
+    if (len(text) <= longest_item) return
+    before = 0
+    do i = 1, len(text)
+      if (text(i:i) /= ',') cycle
+      longest = max(longest, i - before - 1)
+      before = i
+    end do
+    longest = max(longest, len(text) - before)
+  end function longest_between_commas
 
   !> Keyword of a keyword line, as capitals without its star.
   pure function keyword_of(text) result(keyword)

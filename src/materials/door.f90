@@ -1,21 +1,21 @@
 !> What the doors to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
-!> its state with a guarded margin, the tangent by differences, and the stiffness of a model that says nothing
-!> of it.
+!> its state with a guarded margin, and the stiffness of a model that says nothing of it.
 module qsmpm_door
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_null_funptr
   use, intrinsic :: iso_fortran_env, only: output_unit
+  use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_broken
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
-  use qsmpm_text, only: string_type, integer_text
+  use qsmpm_text, only: string_type, integer_text, real_text
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
-  public :: door_type, begin_silence, end_silence, judge_call, add_margin, margin_damaged, difference_tangent, &
+  public :: door_type, begin_silence, end_silence, judge_call, judge_arguments, add_margin, margin_damaged, &
     ask_stiffness, held_duration, take_user, number_states
 
   !> How long a step at held load lasts as a share of its phase: some models divide by it.
@@ -23,8 +23,6 @@ module qsmpm_door
   !> Numbers behind the state, and what is in them: too small for anything to be added without a trace.
   integer, parameter, public :: margin = 32
   real(wp), parameter :: mark = -7.70843e-301_wp
-  !> Change of a strain for differences: this share of the largest one, at the least of the smallest one.
-  real(wp), parameter :: difference = 1.0e-4_wp, smallest = 1.0e-5_wp
 
   !> A model behind a door.
   type, abstract, extends(soil_model_type) :: door_type
@@ -99,6 +97,26 @@ contains
     answer%message = answer%message//', library '//door%user%library
   end subroutine judge_call
 
+  !> A model that has changed an argument which only tells it something is broken: what it returns does not belong to
+  !> what it was asked.
+  pure subroutine judge_arguments(door, told, found, names, answer)
+    class(door_type), intent(in) :: door
+    !> What it was told, what stands there now, and how the arguments are called.
+    integer(c_int), intent(in) :: told(:), found(:)
+    character(len=*), intent(in) :: names(:)
+    !> What the model says.
+    type(soil_answer_type), intent(inout) :: answer
+    integer :: i
+
+    do i = 1, size(told)
+      if (told(i) == found(i)) cycle
+      answer%status = status_broken
+      answer%message = 'the model overwrites its argument '//trim(names(i))//', '// &
+        integer_text(int(told(i)))//', by '//integer_text(int(found(i)))//', library '//door%user%library
+      return
+    end do
+  end subroutine judge_arguments
+
   !> Mark what is behind the state.
   pure subroutine add_margin(state)
     !> State with its margin.
@@ -130,87 +148,61 @@ contains
     if (.not. margin_damaged) margin_damaged = .not. all(ieee_is_finite(state(size(state) - margin + 1:)))
   end function margin_damaged
 
-  !> Tangent by central differences of the model's stress; the model is asked for stress only.
-  subroutine difference_tangent(door, increment, stress, state, answer)
-    class(door_type), intent(in) :: door
-    !> The step.
-    type(soil_increment_type), intent(in) :: increment
-    !> Cauchy stress at the start, turned (6), and state at the start.
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(in) :: state(:)
-    !> What the model says; its tangent is set.
-    type(soil_answer_type), intent(inout) :: answer
-    type(soil_increment_type) :: moved
-    type(soil_answer_type) :: said
-    real(wp) :: ahead(6), back(6), own(size(state)), change(3, 3), h
-    integer :: j
-
-    moved = increment
-    moved%wants_tangent = .false.
-    moved%elastic_tangent = .false.
-    h = difference*max(smallest, maxval(abs(increment%strain)))
-    do j = 1, 6
-      change = strained(j, increment%gradient_end)
-      moved%strain(j) = increment%strain(j) + h
-      moved%gradient_end = increment%gradient_end + h*change
-      ahead = stress
-      own = state
-      call door%update(moved, ahead, own, said)
-      moved%strain(j) = increment%strain(j) - h
-      moved%gradient_end = increment%gradient_end - h*change
-      back = stress
-      own = state
-      if (said%status == status_ok) call door%update(moved, back, own, said)
-      moved%strain(j) = increment%strain(j)
-      if (said%status /= status_ok) exit
-      answer%tangent(:, j) = (ahead - back)/(2.0_wp*h)
-    end do
-    if (said%status == status_ok) return
-    answer%status = said%status
-    answer%share = said%share
-    if (allocated(said%message)) answer%message = said%message
-  end subroutine difference_tangent
-
-  !> Change of a deformation gradient with a strain at its end.
-  pure function strained(component, gradient) result(change)
-    !> Component of the strain, shear gamma.
-    integer, intent(in) :: component
-    !> Deformation gradient (3,3).
-    real(wp), intent(in) :: gradient(3, 3)
-    real(wp) :: change(3, 3)
-    integer, parameter :: row(6) = [1, 2, 3, 1, 1, 2], column(6) = [1, 2, 3, 2, 3, 3]
-
-    change = 0.0_wp
-    change(row(component), :) = 0.5_wp*gradient(column(component), :)
-    change(column(component), :) = change(column(component), :) + 0.5_wp*gradient(row(component), :)
-  end function strained
-
-  !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent without stress.
-  subroutine ask_stiffness(door, young, poisson, error)
+  !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent at the stress it
+  !> starts with; by differences where it has no answer to no strain.
+  subroutine ask_stiffness(door, young, poisson, stress, error)
     class(door_type), intent(inout) :: door
     !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
     real(wp), intent(in) :: young
     real(wp), intent(in) :: poisson
-    !> error_user_material: the model has no elastic tangent without stress.
+    !> Cauchy stress at the start (6).
+    real(wp), intent(in) :: stress(6)
+    !> error_user_material: the model has no positive tangent there.
     type(error_type), allocatable, intent(out) :: error
     type(soil_increment_type) :: increment
     type(soil_answer_type) :: answer
-    real(wp) :: stress(6), state(door%state_count)
+    real(wp) :: end_stress(6), state(door%state_count), start_state(door%state_count)
 
     door%stiffness_scale = door%user%stiffness
     if (.not. door%user%stiffness > 0.0_wp) door%stiffness_scale = young
     door%shear_scale = 0.5_wp*door%stiffness_scale/(1.0_wp + merge(poisson, 0.25_wp, young > 0.0_wp))
     if (door%stiffness_scale > 0.0_wp) return
-    stress = 0.0_wp
-    call door%start(stress, state)
+    call door%start(stress, start_state)
+    state = start_state
+    end_stress = stress
     increment%elastic_tangent = .true.
-    call door%update(increment, stress, state, answer)
+    call door%update(increment, end_stress, state, answer)
     if (answer%status == status_ok) call take_moduli(answer%tangent, door%stiffness_scale, door%shear_scale)
-    if (ieee_is_finite(door%stiffness_scale) .and. door%stiffness_scale > 0.0_wp) return
-    if (.not. allocated(answer%message)) answer%message = 'the tangent is not positive'
-    call fail(error, error_user_material, 'the model, asked for its stiffness without stress: '//answer%message// &
-      '; STIFFNESS= says it instead')
+    if (is_scale(door%stiffness_scale)) return
+    if (answer%status /= status_broken) then
+      answer%status = status_ok
+      call difference_tangent(door, increment, stress, start_state, answer)
+      if (answer%status == status_ok) call take_moduli(answer%tangent, door%stiffness_scale, door%shear_scale)
+      if (is_scale(door%stiffness_scale)) return
+    end if
+    if (answer%status == status_ok) answer%message = 'its tangent is not positive'
+    call fail(error, error_user_material, 'the model has no stiffness '//place_text(stress)//': '//answer%message// &
+      '; STIFFNESS= tells one')
   end subroutine ask_stiffness
+
+  !> Whether stabilisation can be scaled by it.
+  pure logical function is_scale(stiffness)
+    !> Young's modulus.
+    real(wp), intent(in) :: stiffness
+
+    is_scale = ieee_is_finite(stiffness) .and. stiffness > 0.0_wp
+  end function is_scale
+
+  !> Words for the stress at the start.
+  pure function place_text(stress) result(text)
+    !> Cauchy stress (6).
+    real(wp), intent(in) :: stress(6)
+    character(len=:), allocatable :: text
+
+    text = 'without stress (no initial stress is given)'
+    if (any(abs(stress) > 0.0_wp)) text = 'at the initial stress '//real_text(stress(1))//', '//real_text(stress(2))// &
+      ', '//real_text(stress(3))
+  end function place_text
 
   !> Moduli of the isotropic material nearest to a tangent; zero where it is not positive.
   pure subroutine take_moduli(tangent, young, shear)

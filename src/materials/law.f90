@@ -86,6 +86,8 @@ module qsmpm_law
     type(string_type), allocatable :: state_names(:)
     !> Whether the law wants number, cell, place and cell size of its points.
     logical :: asks_where = .false.
+    !> Whether it tells which points yield.
+    logical :: tells_yield = .true.
     !> The model is a user's: that it fails is error_user_material.
     logical :: of_user = .false.
     !> True when the consistent tangent is symmetric for every state.

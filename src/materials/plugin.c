@@ -11,7 +11,7 @@
  * A model computes without traps of floating-point exceptions, also in a host that has set some: it may divide zero by
  * zero on the way to a good answer, and what is not finite in its answer is seen afterwards.
  * Locks that the model held stay locked, memory that it damaged stays damaged; so it is not called again, and a run
- * ends after that. _exit(2) and exec(3) cannot be caught.
+ * ends after that. _exit(2) is caught where the program lends its own (src/process_exit.c), exec(3) is not.
  *
  * The variables of this file belong to the process, as exit and signals do. */
 #define _DEFAULT_SOURCE
@@ -50,8 +50,8 @@ static void leave(int what)
     siglongjmp(active->place, 1);
 }
 
-/* Somebody ends the process. */
-static void on_exit_of_process(void)
+/* Somebody ends the process: back to the caller of the model, if one is being called. */
+void qsmpm_guard_leave(void)
 {
     if (active != NULL) leave(left_by_exit);
 }
@@ -78,14 +78,14 @@ static void install(void)
     action.sa_flags = SA_NODEFER;
     sigemptyset(&action.sa_mask);
     for (i = 0; i < signals; i++) sigaction(watched[i], &action, &before[i]);
-    atexit(on_exit_of_process);
+    atexit(qsmpm_guard_leave);
     installed = 1;
 }
 
 /* Let the guard be the first of all handlers of exit again. */
 void qsmpm_guard_exit(void)
 {
-    if (installed) atexit(on_exit_of_process);
+    if (installed) atexit(qsmpm_guard_leave);
 }
 
 /* How a model has been abandoned before, 0 when it has not been. When there are too many, all count as such. */
@@ -118,7 +118,7 @@ int qsmpm_guarded(procedure model, void (*call)(void *), void *data)
         abandoned_by[abandoned] = (int)here.what;
         abandoned++;
     }
-    if (here.what == left_by_exit) atexit(on_exit_of_process);
+    if (here.what == left_by_exit) atexit(qsmpm_guard_leave);
     return (int)here.what;
 }
 

@@ -9,8 +9,8 @@ module qsmpm_plugin
   implicit none
   private
 
-  public :: load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, silence, &
-    may_write, until_null
+  public :: find_library, load_procedure, guarded_call, guard_words, guard_exit, model_abandoned, leave_process, &
+    silence, may_write, until_null
 
   !> Longest message of the loader.
   integer, parameter :: message_length = 1024
@@ -75,6 +75,18 @@ module qsmpm_plugin
 
 contains
 
+  !> Whether there is a file where the library should be; it is not opened.
+  subroutine find_library(path, error)
+    !> Path of the library.
+    character(len=*), intent(in) :: path
+    !> error_user_material: there is none.
+    type(error_type), allocatable, intent(out) :: error
+    logical :: there
+
+    inquire (file=path, exist=there)
+    if (.not. there) call fail(error, error_user_material, "there is no library '"//path//"'")
+  end subroutine find_library
+
   !> Find a procedure in a shared library, spelt name_, name or NAME.
   subroutine load_procedure(path, symbol, procedure, error)
     !> Path of the library.
@@ -87,13 +99,9 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(kind=c_char) :: message(message_length)
     type(c_ptr) :: library
-    logical :: there
 
-    inquire (file=path, exist=there)
-    if (.not. there) then
-      call fail(error, error_user_material, "there is no library '"//path//"'")
-      return
-    end if
+    call find_library(path, error)
+    if (allocated(error)) return
     message = c_null_char
     library = c_open(with_slash(path)//c_null_char, message, int(message_length, c_int))
     if (.not. c_associated(library)) then

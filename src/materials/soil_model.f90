@@ -61,6 +61,8 @@ module qsmpm_soil_model
     type(string_type), allocatable :: state_names(:)
     !> Whether the tangent is symmetric for every state.
     logical :: symmetric = .false.
+    !> Whether it tells which points yield.
+    logical :: tells_yield = .true.
     !> Whether several threads may call it at once.
     logical :: thread_safe = .true.
     !> Whether it reads strain_start; and the deformation gradients. Points then carry 6 and 9 numbers more.

@@ -3,14 +3,17 @@
 !> A point's strain increment and rotation come from qsmpm_step_turn; stress and strain of the start are turned
 !> before the model is asked, and its stress is the Cauchy stress of the end. Then
 !>   Q = det(F) sigma F^-T,   A = dQ/dF by the model's tangent.
-!> A is as good as the tangent is; qsmpm_step_turn says of which models it is exact otherwise. Points carry the
-!> deformation gradient (9) and the strain (6) in front of the model's own state when the model reads them. Models
-!> that are not thread safe are asked one at a time.
+!> A step begins with no strain: a model that has no answer to that is taken to stay as it is, with the tangent by
+!> differences around it. A is as good as the tangent is; qsmpm_step_turn says of which models it is exact otherwise.
+!> Points carry the deformation gradient (9) and the strain (6) in front of the model's own state when the model reads
+!> them. Models that are not thread safe are asked one at a time.
 module qsmpm_soil_model_law
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_difference_tangent, only: difference_tangent
+  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_broken, tangent_none, &
+    tangent_elastic
   use qsmpm_point_result, only: finish_points
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
   use qsmpm_step_turn, only: step_turn_type, make_step_turn, turned_stress, turned_strain, step_tangent
@@ -58,6 +61,7 @@ contains
     law%before_own = law%before_strain + merge(6, 0, model%reads_strain)
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
+    law%tells_yield = model%tells_yield
     law%of_user = .true.
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
@@ -151,6 +155,12 @@ contains
     call ask_model(self, increment, stress, batch%state_start(:, p), batch%state(:, p), answer)
     batch%status(p) = answer%status
     if (answer%status == status_ok) call check_answer(increment, stress, batch%state(:self%state_count, p), answer)
+    if (answer%status == status_failed .and. .not. any(abs(increment%strain) > 0.0_wp)) then
+      stress = 0.0_wp
+      stress(:size(batch%stress, 1)) = batch%stress_start(:, p)
+      call rest(self, increment, turned_stress(turn, stress), batch%state_start(:, p), batch%state(:, p), answer)
+      stress = turned_stress(turn, stress)
+    end if
     if (answer%status /= status_ok) then
       call report(self, increment, answer, batch, p)
       return
@@ -219,6 +229,37 @@ contains
       end if
     end associate
   end subroutine ask_model
+
+  !> Without strain stress and state stay; the tangent is that of small strains around. A model that refuses those as
+  !> well has no answer.
+  subroutine rest(self, increment, stress, state_start, state, answer)
+    class(soil_model_law_type), intent(in) :: self
+    !> A step without strain.
+    type(soil_increment_type), intent(in) :: increment
+    !> Cauchy stress, turned (6).
+    real(wp), intent(in) :: stress(6)
+    !> State at the start and at the end (state_count or more).
+    real(wp), intent(in) :: state_start(:)
+    real(wp), intent(inout) :: state(:)
+    !> What the model says; unchanged when it has no answer.
+    type(soil_answer_type), intent(inout) :: answer
+    type(soil_answer_type) :: said
+
+    associate (own => state_start(self%before_own + 1:self%state_count))
+      said%status = status_ok
+      if (increment%wants_tangent .and. self%model%thread_safe) then
+        call difference_tangent(self%model, increment, stress, own, said)
+      else if (increment%wants_tangent) then
+        !$omp critical (qsmpm_soil_model)
+        call difference_tangent(self%model, increment, stress, own, said)
+        !$omp end critical (qsmpm_soil_model)
+      end if
+      if (said%status == status_broken) answer = said
+      if (said%status /= status_ok .or. .not. all(is_usable(said%tangent))) return
+      state(self%before_own + 1:self%state_count) = own
+    end associate
+    answer = said
+  end subroutine rest
 
   !> A model that says all is well must have given numbers.
   subroutine check_answer(increment, stress, state, answer)

@@ -10,8 +10,9 @@
 !> first state variable, and the stress of the point is their sum. What each argument holds is listed in docs/doors.md.
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
-  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
-    difference_tangent, take_user
+  use qsmpm_difference_tangent, only: difference_tangent
+  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, &
+    judge_arguments, add_margin, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut
@@ -33,6 +34,10 @@ module qsmpm_udsm
   integer, parameter :: constants = 50, stresses = 20, strains = 12
   !> Place of each of the door's components among those of the soil model; it is its own inverse.
   integer, parameter :: place(6) = [1, 2, 3, 4, 6, 5]
+  !> Whole numbers that only tell the model something.
+  integer, parameter :: whole_arguments = 7
+  character(len=7), parameter :: whole_names(whole_arguments) = [character(len=7) :: 'IDTask', 'iMod', 'IsUndr', &
+    'iStep', 'iTer', 'iEl', 'Int']
   !> Directory of the model's own files: the working directory, or this one where nobody may write there.
   character(len=*), parameter :: here = './', elsewhere = '/tmp/'
 
@@ -355,15 +360,26 @@ contains
     type(call_type), intent(inout), target :: arguments
     !> What the model says.
     type(soil_answer_type), intent(inout) :: answer
-    integer(c_int) :: what, saved
+    integer(c_int) :: what, saved, told(whole_arguments)
 
     arguments%task = task
+    told = whole_numbers(arguments)
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
     call judge_call(self, what, arguments%stvar0, answer)
     if (answer%status == status_ok) call judge_call(self, what, arguments%stvar, answer)
+    if (answer%status == status_ok) call judge_arguments(self, told, whole_numbers(arguments), whole_names, answer)
   end subroutine perform
+
+  !> The whole numbers that a model is told and must leave as they are, as `whole_names` names them.
+  pure function whole_numbers(arguments) result(numbers)
+    type(call_type), intent(in) :: arguments
+    integer(c_int) :: numbers(whole_arguments)
+
+    numbers = [arguments%task, arguments%model, arguments%is_undrained, arguments%step, arguments%iteration, &
+      arguments%element, arguments%point]
+  end function whole_numbers
 
   !> Call the model, under guard.
   subroutine make_call(data) bind(c, name='qsmpm_make_udsm_call')

@@ -8,8 +8,9 @@ module qsmpm_umat
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
     c_f_pointer, c_f_procpointer
-  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, add_margin, &
-    difference_tangent, take_user, number_states
+  use qsmpm_difference_tangent, only: difference_tangent
+  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, &
+    judge_arguments, add_margin, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
@@ -27,6 +28,10 @@ module qsmpm_umat
   integer, parameter :: name_length = 80
   !> Length of the arrays of field variables, which are all zero.
   integer, parameter :: fields = 8
+  !> Whole numbers among the arguments.
+  integer, parameter :: whole_arguments = 11
+  character(len=6), parameter :: whole_names(whole_arguments) = [character(len=6) :: 'NDI', 'NSHR', 'NTENS', 'NSTATV', &
+    'NPROPS', 'NOEL', 'NPT', 'LAYER', 'KSPT', 'KSTEP', 'KINC']
 
   abstract interface
     !> A UMAT. The last argument is the length of CMNAME, which Fortran compilers pass by value behind all others.
@@ -86,6 +91,7 @@ contains
     call take_user(model, user, name)
     model%state_count = max(0, user%states)
     model%reads_gradient = .true.
+    model%tells_yield = .false.
     large = upper(name)
     do i = 1, min(name_length, len(name))
       model%cmname(i) = large(i:i)
@@ -167,7 +173,7 @@ contains
     type(soil_answer_type), intent(inout) :: answer
     real(c_double), target :: room(self%state_count + margin), props(size(self%props) + margin)
     type(call_type), target :: arguments
-    integer(c_int) :: what, saved
+    integer(c_int) :: what, saved, told(whole_arguments)
 
     room(:self%state_count) = state
     call add_margin(room)
@@ -176,10 +182,12 @@ contains
     arguments%statev => room
     arguments%props => props
     call fill_call(self, increment, stress, arguments)
+    told = whole_numbers(arguments)
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
     call judge_call(self, what, room, answer)
+    if (answer%status == status_ok) call judge_arguments(self, told, whole_numbers(arguments), whole_names, answer)
     if (answer%status /= status_ok) return
     if (arguments%pnewdt < 1.0_wp) then
       answer%status = status_cut
@@ -194,9 +202,19 @@ contains
     end associate
     state = room(:self%state_count)
     if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(answer%tangent)) .and. &
-      all(ieee_is_finite(state)))) answer%message = 'it is given '//integer_text(size(self%user%constants))// &
-      ' constants and '//integer_text(self%state_count)//' state variables, and what lies behind is not a number'
+      all(ieee_is_finite(state)))) answer%message = 'should it read more '// &
+      'than the '//integer_text(size(self%user%constants))//' constants and '//integer_text(self%state_count)// &
+      ' state variables it is given: those are not numbers'
   end subroutine ask
+
+  !> The whole numbers that a model is told and must leave as they are, as `whole_names` names them.
+  pure function whole_numbers(arguments) result(numbers)
+    type(call_type), intent(in) :: arguments
+    integer(c_int) :: numbers(whole_arguments)
+
+    numbers = [arguments%ndi, arguments%nshr, arguments%ntens, arguments%nstatv, arguments%nprops, arguments%noel, &
+      arguments%npt, arguments%layer, arguments%kspt, arguments%jstep(1), arguments%kinc]
+  end function whole_numbers
 
   !> What the model is told.
   subroutine fill_call(self, increment, stress, arguments)

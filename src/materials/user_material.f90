@@ -16,6 +16,8 @@ module qsmpm_user_material
   !> A user's material.
   type :: user_material_type
     logical :: given = .false.
+    !> Whether the library may be loaded, that is run; else linear elasticity stands in for it.
+    logical :: loads = .true.
     integer :: interface = interface_umat
     !> Shared library: path relative to the working directory or from the root.
     character(len=:), allocatable :: library

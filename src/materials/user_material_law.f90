@@ -1,9 +1,13 @@
-!> Makes the law of a material whose model is in a shared library.
+!> Makes the law of a material whose model is in a shared library, or of what stands in for it where the library may not
+!> be loaded.
 module qsmpm_user_material_law
   use qsmpm_door, only: door_type, ask_stiffness
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
+  use qsmpm_plugin, only: find_library
+  use qsmpm_soil_model, only: soil_model_type
+  use qsmpm_stand_in, only: stand_in_type, make_stand_in
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_text, only: integer_text
   use qsmpm_udsm, only: udsm_type, make_udsm
@@ -17,7 +21,7 @@ module qsmpm_user_material_law
 contains
 
   !> Load the model and make a law of it.
-  subroutine new_user_law(user, name, young, poisson, dimension, law, error)
+  subroutine new_user_law(user, name, young, poisson, stress, dimension, law, error)
     !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
@@ -25,6 +29,8 @@ contains
     !> Young's modulus and Poisson's ratio that scale stabilisation, 0 for none.
     real(wp), intent(in) :: young
     real(wp), intent(in) :: poisson
+    !> Cauchy stress that the material starts with, or one like it (6).
+    real(wp), intent(in) :: stress(6)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> The law.
@@ -32,9 +38,51 @@ contains
     !> error_user_material: why there is none.
     type(error_type), allocatable, intent(out) :: error
     class(door_type), allocatable :: door
+    type(stand_in_type) :: stand_in
+
+    if (user%loads) then
+      call load_model(user, name, dimension, door, error)
+      if (.not. allocated(error)) call ask_stiffness(door, young, poisson, stress, error)
+      if (.not. allocated(error)) call adapt(door, name, dimension, law)
+    else
+      call find_library(user%library, error)
+      if (.not. allocated(error)) call check_fit(user, huge(1), dimension, error)
+      if (allocated(error)) return
+      call make_stand_in(user, young, poisson, stand_in)
+      call adapt(stand_in, name, dimension, law)
+    end if
+  end subroutine new_user_law
+
+  !> The law of a model.
+  subroutine adapt(model, name, dimension, law)
+    class(soil_model_type), intent(in) :: model
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    class(law_type), allocatable, intent(out) :: law
+    type(soil_model_law_type), allocatable :: soil
+
+    allocate (soil)
+    call make_soil_model_law(model, dimension, soil)
+    soil%name = name
+    call move_alloc(soil, law)
+  end subroutine adapt
+
+  !> Load the library.
+  subroutine load_model(user, name, dimension, door, error)
+    !> What the user says.
+    type(user_material_type), intent(in) :: user
+    !> Name of the material.
+    character(len=*), intent(in) :: name
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> The model.
+    class(door_type), allocatable, intent(out) :: door
+    !> error_user_material: why there is none.
+    type(error_type), allocatable, intent(out) :: error
     type(umat_type), allocatable :: umat
     type(udsm_type), allocatable :: udsm
-    type(soil_model_law_type), allocatable :: soil
 
     if (user%interface == interface_udsm) then
       allocate (udsm)
@@ -47,14 +95,7 @@ contains
       if (.not. allocated(error)) call make_umat(user, name, umat, error)
       call move_alloc(umat, door)
     end if
-    if (allocated(error)) return
-    call ask_stiffness(door, young, poisson, error)
-    if (allocated(error)) return
-    allocate (soil)
-    call make_soil_model_law(door, dimension, soil)
-    soil%name = name
-    call move_alloc(soil, law)
-  end subroutine new_user_law
+  end subroutine load_model
 
   !> What the deck says fits the model.
   subroutine check_fit(user, states, dimension, error)

@@ -21,7 +21,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 7
+  integer, parameter :: layout = 8
 
 contains
 
@@ -66,12 +66,15 @@ contains
     call put_array(image, '/surface/area', model%state%surface%area)
     call put_array(image, '/surface/area_vector', model%state%surface%area_vector)
     call put_array(image, '/surface/normal', model%state%surface%normal)
+    call put_array(image, '/surface/reaction', model%state%surface%reaction)
+    call put_array(image, '/surface/released', model%state%surface%released)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_group(image, '/mesh')
     allocate (window, source=[model%state%window%first, model%state%window%last])
     call put_array(image, '/mesh/window', window)
     call put_array(image, '/mesh/coordinates', model%state%coordinates)
     call put_array(image, '/mesh/reactions', model%state%reactions)
+    call put_array(image, '/mesh/released', model%state%released)
     call put_attribute(image, '/mesh', 'plate', model%state%plate)
     call save_image(image, path, error, sealed=.true.)
   end subroutine write_restart
@@ -95,6 +98,7 @@ contains
     call put_attribute(image, '/progress', 'external_work', progress%external_work)
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call put_attribute(image, '/progress', 'release_left', progress%release_left)
   end subroutine put_progress
 
   !> Put a carried set.
@@ -157,7 +161,7 @@ contains
     if (any(window /= [state%window%first, state%window%last])) then
       ! Another part of the grid: as many nodes as it has.
       state%window = window_type(window(:3), window(4:))
-      deallocate (state%coordinates, state%reactions)
+      deallocate (state%coordinates, state%reactions, state%released)
     end if
     call get_progress(reader, state%progress)
     call get_points(reader, state%points)
@@ -166,9 +170,12 @@ contains
     call get_array(reader, '/surface/area', state%surface%area)
     call get_array(reader, '/surface/area_vector', state%surface%area_vector)
     call get_array(reader, '/surface/normal', state%surface%normal)
+    call get_array(reader, '/surface/reaction', state%surface%reaction)
+    call get_array(reader, '/surface/released', state%surface%released)
     call get_carried(reader, '/tracers', state%tracers)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)
+    call get_array(reader, '/mesh/released', state%released)
     call get_attribute(reader, '/mesh', 'plate', state%plate)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
     call close_reader(reader, error)
@@ -232,6 +239,7 @@ contains
     call get_attribute(reader, '/progress', 'external_work', progress%external_work)
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call get_attribute(reader, '/progress', 'release_left', progress%release_left)
   end subroutine get_progress
 
   !> Get a carried set.

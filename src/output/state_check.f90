@@ -3,6 +3,7 @@
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid
+  use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_model, only: model_type, progress_type, state_type
@@ -30,8 +31,11 @@ contains
     if (.not. points_good(state%points, model)) reason = 'the material points'
     if (.not. carried_good(state%surface, 0, cells)) reason = 'the surface points'
     if (.not. (finite(state%surface%area) .and. finite_table(state%surface%area_vector))) reason = 'the surface points'
+    if (.not. (finite_table(state%surface%reaction) .and. finite_table(state%surface%released))) &
+      reason = 'the surface points'
     if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
     if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
+    if (.not. finite_table(state%released)) reason = 'the mesh'
     if (.not. finite([state%plate])) reason = 'the mesh'
     if (len(reason) > 0) reason = reason//' in it cannot be those of this analysis'
   end function check_state
@@ -72,6 +76,7 @@ contains
     progress_good = progress%phase >= 1 .and. progress%phase <= phases .and. &
       min(progress%step, progress%phase_steps, progress%hold_tests_done) >= 0 .and. &
       progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
+      progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
       progress%proximal >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%proximal, &
       progress%external_work, progress%internal_work])
   end function progress_good
@@ -106,13 +111,13 @@ contains
   pure logical function finite(values)
     real(wp), intent(in) :: values(:)
 
-    finite = all(abs(values) <= huge(1.0_wp))
+    finite = all(is_usable(values))
   end function finite
 
   !> The same of a table.
   pure logical function finite_table(values)
     real(wp), intent(in) :: values(:, :)
 
-    finite_table = all(abs(values) <= huge(1.0_wp))
+    finite_table = all(is_usable(values))
   end function finite_table
 end module qsmpm_state_check

@@ -1,14 +1,14 @@
-!> The pieces of a body in the sub-cells of a quadrilateral or a brick.
+!> The pieces of a body in the sub-cells of a cell.
 !>
-!> A regular pattern of n points a direction stands for n x n (x n) equal sub-cells. Each sub-cell is
-!> clipped against the body; every connected piece is kept with its measure, its centroid and its
-!> extents along the axes. Against an outline the pieces of plane cells and of bricks along z are
-!> exact and separate. Against a polyhedron measure and centroid are exact; two pieces in one
-!> sub-cell count as one there.
+!> A cell is divided into equal sub-cells: n x n quadrilaterals or triangles, in bricks and wedges in layers; a
+!> tetrahedron stays whole. Each sub-cell is clipped against the body; every connected piece is kept with its
+!> measure, its centroid, its second moments and its extents along the axes. Against an outline the pieces of plane
+!> cells and of bricks and wedges along z are exact and separate. Against a polyhedron the moments are exact; two
+!> pieces in one sub-cell count as one there.
 module qsmpm_cell_pieces
   use qsmpm_kinds, only: wp
   use qsmpm_piece_list, only: piece_list_type, add_piece
-  use qsmpm_polygon, only: polygon_area, polygon_centroid
+  use qsmpm_polygon, only: polygon_area, polygon_centroid, polygon_second
   use qsmpm_polygon_pieces, only: polygon_list_type, pieces_in_convex, begin_list
   use qsmpm_polyhedron, only: polyhedron_type, polyhedron_contains, facets_over, moments_in_tets
   use qsmpm_plane_clip, only: planes_of_cell, clip_facet, most_corners
@@ -23,22 +23,23 @@ module qsmpm_cell_pieces
 
 contains
 
-  !> Pieces in a quadrilateral, or in a brick standing along z.
-  pure subroutine prism_pieces(outline, base, cell_limits, body_limits, n, pieces)
+  !> Pieces in a plane cell, or in a brick or wedge standing along z.
+  pure subroutine prism_pieces(outline, base, cell_limits, body_limits, n, layers, pieces)
     !> Outline of the body, counter-clockwise (2,m); unallocated: the body is unbounded in the plane.
     real(wp), allocatable, intent(in) :: outline(:, :)
-    !> Corners of the quadrilateral, counter-clockwise (2,4).
+    !> Corners of the base, counter-clockwise (2, 3 or 4).
     real(wp), intent(in) :: base(:, :)
     !> Limits of the cell along z, equal in the plane (2).
     real(wp), intent(in) :: cell_limits(2)
     !> Limits of the body along z (2).
     real(wp), intent(in) :: body_limits(2)
-    !> Sub-cells a direction.
-    integer, intent(in) :: n
+    !> Sub-cells a side of the base, and layers.
+    integer, intent(in) :: n, layers
     !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     type(polygon_list_type) :: inside, whole, found
-    integer :: i, j, k
+    integer :: m, k, column(2)
+    real(wp) :: corners(2, size(base, 2))
 
     pieces%count = 0
     if (allocated(outline)) then
@@ -47,16 +48,69 @@ contains
       call begin_list(base, whole)
     end if
     call pieces_in_convex(whole, base, inside)
-    do j = 1, n
-      do i = 1, n
-        call pieces_in_convex(inside, sub_quad(base, i, j, n), found)
-        do k = 1, found%count
-          call add_layers(found%vertices(:, found%first(k):found%first(k + 1) - 1), [i, j], &
-            cell_limits, body_limits, n, pieces)
-        end do
+    do m = 1, n*n
+      call sub_base(base, m, n, corners, column)
+      call pieces_in_convex(inside, corners, found)
+      do k = 1, found%count
+        call add_layers(found%vertices(:, found%first(k):found%first(k + 1) - 1), column, &
+          cell_limits, body_limits, layers, pieces)
       end do
     end do
   end subroutine prism_pieces
+
+  !> Corners and column of a sub-cell of the base of a cell.
+  pure subroutine sub_base(base, m, n, corners, column)
+    !> Corners (2, 3 or 4).
+    real(wp), intent(in) :: base(:, :)
+    !> Number of the sub-cell of n*n.
+    integer, intent(in) :: m, n
+    !> Its corners, counter-clockwise.
+    real(wp), intent(out) :: corners(:, :)
+    !> Numbers from 1 to n (2).
+    integer, intent(out) :: column(2)
+    integer :: lattice(2, 3), i
+
+    if (size(base, 2) == 4) then
+      column = [mod(m - 1, n) + 1, (m - 1)/n + 1]
+      corners = sub_quad(base, column(1), column(2), n)
+      return
+    end if
+    lattice = sub_triangle(m, n)
+    column = lattice(:, 1) + 1
+    do i = 1, 3
+      corners(:, i) = matmul(base, lattice_weights(lattice(:, i), n))
+    end do
+  end subroutine sub_base
+
+  !> Corners of a sub-triangle, counted in n-th parts of the two sides at the first corner: a row of n - j upright ones
+  !> after the other, then the rows of those that hang between them.
+  pure function sub_triangle(m, n) result(lattice)
+    !> Number of the sub-triangle of n*n.
+    integer, intent(in) :: m, n
+    integer :: lattice(2, 3)
+    integer :: i, j, upright
+
+    upright = n*(n + 1)/2
+    i = merge(m, m - upright, m <= upright)
+    j = 0
+    do while (i > n - j - merge(0, 1, m <= upright))
+      i = i - (n - j - merge(0, 1, m <= upright))
+      j = j + 1
+    end do
+    lattice(:, 1) = [i - 1, j]
+    lattice(:, 2) = [i, j]
+    lattice(:, 3) = [i - 1, j + 1]
+    if (m > upright) lattice = reshape([i, j, i, j + 1, i - 1, j + 1], [2, 3])
+  end function sub_triangle
+
+  !> Weights of the corners of a triangle at a place of its lattice.
+  pure function lattice_weights(place, n) result(weights)
+    !> Place, and parts of a side.
+    integer, intent(in) :: place(2), n
+    real(wp) :: weights(3)
+
+    weights = real([n - place(1) - place(2), place(1), place(2)], wp)/n
+  end function lattice_weights
 
   !> Corners of a sub-cell of a quadrilateral.
   pure function sub_quad(base, i, j, n) result(corners)
@@ -88,76 +142,132 @@ contains
   end function sub_quad
 
   !> A plane piece as it is, or its layers in 3D.
-  pure subroutine add_layers(polygon, column, cell_limits, body_limits, n, pieces)
+  pure subroutine add_layers(polygon, column, cell_limits, body_limits, layers, pieces)
     !> Vertices (2,m).
     real(wp), intent(in) :: polygon(:, :)
     !> Sub-cell in the plane (2).
     integer, intent(in) :: column(2)
     !> Limits of the cell and of the body along z (2).
     real(wp), intent(in) :: cell_limits(2), body_limits(2)
-    !> Sub-cells a direction.
-    integer, intent(in) :: n
+    !> Layers of the cell.
+    integer, intent(in) :: layers
     !> Gains the pieces.
     type(piece_list_type), intent(inout) :: pieces
-    real(wp) :: area, centroid(2), extent(2), low, high, height
+    real(wp) :: area, centroid(2), extent(2), second(3, 3), low, high, height
     integer :: k
 
     if (size(polygon, 2) < 3) return
     area = polygon_area(polygon)
     centroid = polygon_centroid(polygon)
     extent = maxval(polygon, dim=2) - minval(polygon, dim=2)
+    second = 0.0_wp
+    second(:2, :2) = polygon_second(polygon)
     height = cell_limits(2) - cell_limits(1)
     if (.not. height > 0.0_wp) then
-      call add_piece(pieces, area, [centroid, 0.0_wp], [extent, 0.0_wp], [column, 1])
+      call add_piece(pieces, area, [centroid, 0.0_wp], [extent, 0.0_wp], second, [column, 1])
       return
     end if
-    do k = 1, n
-      low = max(cell_limits(1) + height*(k - 1)/n, body_limits(1))
-      high = min(cell_limits(1) + height*k/n, body_limits(2))
+    do k = 1, layers
+      low = max(cell_limits(1) + height*(k - 1)/layers, body_limits(1))
+      high = min(cell_limits(1) + height*k/layers, body_limits(2))
       if (.not. high > low) cycle
+      second(3, 3) = (high - low)**2/12.0_wp
       call add_piece(pieces, area*(high - low), [centroid, 0.5_wp*(low + high)], &
-        [extent, high - low], [column, k])
+        [extent, high - low], second, [column, k])
     end do
   end subroutine add_layers
 
-  !> Pieces of a polyhedron in the sub-cells of a brick.
-  pure subroutine solid_pieces(solid, closed, corners, n, pieces)
+  !> Pieces of a polyhedron in the sub-cells of a cell.
+  pure subroutine solid_pieces(solid, closed, corners, n, layers, pieces)
     !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> It has all its facets: extents are those of the piece, else of the sub-cell.
     logical, intent(in) :: closed
-    !> Corners of the brick (3,8).
+    !> Corners of the tetrahedron, wedge or brick (3, 4, 6 or 8).
     real(wp), intent(in) :: corners(:, :)
-    !> Sub-cells a direction.
-    integer, intent(in) :: n
+    !> Sub-cells a direction in the base, and layers; a tetrahedron stays whole.
+    integer, intent(in) :: n, layers
     !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
-    type(tet_list_type) :: tets
     integer, allocatable :: candidates(:)
-    real(wp) :: sub(3, 8), volume, whole, moment(3), extent(3), low(3), high(3)
-    integer :: i, j, k
+    real(wp) :: sub(3, size(corners, 2)), low(3), high(3)
+    integer :: m, k, place(3)
 
     pieces%count = 0
     low = minval(corners, dim=2)
     high = maxval(corners, dim=2)
     call facets_over(solid, low(:2), high(:2), candidates)
-    do k = 1, n
-      do j = 1, n
-        do i = 1, n
-          sub = sub_brick(corners, [i, j, k], n)
-          call cell_tets(sub, tets)
-          call moments_in_tets(solid, candidates, tets, volume, moment)
-          whole = 0.0_wp
-          extent = 0.0_wp
-          call add_moments(tets, 1.0_wp, whole, extent)
-          if (volume <= 1.0e-12_wp*whole) cycle
-          extent = maxval(sub, dim=2) - minval(sub, dim=2)
-          if (closed) call find_extent(solid, candidates, sub, extent)
-          call add_piece(pieces, volume, moment/volume, extent, [i, j, k])
-        end do
+    do k = 1, layers
+      do m = 1, n*n
+        place = [mod(m - 1, n) + 1, (m - 1)/n + 1, k]
+        select case (size(corners, 2))
+        case (4)
+          sub = corners
+        case (6)
+          call sub_wedge(corners, m, k, n, layers, sub, place)
+        case default
+          sub = sub_brick(corners, place, n)
+        end select
+        call add_solid(solid, candidates, closed, sub, place, pieces)
       end do
     end do
   end subroutine solid_pieces
+
+  !> The part of a polyhedron in a sub-cell, unless there is none.
+  pure subroutine add_solid(solid, candidates, closed, sub, place, pieces)
+    !> The polyhedron, and its facets over the cell.
+    type(polyhedron_type), intent(in) :: solid
+    integer, intent(in) :: candidates(:)
+    !> It has all its facets.
+    logical, intent(in) :: closed
+    !> Corners of the sub-cell, and its place (3).
+    real(wp), intent(in) :: sub(:, :)
+    integer, intent(in) :: place(3)
+    !> Gains the piece.
+    type(piece_list_type), intent(inout) :: pieces
+    type(tet_list_type) :: tets
+    real(wp) :: volume, whole, moment(3), second(3, 3), about(3), extent(3)
+    integer :: i
+
+    call cell_tets(sub, tets)
+    about = sum(sub, dim=2)/size(sub, 2)
+    call moments_in_tets(solid, candidates, tets, volume, moment, about, second)
+    whole = 0.0_wp
+    extent = 0.0_wp
+    call add_moments(tets, 1.0_wp, whole, extent)
+    if (volume <= 1.0e-12_wp*whole) return
+    extent = maxval(sub, dim=2) - minval(sub, dim=2)
+    if (closed .and. size(sub, 2) == 8) call find_extent(solid, candidates, sub, extent)
+    second = second/volume
+    do i = 1, 3
+      second(:, i) = second(:, i) - (moment/volume - about)*(moment(i)/volume - about(i))
+    end do
+    call add_piece(pieces, volume, moment/volume, extent, second, place)
+  end subroutine add_solid
+
+  !> Corners and place of a sub-cell of a wedge.
+  pure subroutine sub_wedge(corners, m, k, n, layers, sub, place)
+    !> Corners (3,6).
+    real(wp), intent(in) :: corners(:, :)
+    !> Number of the sub-triangle of n*n, and of the layer.
+    integer, intent(in) :: m, k, n, layers
+    !> Corners of the sub-cell.
+    real(wp), intent(out) :: sub(:, :)
+    !> Place (3).
+    integer, intent(out) :: place(3)
+    integer :: lattice(2, 3), i, j
+    real(wp) :: height
+
+    lattice = sub_triangle(m, n)
+    place = [lattice(:, 1) + 1, k]
+    do j = 0, 1
+      height = real(k - 1 + j, wp)/layers
+      do i = 1, 3
+        sub(:, 3*j + i) = matmul((1.0_wp - height)*corners(:, :3) + height*corners(:, 4:), &
+          lattice_weights(lattice(:, i), n))
+      end do
+    end do
+  end subroutine sub_wedge
 
   !> Corners of a sub-cell of a brick.
   pure function sub_brick(corners, place, n) result(sub)
@@ -189,7 +299,7 @@ contains
     !> Facets over the brick.
     integer, intent(in) :: candidates(:)
     !> Corners of the brick (3,8).
-    real(wp), intent(in) :: corners(3, 8)
+    real(wp), intent(in) :: corners(:, :)
     !> In: those of the brick. Out: those of the part, unless there is nothing to measure.
     real(wp), intent(inout) :: extent(3)
     real(wp) :: low(3), high(3), origins(3, 6), normals(3, 6), sizes(6), snap(6)

@@ -1,7 +1,7 @@
 !> Surface points on the facets of a body in 3D, cut at the faces of the cells.
 !>
 !> The cut is exact for cells with plane faces: every bit of a facet inside the mesh belongs to one
-!> cell. Each part is split into triangles with the three points of the rule of degree 2.
+!> cell. Each part is split into triangles with the points of a Gauss rule.
 module qsmpm_facet_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: face_count, corner_count
@@ -10,6 +10,7 @@ module qsmpm_facet_seeding
   use qsmpm_cell_share, only: corners_of
   use qsmpm_plane_clip, only: planes_of_cell, planes_of_box, clip_facet, most_corners
   use qsmpm_polyhedron, only: polyhedron_type, facets_over, facet_normal
+  use qsmpm_triangle_rule, only: triangle_degree
   use qsmpm_surface_owner, only: owner_of_piece, exactly_on
   use qsmpm_seed_list, only: seed_list_type, add_seed
   implicit none
@@ -17,15 +18,13 @@ module qsmpm_facet_seeding
 
   public :: seed_facets
 
-  !> Rule of degree 2 on a triangle: each point near one corner.
-  real(wp), parameter :: near_corner = 2.0_wp/3.0_wp, apart = 1.0_wp/6.0_wp
   !> Facets apart from a cell by more than this share of its size do not touch it.
   real(wp), parameter :: touching = 0.01_wp
 
 contains
 
   !> Surface points on facets inside a box.
-  pure subroutine seed_facets(mesh, occupied, solid, low, high, surface, list)
+  pure subroutine seed_facets(mesh, occupied, solid, low, high, degree, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material of the body (cell_count).
@@ -34,14 +33,18 @@ contains
     type(polyhedron_type), intent(in) :: solid
     !> Corners of the box (3).
     real(wp), intent(in) :: low(3), high(3)
+    !> Degree of the functions on a facet, for which the rule is exact.
+    integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
+    real(wp), allocatable :: places(:, :), weights(:)
     real(wp) :: corners(3, 8), box(3, 2), slack
     integer, allocatable :: near(:)
     integer :: c, i, n
 
+    call triangle_degree(degree, places, weights)
     do c = 1, mesh%cell_count
       n = corner_count(mesh%cell_kind(c))
       corners(:, :n) = corners_of(mesh, c)
@@ -56,13 +59,13 @@ contains
         associate (z => solid%facets(3, :, near(i)))
           if (minval(z) > box(3, 2) .or. maxval(z) < box(3, 1)) cycle
         end associate
-        call seed_facet(mesh, occupied, c, solid%facets(:, :, near(i)), low, high, surface, list)
+        call seed_facet(mesh, occupied, c, solid%facets(:, :, near(i)), low, high, places, weights, surface, list)
       end do
     end do
   end subroutine seed_facets
 
   !> Surface points on the part of a facet inside a cell and a box.
-  pure subroutine seed_facet(mesh, occupied, cell, facet, low, high, surface, list)
+  pure subroutine seed_facet(mesh, occupied, cell, facet, low, high, places, weights, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material of the body (cell_count).
@@ -73,6 +76,8 @@ contains
     real(wp), intent(in) :: facet(3, 3)
     !> Corners of the box (3).
     real(wp), intent(in) :: low(3), high(3)
+    !> Rule on the unit triangle (2,m), (m).
+    real(wp), intent(in) :: places(:, :), weights(:)
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
@@ -97,7 +102,7 @@ contains
       if (deviation(f) <= exactly_on) deviation(f) = 0.0_wp
     end do
     owner = owner_of_piece(mesh, occupied, .true., cell, sum(polygon(:, :n), dim=2)/n, facing, deviation)
-    if (owner > 0) call seed_polygon(mesh, owner, polygon(:, :n), normal, surface, list)
+    if (owner > 0) call seed_polygon(mesh, owner, polygon(:, :n), normal, places, weights, surface, list)
   end subroutine seed_facet
 
   !> Greatest distance of places from a plane.
@@ -115,7 +120,7 @@ contains
   end function farthest
 
   !> Surface points on a convex plane polygon.
-  pure subroutine seed_polygon(mesh, cell, polygon, normal, surface, list)
+  pure subroutine seed_polygon(mesh, cell, polygon, normal, places, weights, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell that owns them.
@@ -124,11 +129,13 @@ contains
     real(wp), intent(in) :: polygon(:, :)
     !> Outward unit normal (3).
     real(wp), intent(in) :: normal(3)
+    !> Rule on the unit triangle (2,m), (m).
+    real(wp), intent(in) :: places(:, :), weights(:)
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    real(wp) :: x(3, 3), local(3), area
+    real(wp) :: x(3, 3), local(3), area, share
     integer :: i, k
     logical :: ok
 
@@ -136,9 +143,10 @@ contains
       x = reshape([polygon(:, 1), polygon(:, i), polygon(:, i + 1)], [3, 3])
       area = 0.5_wp*dot_product(normal, facet_normal(x))
       if (.not. area > 0.0_wp) cycle
-      do k = 1, 3
-        call inverse_map(mesh, cell, apart*sum(x, dim=2) + (near_corner - apart)*x(:, k), local, ok)
-        if (ok) call add_seed(list, cell, surface, local, area/3.0_wp, area/3.0_wp*normal)
+      do k = 1, size(weights)
+        call inverse_map(mesh, cell, x(:, 1) + matmul(x(:, 2:) - spread(x(:, 1), 2, 2), places(:, k)), local, ok)
+        share = 2.0_wp*weights(k)*area
+        if (ok) call add_seed(list, cell, surface, local, share, share*normal)
       end do
     end do
   end subroutine seed_polygon

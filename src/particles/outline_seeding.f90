@@ -16,7 +16,7 @@ module qsmpm_outline_seeding
 contains
 
   !> Surface points on what of the bounds of a body is in a box.
-  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, surface, list)
+  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, degree, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
@@ -27,6 +27,8 @@ contains
     type(body_shape_type), intent(in) :: shape
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
+    !> Degree of the functions over the bounds, for which the rules are exact.
+    integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> Seeds; `volume` is the area, `vector` the outward area vector.
@@ -38,14 +40,14 @@ contains
 
     if (mesh%dimension == 3) then
       call bounds_of(mesh, shape, solid)
-      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), surface, list)
+      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), degree, surface, list)
       return
     end if
     n = size(shape%outline, 2)
     do i = 1, n
       segment = [shape%outline(:, i), shape%outline(:, mod(i, n) + 1)]
       call cut_segment(box, segment, inside)
-      if (inside) call seed_segment(mesh, axisymmetric, occupied, .true., segment, surface, list)
+      if (inside) call seed_segment(mesh, axisymmetric, occupied, .true., segment, degree, surface, list)
     end do
   end subroutine seed_outline
 

@@ -54,6 +54,9 @@ module qsmpm_points
     !> Unit normal when the support of the surface began (dimension, count); the place then is the
     !> initial position.
     real(wp), allocatable :: normal(:, :)
+    !> Force of the support on the body after the last step, and the one that a support which this phase has freed or
+    !> changed exerted before: it falls to zero over the phase (dimension, count).
+    real(wp), allocatable :: reaction(:, :), released(:, :)
   end type surface_points_type
 
 contains
@@ -133,7 +136,8 @@ contains
     call allocate_carried(surface, dimension, count)
     allocate (surface%surface(count), source=0)
     allocate (surface%area(count), source=0.0_wp)
-    allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), source=0.0_wp)
+    allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), &
+      surface%reaction(dimension, count), surface%released(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
 
   !> Take the present place and normal of surface points for those at which their support begins.

@@ -1,4 +1,4 @@
-!> Plane polygons: area, centroid, containment, and the part of a polygon inside a convex cell.
+!> Plane polygons: area, centroid, second moments, containment, and the part of a polygon inside a convex cell.
 !>
 !> A body given by a polygon cuts through cells; the volume its points get in a cut cell is the
 !> exact area of the intersection (Sutherland and Hodgman 1974, the body clipped by the cell).
@@ -7,7 +7,7 @@ module qsmpm_polygon
   implicit none
   private
 
-  public :: polygon_area, polygon_centroid, polygon_contains, clip_by_convex
+  public :: polygon_area, polygon_centroid, polygon_second, polygon_contains, clip_by_convex
 
 contains
 
@@ -52,6 +52,32 @@ contains
       centroid = origin
     end if
   end function polygon_centroid
+
+  !> Mean of (x - c)(x - c)' over a polygon, c its centroid; zero when the area vanishes. A triangle of area A with
+  !> corners v about c has the integral A/12 (sum v v' + (sum v)(sum v)').
+  pure function polygon_second(vertices) result(second)
+    !> Vertices in order (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    real(wp) :: second(2, 2)
+    real(wp) :: a(2), b(2), centroid(2), cross, total
+    integer :: i, j, k, n
+
+    n = size(vertices, 2)
+    centroid = polygon_centroid(vertices)
+    second = 0.0_wp
+    total = 0.0_wp
+    do i = 1, n
+      j = mod(i, n) + 1
+      a = vertices(:, i) - centroid
+      b = vertices(:, j) - centroid
+      cross = a(1)*b(2) - a(2)*b(1)
+      do k = 1, 2
+        second(:, k) = second(:, k) + cross*(a*a(k) + b*b(k) + (a + b)*(a(k) + b(k)))
+      end do
+      total = total + cross
+    end do
+    if (abs(total) > tiny(total)) second = second/(12.0_wp*total)
+  end function polygon_second
 
   !> True when a point is inside (even-odd rule). A point on an edge shared by two polygons is in
   !> exactly one of them: an edge is crossed at the same place whichever way it is passed.

@@ -14,7 +14,7 @@ module qsmpm_polyhedron
   implicit none
   private
 
-  public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, &
+  public :: polyhedron_type, make_polyhedron, polyhedron_volume, polyhedron_contains, find_crossings, &
     facets_over, moments_in_tets, facet_normal
 
   !> A closed surface of triangles, and bins in the x-y plane to find those above a place.
@@ -193,8 +193,35 @@ contains
     inside = total > 0
   end function polyhedron_contains
 
-  !> Volume and first moment of the polyhedron inside a convex solid.
-  pure subroutine moments_in_tets(solid, candidates, tets, volume, moment)
+  !> Where a line along z goes through the surface, in no order: the ends of the pieces of the line inside.
+  pure subroutine find_crossings(solid, x, z, looks_up)
+    !> The polyhedron.
+    type(polyhedron_type), intent(in) :: solid
+    !> Position of the line in the x-y plane (2).
+    real(wp), intent(in) :: x(2)
+    !> Heights of the crossings, and whether the facets there look up, so that the inside is below.
+    real(wp), allocatable, intent(out) :: z(:)
+    logical, allocatable, intent(out) :: looks_up(:)
+    integer :: i, bin(2), k
+    real(wp) :: normal(3)
+
+    allocate (z(0), looks_up(0))
+    if (any(x < solid%low(:2)) .or. any(x > solid%high(:2)) .or. .not. allocated(solid%first)) return
+    bin = bin_of(solid, x)
+    k = bin(1) + solid%bins*(bin(2) - 1)
+    do i = solid%first(k), solid%first(k + 1) - 1
+      associate (corners => solid%facets(:, :, solid%member(i)))
+        if (.not. polygon_contains(corners(:2, :), x)) cycle
+        normal = facet_normal(corners)
+        if (.not. abs(normal(3)) > 0.0_wp) cycle
+        z = [z, corners(3, 1) - dot_product(normal(:2), x - corners(:2, 1))/normal(3)]
+        looks_up = [looks_up, normal(3) > 0.0_wp]
+      end associate
+    end do
+  end subroutine find_crossings
+
+  !> Volume and first moment of the polyhedron inside a convex solid, and if asked for its second moments about a place.
+  pure subroutine moments_in_tets(solid, candidates, tets, volume, moment, about, second)
     !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Facets over the convex solid.
@@ -205,12 +232,17 @@ contains
     real(wp), intent(out) :: volume
     !> Integral of the place (3).
     real(wp), intent(out) :: moment(3)
+    !> Where the second moments are taken about (3).
+    real(wp), intent(in), optional :: about(3)
+    !> Integral of (x - about)(x - about)' (3,3).
+    real(wp), intent(out), optional :: second(3, 3)
     type(tet_list_type) :: part, next
     real(wp) :: low(3), high(3), normal(3), corners(3, 3), wall(3)
     integer :: i, k
 
     volume = 0.0_wp
     moment = 0.0_wp
+    if (present(second)) second = 0.0_wp
     low = minval(minval(tets%corners(:, :, :tets%count), dim=3), dim=2)
     high = maxval(maxval(tets%corners(:, :, :tets%count), dim=3), dim=2)
     do i = 1, size(candidates)
@@ -228,7 +260,7 @@ contains
         call cut_tets(part, corners(:, k), wall, next)
         call swap(part, next)
       end do
-      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment)
+      call add_moments(part, sign(1.0_wp, normal(3)), volume, moment, about, second)
     end do
   end subroutine moments_in_tets
 

@@ -7,6 +7,7 @@ module qsmpm_surface_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, face_rule, face_area_vector, shape_functions
   use qsmpm_element_kinds, only: max_nodes
+  use qsmpm_line_rule, only: line_gauss
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_cell_share, only: corners_of
@@ -19,9 +20,6 @@ module qsmpm_surface_seeding
 
   !> Degree of the rule on a face: a quadratic function times a quadratic one.
   integer, parameter :: face_degree = 4
-  !> Three Gauss points on a piece of a segment.
-  real(wp), parameter :: gauss_place(3) = [-sqrt(0.6_wp), 0.0_wp, sqrt(0.6_wp)]
-  real(wp), parameter :: gauss_weight(3) = [5.0_wp, 8.0_wp, 5.0_wp]/18.0_wp
   !> A shorter part of a segment in a cell, as a share of its length, is rounding.
   real(wp), parameter :: shortest = 1.0e-13_wp
 
@@ -85,7 +83,7 @@ contains
 
   !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
   !> right-hand side of the segment.
-  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, surface, list)
+  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, degree, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
@@ -96,6 +94,8 @@ contains
     logical, intent(in) :: follow
     !> x1, y1, x2, y2.
     real(wp), intent(in) :: segment(4)
+    !> Degree of the functions along it, for which the rule is exact.
+    integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
@@ -108,7 +108,7 @@ contains
     do c = 1, mesh%cell_count
       if (is_far(corners_of(mesh, c), box)) cycle
       call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
-      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, surface, list)
+      if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)
     end do
   end subroutine seed_segment
 
@@ -182,8 +182,8 @@ contains
     facing = dot_product(b - a, segment(3:4) - segment(1:2))
   end subroutine sides_of
 
-  !> Three Gauss points on a part of a segment.
-  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, surface, list)
+  !> Gauss points on a part of a segment.
+  pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
@@ -194,20 +194,24 @@ contains
     real(wp), intent(in) :: segment(4)
     !> Start and end of the part, from 0 to 1.
     real(wp), intent(in) :: piece(2)
+    !> Degree of the rule.
+    integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
+    real(wp), allocatable :: places(:), weights(:)
     real(wp) :: along(2), x(2), local(2), weight
     logical :: ok
     integer :: k
 
+    call line_gauss(degree/2 + 1, places, weights)
     along = segment(3:4) - segment(1:2)
-    do k = 1, 3
-      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*gauss_place(k))*along
+    do k = 1, size(places)
+      x = segment(1:2) + 0.5_wp*(sum(piece) + (piece(2) - piece(1))*places(k))*along
       call inverse_map(mesh, cell, x, local, ok)
       if (.not. ok) cycle
-      weight = gauss_weight(k)*(piece(2) - piece(1))
+      weight = 0.5_wp*weights(k)*(piece(2) - piece(1))
       if (axisymmetric) weight = weight*x(1)
       call add_seed(list, cell, surface, local, weight*norm2(along), weight*[along(2), -along(1)])
     end do

@@ -1,4 +1,4 @@
-!> Convex solids as lists of tetrahedra: cutting them by planes, volume and first moment.
+!> Convex solids as lists of tetrahedra: cutting them by planes, volume, first and second moments.
 !>
 !> A plane cuts a tetrahedron into at most a tetrahedron and a solid with the corners of a wedge, and
 !> that is three tetrahedra again; so any number of cuts stays exact to rounding.
@@ -137,8 +137,9 @@ contains
     end function on_plane
   end subroutine cut_one
 
-  !> Add volume and first moment, times a sign.
-  pure subroutine add_moments(list, sign, volume, moment)
+  !> Add volume and first moment, times a sign; if asked for, the second moments about a place too. A tetrahedron of
+  !> volume V with corners v has the integral V/20 (sum v v' + (sum v)(sum v)').
+  pure subroutine add_moments(list, sign, volume, moment, about, second)
     !> Tetrahedra.
     type(tet_list_type), intent(in) :: list
     !> Factor.
@@ -147,8 +148,12 @@ contains
     real(wp), intent(inout) :: volume
     !> Gains the integral of the place (3).
     real(wp), intent(inout) :: moment(3)
-    real(wp) :: a(3), b(3), c(3), part
-    integer :: i
+    !> Where the second moments are taken about (3).
+    real(wp), intent(in), optional :: about(3)
+    !> Gains the integral of (x - about)(x - about)' (3,3).
+    real(wp), intent(inout), optional :: second(3, 3)
+    real(wp) :: a(3), b(3), c(3), v(3, 4), part
+    integer :: i, k
 
     do i = 1, list%count
       associate (x => list%corners(:, :, i))
@@ -159,6 +164,11 @@ contains
           + a(3)*(b(1)*c(2) - b(2)*c(1)))/6.0_wp
         volume = volume + part
         moment = moment + 0.25_wp*part*sum(x, dim=2)
+        if (.not. present(second)) cycle
+        v = x - spread(about, 2, 4)
+        do k = 1, 3
+          second(:, k) = second(:, k) + part/20.0_wp*(matmul(v, v(k, :)) + sum(v, dim=2)*sum(v(k, :)))
+        end do
       end associate
     end do
   end subroutine add_moments

@@ -1,9 +1,13 @@
-!> Soft background: eps E int_K grad N_a . grad N_b dV over each boundary cell K.
+!> Soft background: eps E int_K (grad N_a - g_a) . (grad N_b - g_b) dV over each boundary cell K.
+!>
+!> g_a is the mean of grad N_a over the root of K: K itself when it is filled well, else the nearest such cell at its
+!> corners, else the fullest one. So a linear field passes free of charge, and a cell that holds next to nothing follows
+!> the linear field of a cell that is held by its material.
 module qsmpm_background
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: full_rule, gauss_rule
+  use qsmpm_element, only: full_rule, gauss_rule, corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_house_keeping, only: activation_type, boundary_fill
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, most_functions
   use qsmpm_node_graph, only: patches_type
   use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
@@ -26,50 +30,166 @@ contains
     real(wp), intent(in) :: factor, stiffness(:)
     !> The stabilisation terms.
     type(stabilisation_type), intent(inout) :: stabilisation
-    real(wp), allocatable :: places(:, :), weights(:)
-    type(place_type) :: place
-    integer :: k, q, c, n, cells(count(activation%boundary))
+    integer :: k, n, cells(count(activation%boundary)), roots(count(activation%boundary))
 
     cells = pack(activation%active_cell, activation%boundary)
-    call patches_of_cells(mesh, space, cells, stabilisation%patches)
+    do k = 1, size(cells)
+      roots(k) = root_of(mesh, activation, cells(k))
+    end do
+    call patches_of_cells(mesh, space, cells, roots, stabilisation%patches)
     n = most_nodes(stabilisation%patches)
     allocate (stabilisation%matrix(n, n, size(cells)), source=0.0_wp)
     do k = 1, size(cells)
-      c = cells(k)
-      if (space%tensor .and. space%degree > 1) then
-        call gauss_rule(mesh%cell_kind(c), 2*space%degree, places, weights)
-      else
-        call full_rule(mesh%cell_kind(c), places, weights)
-      end if
-      do q = 1, size(weights)
-        call functions_at(space, mesh, c, places(:, q), place)
-        n = place%count
-        stabilisation%matrix(:n, :n, k) = stabilisation%matrix(:n, :n, k) &
-          + factor*stiffness(activation%active_number(c))*weights(q)*place%determinant &
-          *matmul(transpose(place%gradient(:mesh%dimension, :n)), place%gradient(:mesh%dimension, :n))
-      end do
+      associate (from => stabilisation%patches%first(k), to => stabilisation%patches%first(k + 1) - 1)
+        call cell_matrix(mesh, space, cells(k), roots(k), factor*stiffness(activation%active_number(cells(k))), &
+          stabilisation%patches%nodes(from:to), stabilisation%matrix(:, :, k))
+      end associate
     end do
   end subroutine build_background
 
-  !> The nodes of cells as patches.
-  pure subroutine patches_of_cells(mesh, space, cells, patches)
+  !> The cell whose linear field a boundary cell follows.
+  pure integer function root_of(mesh, activation, cell) result(root)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> What house-keeping found.
+    type(activation_type), intent(in) :: activation
+    !> Number of the boundary cell.
+    integer, intent(in) :: cell
+    real(wp) :: least, distance, most
+    integer :: k, g, fullest
+
+    root = cell
+    most = activation%fill(activation%active_number(cell))
+    if (most >= boundary_fill) return
+    fullest = cell
+    least = huge(least)
+    do k = mesh%vertex_first(cell), mesh%vertex_first(cell + 1) - 1
+      g = activation%active_number(mesh%vertex_neighbour(k))
+      if (g == 0) cycle
+      if (activation%fill(g) > most) fullest = mesh%vertex_neighbour(k)
+      most = max(most, activation%fill(g))
+      distance = norm2(centre(mesh, cell) - centre(mesh, mesh%vertex_neighbour(k)))
+      if (activation%fill(g) < boundary_fill .or. distance >= least) cycle
+      least = distance
+      root = mesh%vertex_neighbour(k)
+    end do
+    if (root == cell) root = fullest
+  end function root_of
+
+  !> Mean of the corners of a cell.
+  pure function centre(mesh, cell)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: centre(mesh%dimension)
+    integer :: first, n
+
+    first = mesh%cell_first(cell)
+    n = corner_count(mesh%cell_kind(cell))
+    centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
+  end function centre
+
+  !> The term of one cell.
+  subroutine cell_matrix(mesh, space, cell, root, factor, nodes, matrix)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> Cells in rising order.
-    integer, intent(in) :: cells(:)
+    !> The boundary cell and its root.
+    integer, intent(in) :: cell, root
+    !> eps E.
+    real(wp), intent(in) :: factor
+    !> Nodes of the patch (n).
+    integer, intent(in) :: nodes(:)
+    !> Leading (n,n) is added to.
+    real(wp), intent(inout) :: matrix(:, :)
+    real(wp), allocatable :: places(:, :), weights(:)
+    real(wp), dimension(mesh%dimension, size(nodes)) :: mean, deviation
+    type(place_type) :: place
+    real(wp) :: volume
+    integer :: q, n
+
+    n = size(nodes)
+    mean = 0.0_wp
+    volume = 0.0_wp
+    call rule_of(mesh, space, root, places, weights)
+    do q = 1, size(weights)
+      call functions_at(space, mesh, root, places(:, q), place)
+      call add_gradients(place, nodes, weights(q)*place%determinant, mean)
+      volume = volume + weights(q)*place%determinant
+    end do
+    call rule_of(mesh, space, cell, places, weights)
+    do q = 1, size(weights)
+      call functions_at(space, mesh, cell, places(:, q), place)
+      deviation = -mean/volume
+      call add_gradients(place, nodes, 1.0_wp, deviation)
+      matrix(:n, :n) = matrix(:n, :n) + factor*weights(q)*place%determinant*matmul(transpose(deviation), deviation)
+    end do
+  end subroutine cell_matrix
+
+  !> Rule that integrates products of gradients.
+  subroutine rule_of(mesh, space, cell, places, weights)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    !> Local coordinates (dimension, m), and weights (m).
+    real(wp), allocatable, intent(out) :: places(:, :), weights(:)
+
+    if (space%tensor .and. space%degree > 1) then
+      call gauss_rule(mesh%cell_kind(cell), 2*space%degree, places, weights)
+    else
+      call full_rule(mesh%cell_kind(cell), places, weights)
+    end if
+  end subroutine rule_of
+
+  !> Add the gradients at a place, times a factor, to those of the nodes of a patch.
+  pure subroutine add_gradients(place, nodes, factor, gradients)
+    !> The functions at the place.
+    type(place_type), intent(in) :: place
+    !> Nodes of the patch (n).
+    integer, intent(in) :: nodes(:)
+    !> The factor.
+    real(wp), intent(in) :: factor
+    !> (dimension, n)
+    real(wp), intent(inout) :: gradients(:, :)
+    integer :: a, b
+
+    do a = 1, place%count
+      b = findloc(nodes, place%node(a), dim=1)
+      gradients(:, b) = gradients(:, b) + factor*place%gradient(:size(gradients, 1), a)
+    end do
+  end subroutine add_gradients
+
+  !> The nodes of cells and of their roots, each once, as patches.
+  pure subroutine patches_of_cells(mesh, space, cells, roots, patches)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> The space of displacements.
+    type(space_type), intent(in) :: space
+    !> Cells in rising order, and their roots.
+    integer, intent(in) :: cells(:), roots(:)
     !> Node lists that couple.
     type(patches_type), intent(out) :: patches
-    integer :: nodes(most_functions), k, n
+    integer :: nodes(most_functions), k, n, last, a
 
     patches%count = size(cells)
-    allocate (patches%first(size(cells) + 1), patches%nodes(most_functions*size(cells)))
+    allocate (patches%first(size(cells) + 1), patches%nodes(2*most_functions*size(cells)))
     patches%first(1) = 1
     do k = 1, size(cells)
       call cell_nodes_of_space(space, mesh, cells(k), nodes, n)
-      patches%first(k + 1) = patches%first(k) + n
-      patches%nodes(patches%first(k):patches%first(k + 1) - 1) = nodes(:n)
+      last = patches%first(k) + n - 1
+      patches%nodes(patches%first(k):last) = nodes(:n)
+      call cell_nodes_of_space(space, mesh, roots(k), nodes, n)
+      do a = 1, n
+        if (any(patches%nodes(patches%first(k):last) == nodes(a))) cycle
+        last = last + 1
+        patches%nodes(last) = nodes(a)
+      end do
+      patches%first(k + 1) = last + 1
     end do
     patches%nodes = patches%nodes(:patches%first(size(cells) + 1) - 1)
   end subroutine patches_of_cells

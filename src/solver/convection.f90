@@ -9,17 +9,16 @@ module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_analysis, only: basis_fem, integrate_cells
-  use qsmpm_tensor, only: cofactor
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type, group_of, measure_cells
+  use qsmpm_integration, only: integration_type, measure_cells
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
-  use qsmpm_deformation, only: grow_deformation, step_gradient, point_displacement
-  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  use qsmpm_deformation, only: grow_deformation, point_displacement
+  use qsmpm_pressures, only: turn_areas
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
@@ -49,7 +48,7 @@ contains
 
     call find_stresses(model, step, displacement, error)
     if (allocated(error)) return
-    call turn_areas(model, step, displacement)
+    call turn_areas(model, step%activation, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
     call move_points(model, step, displacement)
@@ -196,36 +195,6 @@ contains
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
-
-  !> Areas and normals follow the deformation (Nanson): a <- det(F) F'^-1 a with F of the nearest
-  !> material point. The gradient at the surface itself, of functions cut off there, feeds a following
-  !> pressure back into its own wrinkles (verification/cases/pressure.toml).
-  subroutine turn_areas(model, step, displacement)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    type(point_bins_type) :: bins
-    integer :: place(model%state%points%count), i, p, d
-    real(wp) :: a(3)
-
-    if (model%state%surface%count == 0) return
-    d = model%mesh%dimension
-    place(step%at_points%source) = [(i, i=1, step%at_points%point_count)]
-    call make_bins(model%state%points%position, bins)
-    associate (surface => model%state%surface)
-      do i = 1, surface%count
-        p = nearest_in_bins(bins, model%state%points%position, surface%position(:, i))
-        a = 0.0_wp
-        a(:d) = surface%area_vector(:, i)
-        a = matmul(cofactor(step_gradient(step%at_points, displacement, &
-          group_of(step%at_points, place(p)), place(p))), a)
-        surface%area_vector(:, i) = a(:d)
-      end do
-    end associate
-  end subroutine turn_areas
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(model, step, displacement, error)

@@ -25,6 +25,7 @@ module qsmpm_equilibrium
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force
+  use qsmpm_pressures, only: add_pressure_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_text, only: integer_text
@@ -44,7 +45,7 @@ module qsmpm_equilibrium
 
   !> What is to be reached.
   type :: target_type
-    !> External force at the end of the step (dimension, node_count).
+    !> External force at the end of the step but for pressures, whose areas are found with it (dimension, node_count).
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
@@ -63,8 +64,8 @@ module qsmpm_equilibrium
     character(len=:), allocatable :: reason
     !> Displacement of the step (dimension, node_count).
     real(wp), allocatable :: displacement(:, :)
-    !> Internal force at the end (dimension, node_count).
-    real(wp), allocatable :: internal_force(:, :)
+    !> Internal force, and loads with the pressures, at the end (dimension, node_count).
+    real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
@@ -223,9 +224,11 @@ contains
     call add_stabilising_force(step%stabilisation, solution%displacement, extra)
     call add_support_force(step%supports, solution%displacement, .true., extra)
     if (goal%drag > 0.0_wp) extra = extra + proximal_force(step, goal, solution%displacement)
-    imbalance = goal%force - step%evaluation%force - extra
+    solution%external_force = goal%force
+    call add_pressure_force(step%pressures, solution%displacement, solution%external_force)
+    imbalance = solution%external_force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
-    call gather(step%equations, goal%force, load)
+    call gather(step%equations, solution%external_force, load)
     solution%load_norm = norm2(load)
     if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
       solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
@@ -276,7 +279,7 @@ contains
 
     if (all_usable(size(residual), residual) .and. is_usable(solution%load_norm)) return
     call give_up(model, step, 'the residual is'//unusable(6:), solution)
-    call name_force(goal%force, 'load')
+    call name_force(solution%external_force, 'load')
     call name_force(step%evaluation%force, 'internal force')
     force = 0.0_wp
     call add_support_force(step%supports, solution%displacement, .true., force)
@@ -325,7 +328,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, goal%drag, model%mesh%dimension)
+      call complete_matrix(step, goal%drag, solution%displacement)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
     end if

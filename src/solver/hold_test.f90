@@ -9,7 +9,7 @@ module qsmpm_hold_test
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
-  use qsmpm_load_step, only: load_step
+  use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_histories, only: take_histories
   implicit none
   private
@@ -19,11 +19,12 @@ module qsmpm_hold_test
 contains
 
   !> Do the hold tests that are due at the present load factor.
-  subroutine test_hold(model, step, phase, observer, error)
+  subroutine test_hold(model, step, solver, phase, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
     !> The phase.
     type(phase_type), intent(in) :: phase
     !> Listener of the run.
@@ -36,15 +37,16 @@ contains
     due = count(abs(phase%hold_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
     if (due <= model%state%progress%hold_tests_done) return
     model%state%progress%hold_tests_done = due
-    call hold(model, step, phase, observer, error)
+    call hold(model, step, solver, phase, observer, error)
   end subroutine test_hold
 
   !> Re-solve at held load and report.
-  subroutine hold(model, step, phase, observer, error)
+  subroutine hold(model, step, solver, phase, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
     !> The phase.
     type(phase_type), intent(in) :: phase
     !> Listener of the run.
@@ -61,13 +63,14 @@ contains
     before = model%state
     call take_histories(model, start)
     do repeat = 1, phase%hold_test%repeats
-      call load_step(model, step, phase%controls, model%state%progress%fraction, phase%controls%tolerance, &
-        0.0_wp, phase%controls%largest_move*model%cell_size, solution, error)
-      if (allocated(error)) return
+      call solver%solve(model, step, phase%controls, attempt_type(model%state%progress%fraction, &
+        phase%controls%tolerance, largest_move=phase%controls%largest_move*model%cell_size), solution, error)
+      if (allocated(error)) exit
       if (.not. solution%converged) exit
     end do
     call take_histories(model, final)
     call restore(before, model)
+    if (allocated(error)) return
     if (solution%converged) then
       write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'hold test at load factor ', before%progress%load_factor, ': after ', &
         phase%hold_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &

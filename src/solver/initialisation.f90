@@ -20,6 +20,7 @@ module qsmpm_initialisation
   use qsmpm_penalty_terms, only: stabilisation_type
   use qsmpm_stabilisation, only: build_stabilisation
   use qsmpm_supports, only: supports_type, build_supports
+  use qsmpm_pressures, only: pressures_type, build_pressures, is_nearly_symmetric
   use qsmpm_node_graph, only: patches_type
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -47,6 +48,7 @@ module qsmpm_initialisation
     integer, allocatable :: patch(:)
     type(stabilisation_type) :: stabilisation
     type(supports_type) :: supports
+    type(pressures_type) :: pressures
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
@@ -94,11 +96,12 @@ contains
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
     call build_supports(model, step%activation, step%supports)
+    call build_pressures(model, step%activation, step%pressures)
     call group_by_pressure(model, step)
     if (step%separate) then
-      call join_patches(step%integration, step%stabilisation%patches, step%supports%patches, patches)
+      call join_patches(step%integration, step, patches)
     else
-      call join_patches(step%at_points, step%stabilisation%patches, step%supports%patches, patches)
+      call join_patches(step%at_points, step, patches)
     end if
     call measure_asked(model, step)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
@@ -251,21 +254,35 @@ contains
     step%separate = .true.
   end subroutine group_by_pressure
 
-  !> The patches of the groups, then those of the stabilisation and of the supports.
-  pure subroutine join_patches(integration, extra, last, patches)
+  !> The patches of the groups, then those of the stabilisation, of the supports and of the pressures.
+  pure subroutine join_patches(integration, step, patches)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    type(patches_type), intent(in) :: extra, last
+    type(step_type), intent(in) :: step
     !> Node lists that couple.
     type(patches_type), intent(out) :: patches
 
-    patches%count = integration%group_count + extra%count + last%count
-    patches%first = [integration%node_first, extra%first(2:) + size(integration%nodes), &
-      last%first(2:) + size(integration%nodes) + size(extra%nodes)]
-    patches%nodes = [integration%nodes, extra%nodes, last%nodes]
+    patches%count = integration%group_count
+    patches%first = integration%node_first
+    patches%nodes = integration%nodes
+    call append_patches(patches, step%stabilisation%patches)
+    call append_patches(patches, step%supports%patches)
+    call append_patches(patches, step%pressures%patches)
   end subroutine join_patches
 
-  !> True when the tangents of this phase are symmetric: the frozen elastic one always is.
+  !> Put node lists behind others.
+  pure subroutine append_patches(patches, more)
+    !> Node lists that couple.
+    type(patches_type), intent(inout) :: patches
+    type(patches_type), intent(in) :: more
+
+    patches%count = patches%count + more%count
+    patches%first = [patches%first, more%first(2:) + size(patches%nodes)]
+    patches%nodes = [patches%nodes, more%nodes]
+  end subroutine append_patches
+
+  !> True when the tangents of this phase are symmetric: the frozen elastic one always is; pressures are made so
+  !> where that is nearly right.
   pure function is_symmetric(model) result(symmetric)
     !> The model.
     type(model_type), intent(in) :: model
@@ -274,6 +291,7 @@ contains
 
     symmetric = .true.
     if (model%analysis%phases(model%state%progress%phase)%controls%newton == newton_modified) return
+    symmetric = is_nearly_symmetric(model)
     do m = 1, size(model%laws)
       symmetric = symmetric .and. model%laws(m)%law%symmetric
     end do

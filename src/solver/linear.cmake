@@ -12,6 +12,7 @@ endif()
 
 target_sources(qsmpm PRIVATE
   ${linear_dir}/sparse_matrix.f90
+  ${linear_dir}/metis_shim.c
   ${linear_dir}/node_ordering.f90
   ${linear_dir}/blas_threads.f90
   ${linear_dir}/linear_solver.f90

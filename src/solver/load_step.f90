@@ -16,16 +16,25 @@ module qsmpm_load_step
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_loads, only: external_force
+  use qsmpm_loads, only: external_force, pressures_at
+  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_supports, only: take_support_reactions
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
   implicit none
   private
 
-  public :: load_step
+  public :: load_step_type
+
+  !> Solves by the method.
+  type, extends(step_solver_type) :: load_step_type
+  contains
+    procedure :: solve => load_step
+  end type load_step_type
 
   !> A step is the smallest one up to this factor of round-off.
   real(wp), parameter :: slightly_more = 1.0_wp + 1.0e-9_wp
@@ -33,21 +42,16 @@ module qsmpm_load_step
 contains
 
   !> Go from the state of the model to equilibrium at a share of the phase.
-  subroutine load_step(model, step, controls, fraction, tolerance, drag, limit, solution, error)
+  subroutine load_step(self, model, step, controls, attempt, solution, error)
+    class(load_step_type), intent(inout) :: self
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> Share of the phase to be reached; the present one holds the load.
-    real(wp), intent(in) :: fraction
-    !> Out-of-balance allowed (eq. 27).
-    real(wp), intent(in) :: tolerance
-    !> Coefficient of the proximal drag, 0 for a static step.
-    real(wp), intent(in) :: drag
-    !> Largest nodal displacement that is accepted.
-    real(wp), intent(in) :: limit
+    !> What is asked for.
+    type(attempt_type), intent(in) :: attempt
     !> How it went; `converged` says whether the step was taken.
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
@@ -56,27 +60,29 @@ contains
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
+    associate (unused => self)
+    end associate
     ! Initialisation phase, section 3.1
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (allocated(error)) return
     call turn_to(step%profile%watch, part_control)
-    goal%tolerance = tolerance
-    goal%drag = drag
-    call set_loads(model, step, fraction, force_before, goal)
-    call check_loads(model, goal, error)
+    goal%tolerance = attempt%tolerance
+    goal%drag = attempt%damping
+    call set_loads(model, step, attempt%fraction, force_before, goal)
+    call check_loads(model, step, goal, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
     call find_equilibrium(model, step, goal, controls, solution)
-    if (solution%converged) call judge_length(model, step, goal, controls, fraction, limit, solution, error)
+    if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
     if (.not. solution%converged) return
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
-    call take_reactions_and_work(model, step, goal, force_before, solution, error)
+    call take_reactions_and_work(model, step, force_before, solution, error)
     call turn_to(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
     call turn_to(step%profile%watch, part_control)
@@ -84,7 +90,7 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
-      model%state%progress%fraction = fraction
+      model%state%progress%fraction = attempt%fraction
     end if
   end subroutine load_step
 
@@ -130,27 +136,38 @@ contains
     real(wp), allocatable, intent(out) :: force_before(:, :)
     !> What is to be reached.
     type(target_type), intent(inout) :: goal
+    real(wp), allocatable :: still(:, :)
 
     step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
       step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
       duration=fraction - model%state%progress%fraction)
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     allocate (force_before, mold=goal%force)
+    allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)
+    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
+    call add_pressure_force(step%pressures, still, force_before)
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    call set_pressures(step%pressures, pressures_at(model%loading, fraction))
     allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
   end subroutine set_loads
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
-  subroutine check_loads(model, goal, error)
+  subroutine check_loads(model, step, goal, error)
     !> The model.
     type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
     !> What is to be reached.
     type(target_type), intent(in) :: goal
     !> error_other: names the node.
     type(error_type), allocatable, intent(out) :: error
+    real(wp) :: load(size(goal%force, 1), size(goal%force, 2)), still(size(load, 1), size(load, 2))
 
-    call check_nodes(goal%force, 'load')
+    load = goal%force
+    still = 0.0_wp
+    call add_pressure_force(step%pressures, still, load)
+    call check_nodes(load, 'load')
     call check_nodes(goal%prescribed, 'prescribed displacement')
   contains
     !> Values at the nodes (dimension, node_count).
@@ -181,29 +198,25 @@ contains
   end subroutine refuse
 
   !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
-  subroutine judge_length(model, step, goal, controls, fraction, limit, solution, error)
+  subroutine judge_length(model, step, controls, attempt, solution, error)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> What was to be reached.
-    type(target_type), intent(in) :: goal
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> Share of the phase at the end of the step.
-    real(wp), intent(in) :: fraction
-    !> Largest nodal displacement that is accepted.
-    real(wp), intent(in) :: limit
+    !> What was asked for.
+    type(attempt_type), intent(in) :: attempt
     !> What was reached.
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
 
-    if (solution%largest_move > limit) then
+    if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
-    else if (controls%step_error > 0.0_wp .and. .not. goal%drag > 0.0_wp) then
-      call judge_error(model, step, controls, fraction, solution, error)
+    else if (controls%step_error > 0.0_wp .and. .not. attempt%damping > 0.0_wp) then
+      call judge_error(model, step, controls, attempt%fraction, solution, error)
     end if
   end subroutine judge_length
 
@@ -249,13 +262,11 @@ contains
   end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
-  subroutine take_reactions_and_work(model, step, goal, force_before, solution, error)
+  subroutine take_reactions_and_work(model, step, force_before, solution, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(in) :: step
-    !> What is to be reached.
-    type(target_type), intent(in) :: goal
     real(wp), intent(in) :: force_before(:, :)
     !> What was reached.
     type(solution_type), intent(in) :: solution
@@ -265,10 +276,10 @@ contains
 
     reactions = 0.0_wp
     where (model%loading%constrained .and. spread(step%equations%active, 1, size(reactions, 1))) &
-      reactions = solution%internal_force - goal%force
+      reactions = solution%internal_force - solution%external_force
     associate (progress => model%state%progress)
       progress%external_work = progress%external_work &
-        + sum(0.5_wp*(force_before + goal%force)*solution%displacement) &
+        + sum(0.5_wp*(force_before + solution%external_force)*solution%displacement) &
         + sum(0.5_wp*(model%state%reactions + reactions)*solution%displacement)
       progress%internal_work = progress%internal_work &
         + sum(0.5_wp*(force_before + model%state%reactions + solution%internal_force) &
@@ -277,5 +288,6 @@ contains
         call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
     end associate
     model%state%reactions = reactions
+    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
   end subroutine take_reactions_and_work
 end module qsmpm_load_step

@@ -1,9 +1,10 @@
 !> External forces (eq. 19): the weight of the material points and the tractions, each somewhere
-!> between its value at the start and at the end of the phase.
+!> between its value at the start and at the end of the phase. The reactions of fixities and supports that a phase has
+!> freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
 module qsmpm_loads
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: carrier_points, carrier_surface
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, loading_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_space, only: place_type
@@ -11,11 +12,11 @@ module qsmpm_loads
   implicit none
   private
 
-  public :: external_force
+  public :: external_force, pressures_at
 
 contains
 
-  !> Force of all loads at a share of the phase.
+  !> Force of all loads but pressures (qsmpm_pressures) at a share of the phase.
   subroutine external_force(model, activation, at_points, fraction, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -32,10 +33,30 @@ contains
     force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
     call add_weight(model, at_points, gravity(:model%mesh%dimension), force)
+    force = force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, activation, fraction, force)
     call add_carried_tractions(model, activation, fraction, force)
   end subroutine external_force
+
+  !> Share of the released forces that is still there.
+  pure real(wp) function still_held(model, fraction) result(share)
+    type(model_type), intent(in) :: model
+    !> Share of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+
+    share = max(1.0_wp - fraction, model%state%progress%release_left)
+  end function still_held
+
+  !> Pressure of each surface at a share of the phase.
+  pure function pressures_at(loading, fraction) result(pressure)
+    type(loading_type), intent(in) :: loading
+    !> Share of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+    real(wp) :: pressure(size(loading%pressure_start))
+
+    pressure = between(loading%pressure_start, loading%pressure_final, fraction)
+  end function pressures_at
 
   !> Linear between two values.
   elemental function between(start, final, fraction) result(value)
@@ -73,7 +94,7 @@ contains
     end do
   end subroutine add_weight
 
-  !> Dead tractions on surface points, and pressures on their present areas (at the start of a step).
+  !> Dead tractions and released supports on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
     !> The model.
     type(model_type), intent(in) :: model
@@ -84,20 +105,19 @@ contains
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     type(place_type) :: place
-    real(wp) :: traction(3), pressure
+    real(wp) :: traction(3)
     integer :: i, s, d
 
     d = model%mesh%dimension
     associate (surface => model%state%surface)
       do i = 1, surface%count
         s = surface%surface(i)
-        pressure = between(model%loading%pressure_start(s), model%loading%pressure_final(s), fraction)
-        if (model%loading%carrier(s) /= carrier_surface .and. abs(pressure) <= 0.0_wp) cycle
+        if (model%loading%carrier(s) /= carrier_surface .and. all(abs(surface%released(:, i)) <= 0.0_wp)) cycle
         call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place)
         traction = 0.0_wp
         if (model%loading%carrier(s) == carrier_surface) traction = surface%area(i)*between( &
           model%loading%traction_start(:, s), model%loading%traction_final(:, s), fraction)
-        traction(:d) = traction(:d) - pressure*surface%area_vector(:, i)
+        traction(:d) = traction(:d) + still_held(model, fraction)*surface%released(:, i)
         call spread_force(place, traction, force)
       end do
     end associate

@@ -2,6 +2,7 @@
 module qsmpm_material_law
   use qsmpm_analysis, only: material_type, method_type, stress_rate_cauchy
   use qsmpm_error, only: error_type
+  use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
   use qsmpm_hardening_factory, only: new_hardening_law
   use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
@@ -15,11 +16,13 @@ module qsmpm_material_law
 contains
 
   !> Make the law of a material.
-  subroutine make_material_law(material, method, dimension, law, error)
+  subroutine make_material_law(material, method, stress, dimension, law, error)
     !> What the deck says of it.
     type(material_type), intent(in) :: material
     !> Kinematics and rate.
     type(method_type), intent(in) :: method
+    !> Cauchy stress that the material starts with, or one like it (6).
+    real(wp), intent(in) :: stress(6)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> The law, with its exact consistent tangent.
@@ -29,7 +32,8 @@ contains
     integer :: rate
 
     if (material%user%given) then
-      call new_user_law(material%user, material%name, material%young, material%poisson, dimension, law, error)
+      call new_user_law(material%user, material%name, material%young, material%poisson, stress, &
+        dimension, law, error)
     else if (material%cam_clay%given .or. material%hardening_soil%given) then
       call new_hardening_law(material%cam_clay, material%hardening_soil, dimension, &
         method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)

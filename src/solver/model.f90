@@ -7,6 +7,7 @@ module qsmpm_model
   use qsmpm_analysis, only: analysis_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_grid_window, only: window_type
+  use qsmpm_body_shape, only: body_shape_type
   use qsmpm_space, only: space_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type
@@ -36,6 +37,8 @@ module qsmpm_model
     real(wp) :: internal_work = 0.0_wp
     !> Hold tests of this phase already done.
     integer :: hold_tests_done = 0
+    !> Share of the released forces that a phase ended early has left at its end.
+    real(wp) :: release_left = 0.0_wp
   end type progress_type
 
   !> What a step changes.
@@ -51,6 +54,8 @@ module qsmpm_model
     real(wp) :: plate = 0.0_wp
     !> Reactions at constrained components after the last step (dimension, nodes of the space).
     real(wp), allocatable :: reactions(:, :)
+    !> Reactions of components that this phase has set free; they fall to zero over it (dimension, nodes of the space).
+    real(wp), allocatable :: released(:, :)
     type(progress_type) :: progress
   end type state_type
 
@@ -84,6 +89,8 @@ module qsmpm_model
     !> What carries the displacement: "nodes" below are nodes of this space.
     type(space_type) :: space
     type(law_slot_type), allocatable :: laws(:)
+    !> Bounds of the bodies as drawn (bodies); those of element sets number the cells of the first window.
+    type(body_shape_type), allocatable :: shapes(:)
     type(state_type) :: state
     type(loading_type) :: loading
     !> How often the mesh has been laid around the material anew.

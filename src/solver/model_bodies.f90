@@ -2,13 +2,13 @@
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: basis_fem, axisymmetric
+  use qsmpm_analysis, only: basis_fem, axisymmetric, grid_degree
   use qsmpm_element, only: shape_functions
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_points, carried_type
-  use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
+  use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_cell_measure, only: cell_volumes
   implicit none
@@ -29,17 +29,18 @@ contains
     type(fault_list_type), intent(inout) :: faults
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    type(body_shape_type) :: shape
     integer :: b, before, known
 
+    allocate (model%shapes(size(model%analysis%bodies)))
     do b = 1, size(model%analysis%bodies)
       associate (body => model%analysis%bodies(b))
         before = list%count
         known = faults%count
-        shape = shape_of(model, body, faults)
+        model%shapes(b) = shape_of(model, body, faults)
         if (faults%count > known) cycle
-        call seed_body(model%mesh, model%analysis%model == axisymmetric, shape, b, &
-          body%points_per_element, places_for(model), list, error)
+        call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(b), b, &
+          body%points_per_element, places_for(model), &
+            grid_degree(model%analysis%method%basis), list, error)
         if (allocated(error)) then
           call add_fault(faults, body%where, '*BODY', error%message)
         else if (list%count == before) then

@@ -4,10 +4,11 @@
 !> deck are told together, one a line.
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail
+  use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    cure_none, cure_auto, cure_uniform_pressure, usual_factor, mesh_grid
+    cure_none, cure_auto, initial_k0, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
   use qsmpm_first_window, only: first_window
@@ -57,6 +58,7 @@ contains
     call make_laws(model, faults, own)
     if (faults%count == 0) call choose_cures(model)
     if (faults%count == 0) call make_points(model, faults)
+    if (faults%count == 0) call check_start(model, faults)
     if (faults%count == 0) call check_softening_cells(model, faults)
     if (faults%count == 0) call make_surfaces(model, faults)
     if (faults%count == 0) call make_histories(model, faults)
@@ -103,7 +105,7 @@ contains
         end if
       end if
       associate (material => model%analysis%materials(m))
-        call make_material_law(material, model%analysis%method, &
+        call make_material_law(material, model%analysis%method, usual_stress(model, material), &
           merge(3, 2, model%analysis%model == three_dimensional), law, error)
         if (allocated(error)) then
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
@@ -115,6 +117,50 @@ contains
       end associate
     end do
   end subroutine make_laws
+
+  !> Laws must start their points with numbers.
+  subroutine check_start(model, faults)
+    !> The model, its points seeded.
+    type(model_type), intent(in) :: model
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    integer :: m, p
+    logical :: good(size(model%laws))
+
+    good = .true.
+    associate (points => model%state%points)
+      do p = 1, points%count
+        m = points%material(p)
+        good(m) = good(m) .and. all(is_usable(points%state(:model%laws(m)%law%state_count, p)))
+      end do
+    end associate
+    do m = 1, size(good)
+      if (good(m)) cycle
+      associate (material => model%analysis%materials(m))
+        call add_fault(faults, material%where, '*MATERIAL', "material '"//material%name//"' has no state to start "// &
+          'with: its model gives one'//unusable, error_user_material)
+      end associate
+    end do
+  end subroutine check_start
+
+  !> Stress in the middle of the ground where the first phase starts with that of horizontal ground, else none: what a
+  !> model of the user's is asked for its stiffness at.
+  pure function usual_stress(model, material) result(stress)
+    !> The model, with its mesh.
+    type(model_type), intent(in) :: model
+    !> The material.
+    type(material_type), intent(in) :: material
+    real(wp) :: stress(6), depth
+
+    stress = 0.0_wp
+    if (size(model%analysis%phases) == 0) return
+    associate (phase => model%analysis%phases(1))
+      if (phase%initial%kind /= initial_k0 .or. .not. allocated(model%mesh%coordinates)) return
+      depth = 0.5_wp*max(0.0_wp, phase%initial%surface_level - minval(model%mesh%coordinates(2, :)))
+      stress(2) = material%unit_weight*phase%load_factor*phase%gravity%vector(2)*depth
+      stress([1, 3]) = phase%initial%k0*stress(2)
+    end associate
+  end function usual_stress
 
   !> Resolve the cures of locking and tell the log which materials have one.
   subroutine choose_cures(model)
@@ -154,7 +200,8 @@ contains
     integer :: p
 
     model%state%coordinates = model%mesh%coordinates
-    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
+      model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call start_domains(model)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count

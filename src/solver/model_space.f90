@@ -2,7 +2,7 @@
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type, mesh_grid, integrate_cells, basis_standard, basis_fem, basis_gimp, &
-    basis_spline2, basis_spline3, basis_spline2g, quantity_reaction, set_type, select_plane, select_box
+    basis_spline2g, grid_degree, quantity_reaction, set_type, select_plane, select_box
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
@@ -56,7 +56,7 @@ contains
     end do
     call mark_constrained(model, boxes, constrained, faults)
     call find_kinks(model, boxes, constrained, kinks)
-    call spline_space(model%mesh, cells_of(model%state%window), degree_of(model%analysis%method%basis), &
+    call spline_space(model%mesh, cells_of(model%state%window), grid_degree(model%analysis%method%basis), &
       any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, kinks, &
       model%state%window%first - 1)
     ! Splines without averages find their cut cells better by the domains of the points than by the points.
@@ -118,21 +118,6 @@ contains
       end do
     end do
   end subroutine find_kinks
-
-  !> Degree of the functions.
-  pure integer function degree_of(basis)
-    !> One of the basis_* values.
-    integer, intent(in) :: basis
-
-    select case (basis)
-    case (basis_spline2, basis_spline2g)
-      degree_of = 2
-    case (basis_spline3)
-      degree_of = 3
-    case default
-      degree_of = 1
-    end select
-  end function degree_of
 
   !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
   !> have no control points: nothing may be asked of them.

@@ -2,11 +2,10 @@
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
-    select_outline, support_normal
+    select_outline, support_normal, grid_degree
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
-  use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_surface_points, set_normals
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
@@ -51,10 +50,10 @@ contains
           end if
           do k = 1, size(surface%segments, 2)
             call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, &
-              .false., surface%segments(:, k), s, list)
+              .false., surface%segments(:, k), surface_degree(model), s, list)
           end do
         case (select_outline)
-          call outline_points(model, surface, s, list, faults)
+          call outline_points(model, surface, s, list)
         case (select_mesh)
           call mesh_faces(model, surface%name, faces)
           call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
@@ -126,8 +125,16 @@ contains
     end do
   end function first_point
 
+  !> Degree of the functions along a line or plane through a cell: elements have at most 4.
+  pure integer function surface_degree(model) result(degree)
+    !> The model.
+    type(model_type), intent(in) :: model
+
+    degree = max(4, model%mesh%dimension*grid_degree(model%analysis%method%basis))
+  end function surface_degree
+
   !> Surface points on the bounds of a body; the deck has checked that it exists.
-  subroutine outline_points(model, surface, number, list, faults)
+  subroutine outline_points(model, surface, number, list)
     !> The model.
     type(model_type), intent(in) :: model
     !> The surface and its number.
@@ -135,8 +142,6 @@ contains
     integer, intent(in) :: number
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
     real(wp) :: box(3, 2)
     logical :: occupied(model%mesh%cell_count)
     integer :: b, d, p
@@ -157,7 +162,7 @@ contains
         if (model%state%points%body(p) == b) occupied(model%state%points%cell(p)) = .true.
       end do
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
-        shape_of(model, model%analysis%bodies(b), faults), box, number, list)
+        model%shapes(b), box, surface_degree(model), number, list)
     end do
   end subroutine outline_points
 

@@ -121,17 +121,18 @@ contains
     integer, intent(in) :: pieces
     type(window_type) :: old
     integer, allocatable :: labels(:)
-    real(wp), allocatable :: reactions(:, :), rows(:)
+    real(wp), allocatable :: reactions(:, :), released(:, :), rows(:)
 
     old = model%state%window
     call list_labels(model, labels)
     call move_alloc(model%state%reactions, reactions)
+    call move_alloc(model%state%released, released)
     if (model%analysis%moving_mesh%active) call rows_of(model, rows)
     call fit_window(model, window)
     call carry_cells(model%state%points)
     call carry_cells(model%state%surface)
     call carry_cells(model%state%tracers)
-    call carry_nodal(model, labels, reactions)
+    call carry_nodal(model, labels, reactions, released)
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
     model%state%coordinates = model%mesh%coordinates
@@ -167,8 +168,9 @@ contains
     call make_space(model, none)
     call resume_phase(model)
     model%state%coordinates = model%mesh%coordinates
-    if (allocated(model%state%reactions)) deallocate (model%state%reactions)
-    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    if (allocated(model%state%reactions)) deallocate (model%state%reactions, model%state%released)
+    allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
+      model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine fit_window
 
   !> Put a state back, with its window. Arrays of the material points stay where they are in memory: embedding
@@ -185,6 +187,7 @@ contains
     model%state%tracers = state%tracers
     model%state%coordinates = state%coordinates
     model%state%reactions = state%reactions
+    model%state%released = state%released
     model%state%window = state%window
     model%state%plate = state%plate
     model%state%progress = state%progress
@@ -238,13 +241,13 @@ contains
     end do
   end subroutine list_labels
 
-  !> Reactions of the nodes that both windows have.
-  subroutine carry_nodal(model, labels, reactions)
+  !> Reactions and released forces of the nodes that both windows have.
+  subroutine carry_nodal(model, labels, reactions, released)
     !> The model, in its new window.
     type(model_type), intent(inout) :: model
-    !> Labels of the nodes of the former window, and their reactions (dimension, nodes).
+    !> Labels of the nodes of the former window, their reactions and released forces (dimension, nodes).
     integer, intent(in) :: labels(:)
-    real(wp), intent(in) :: reactions(:, :)
+    real(wp), intent(in) :: reactions(:, :), released(:, :)
     integer, allocatable :: new_labels(:), old_order(:), new_order(:)
     integer :: i, j
 
@@ -257,8 +260,9 @@ contains
       do while (i < size(labels) .and. labels(old_order(i)) < new_labels(new_order(j)))
         i = i + 1
       end do
-      if (labels(old_order(i)) == new_labels(new_order(j))) &
-        model%state%reactions(:, new_order(j)) = reactions(:, old_order(i))
+      if (labels(old_order(i)) /= new_labels(new_order(j))) cycle
+      model%state%reactions(:, new_order(j)) = reactions(:, old_order(i))
+      model%state%released(:, new_order(j)) = released(:, old_order(i))
     end do
   end subroutine carry_nodal
 

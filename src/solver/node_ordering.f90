@@ -6,34 +6,25 @@
 !> neighbour. It may be disconnected or empty. Both orders depend on the graph alone.
 !> `position(i)` is the place of node i in the order.
 module qsmpm_node_ordering
-  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_null_ptr
+  use, intrinsic :: iso_c_binding, only: c_int
   use qsmpm_error, only: error_type, fail, error_other
   implicit none
   private
 
   public :: order_metis, order_bandwidth
 
-  !> Size, places (from 1) and values of metis.h.
-  integer, parameter :: option_count = 40, place_seed = 9
-  integer(c_int), parameter :: metis_ok = 1
   !> Seed of the random choices of METIS: any, but always the same.
   integer(c_int), parameter :: seed = 1
 
   interface
-    integer(c_int) function metis_setdefaultoptions(options) bind(c, name='METIS_SetDefaultOptions')
+    !> Nested dissection of a graph from 0; 0 when it is found (metis_shim.c).
+    integer(c_int) function metis_order(n, first, neighbour, seed, order, position) bind(c, name='qsmpm_metis_order')
       import :: c_int
-      integer(c_int), intent(out) :: options(*)
-    end function metis_setdefaultoptions
-
-    integer(c_int) function metis_nodend(n, first, neighbour, weight, options, order, position) &
-        bind(c, name='METIS_NodeND')
-      import :: c_int, c_ptr
-      integer(c_int), intent(in) :: n
+      integer(c_int), value :: n
       integer(c_int), intent(inout) :: first(*), neighbour(*)
-      type(c_ptr), value :: weight
-      integer(c_int), intent(in) :: options(*)
+      integer(c_int), value :: seed
       integer(c_int), intent(out) :: order(*), position(*)
-    end function metis_nodend
+    end function metis_order
   end interface
 
 contains
@@ -49,7 +40,6 @@ contains
     !> Set when the graph is no graph or METIS fails.
     type(error_type), allocatable, intent(out) :: error
 
-    integer(c_int) :: options(option_count), status
     integer(c_int), allocatable :: first_c(:), neighbour_c(:), order(:), position_c(:)
     integer :: i, n
 
@@ -66,11 +56,7 @@ contains
     allocate (first_c(n + 1), neighbour_c(first(n + 1) - 1), order(n), position_c(n))
     first_c(:) = first - 1
     neighbour_c(:) = neighbour(:first(n + 1) - 1) - 1
-    status = metis_setdefaultoptions(options)
-    options(place_seed) = seed
-    status = metis_nodend(int(n, c_int), first_c, neighbour_c, c_null_ptr, options, order, &
-      position_c)
-    if (status /= metis_ok) then
+    if (metis_order(int(n, c_int), first_c, neighbour_c, seed, order, position_c) /= 0) then
       call fail(error, error_other, 'METIS failed to order the nodes')
       return
     end if

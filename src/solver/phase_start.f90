@@ -1,10 +1,13 @@
 !> The start of a phase: loads and constraints in force, initial stresses, displacements set to zero.
 !>
 !> Loads and fixities stay until a later phase changes them; a load given again runs from its former
-!> value to the new one, a prescribed node stays where it is.
+!> value to the new one, a prescribed node stays where it is. What a freed fixity or support has carried is lowered to
+!> zero over the phase. The loads of a phase that starts from K0 stresses are in
+!> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_k0, support_none
+  use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals
   use qsmpm_element, only: face_count, face_corners
@@ -30,34 +33,40 @@ contains
       progress%phase_steps = 0
     end associate
     call resume_phase(model)
-    call begin_supports(model)
+    call release(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%reset_displacements) then
         model%state%points%initial_position = model%state%points%position
         model%state%tracers%initial_position = model%state%tracers%position
       end if
-      if (phase%initial%kind == initial_k0) call start_k0(model, phase)
+      if (phase%initial%kind == initial_k0) call set_k0_stresses(model, phase%initial)
     end associate
   end subroutine start_phase
 
-  !> Supports that this phase changes begin at the present place and normal of their surface.
-  subroutine begin_supports(model)
-    !> The model.
+  !> What fixities and supports that this phase frees have carried becomes a load that falls to zero; supports that it
+  !> changes begin at the present place and normal of their surface, with no force yet.
+  subroutine release(model)
     type(model_type), intent(inout) :: model
     logical :: changed(model%state%surface%count)
     integer :: i, s
 
     changed = .false.
-    associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface)
+    associate (phase => model%analysis%phases(model%state%progress%phase), surface => model%state%surface, &
+        state => model%state)
       do i = 1, size(phase%supports)
         do s = 1, size(model%analysis%surfaces)
           if (model%analysis%surfaces(s)%name == phase%supports(i)%surface) &
             changed = changed .or. surface%surface == s
         end do
       end do
+      state%released = state%progress%release_left*state%released &
+        + merge(0.0_wp, state%reactions, model%loading%constrained)
+      surface%released = state%progress%release_left*surface%released &
+        + merge(surface%reaction, 0.0_wp, spread(changed, 1, size(surface%reaction, 1)))
+      state%progress%release_left = 0.0_wp
     end associate
     call set_normals(model%state%surface, changed)
-  end subroutine begin_supports
+  end subroutine release
 
   !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
   !> points are an embedding program's and stay.
@@ -166,30 +175,9 @@ contains
           loading%support(s) = phase%supports(i)%kind
       end do
     end do
-    if (phase%initial%kind == initial_k0) loading%gravity_start = loading%gravity_final
+    if (phase%initial%kind /= initial_k0) return
+    loading%gravity_start = loading%gravity_final
+    loading%traction_start = loading%traction_final
+    loading%pressure_start = loading%pressure_final
   end subroutine apply_phase
-
-  !> Stresses of horizontal ground: sigma_yy from the weight above, the others K0 times as large.
-  subroutine start_k0(model, phase)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> The phase.
-    type(phase_type), intent(in) :: phase
-    real(wp) :: vertical
-    integer :: p
-
-    associate (points => model%state%points)
-      do p = 1, points%count
-        vertical = points%weight(p)/points%volume(p)*model%loading%gravity_final(2) &
-          *max(0.0_wp, phase%initial%surface_level - points%position(2, p))
-        points%stress(:, p) = 0.0_wp
-        points%stress(1:3, p) = phase%initial%k0*vertical
-        points%stress(2, p) = vertical
-        points%initial_volume(p) = points%volume(p)
-        associate (law => model%laws(points%material(p))%law)
-          call law%start(points%stress(:, p), points%state(:law%state_count, p))
-        end associate
-      end do
-    end associate
-  end subroutine start_k0
 end module qsmpm_phase_start

@@ -8,11 +8,15 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_moving_mesh_check, only: check_moving_mesh
+  use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_stepping, only: outcome_type, take_step
+  use qsmpm_step_length, only: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
+  use qsmpm_step_solver, only: step_solver_type
+  use qsmpm_load_step, only: load_step_type
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_histories, only: take_histories
   use qsmpm_hold_test, only: test_hold
@@ -29,10 +33,6 @@ module qsmpm_phases
   integer, parameter :: error_stopped = 128
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
-  !> A step that a law has refused is cut to this share of it at the most.
-  real(wp), parameter :: largest_cut = 0.9_wp
-  !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
-  real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: march_type
@@ -44,6 +44,8 @@ module qsmpm_phases
     logical :: told = .false.
     !> Share of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
+    !> Who solves: the method, unless a test has put a script here.
+    class(step_solver_type), allocatable :: solver
   end type march_type
 
 contains
@@ -81,6 +83,7 @@ contains
     march%step%profile = profile
     march%begun = .false.
     march%told = .false.
+    if (.not. allocated(march%solver)) allocate (load_step_type :: march%solver)
     call turn_to(march%step%profile%watch, part_control)
   end subroutine begin_march
 
@@ -131,7 +134,8 @@ contains
       if (model%state%progress%fraction > 0.0_wp) then
         call resume_phase(model)
       else
-        call enter_phase(model, observer)
+        call enter_phase(model, march, observer, error)
+        if (allocated(error)) return
       end if
       march%begun = .true.
     end if
@@ -140,23 +144,33 @@ contains
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
       model%state%progress%phase = model%state%progress%phase + 1
       march%told = .false.
-      call enter_phase(model, observer)
+      call enter_phase(model, march, observer, error)
+      if (allocated(error)) return
     end if
     call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model)) call end_phase(model, march, observer, error)
   end subroutine march_step
 
-  !> Begin the current phase; initial stresses that the soil cannot carry are worth a word.
-  subroutine enter_phase(model, observer)
+  !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
+  !> a warning.
+  subroutine enter_phase(model, march, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
     !> Listener of the run.
     class(observer_type), intent(inout) :: observer
+    !> Initial stresses out of balance.
+    type(error_type), allocatable, intent(out) :: error
     integer :: beyond
 
     call start_phase(model)
-    if (model%analysis%phases(model%state%progress%phase)%initial%kind /= initial_k0) return
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (phase%initial%kind /= initial_k0) return
+      call check_initial_balance(model, march%step, phase, observer, error)
+      if (allocated(error)) return
+    end associate
     beyond = count_beyond_strength(model)
     if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
       integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
@@ -194,10 +208,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
-    real(wp) :: first, length, last
+    real(wp) :: length, last
 
-    first = 1.0_wp/phase%controls%steps
-    if (.not. model%state%progress%next_step > 0.0_wp) model%state%progress%next_step = first
+    if (.not. model%state%progress%next_step > 0.0_wp) &
+      model%state%progress%next_step = first_length(phase%controls)
     do
       if (observer%stop_requested()) then
         call fail(error, error_stopped, 'stopped on request')
@@ -205,69 +219,25 @@ contains
       end if
       length = model%state%progress%next_step
       record = step_record_type()
-      last = min(march%limit, end_of_step(model%state%progress%fraction, length, first))
-      call take_step(model, march%step, phase%controls, last, observer, record, outcome, error)
+      last = min(march%limit, end_of_step(phase%controls, model%state%progress%fraction, length))
+      call take_step(model, march%step, march%solver, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
-        call choose_next_step(model, phase, first, length, outcome)
-        call report_step(model, march%step, phase, observer, record, error)
+        model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
+        call report_step(model, march, phase, observer, record, error)
         return
       end if
-      call cut_step(model, march%step, phase, first, length, outcome, observer, error)
+      call cut_step(model, march%step, phase, length, outcome, observer, error)
       if (allocated(error)) return
     end do
   end subroutine reach_step
 
-  !> End of the next step: on a multiple of the first step length where one is near, and never
-  !> beyond the phase.
-  pure function end_of_step(fraction, length, first) result(last)
-    real(wp), intent(in) :: fraction, length, first
-    real(wp) :: last, whole
-
-    last = min(1.0_wp, fraction + length)
-    whole = (aint(fraction/first + 1.0e-9_wp) + 1.0_wp)*first
-    if (last > whole - 1.0e-9_wp*first .and. length <= first*(1.0_wp + 1.0e-9_wp)) last = min(1.0_wp, whole)
-    if (last > 1.0_wp - 1.0e-9_wp*first) last = 1.0_wp
-  end function end_of_step
-
-  !> After an accepted step: a hard one makes the next one smaller, an easy one lets it grow again.
-  subroutine choose_next_step(model, phase, first, length, outcome)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> The phase.
-    type(phase_type), intent(in) :: phase
-    real(wp), intent(in) :: first, length
-    !> How the attempt ended.
-    type(outcome_type), intent(in) :: outcome
-
-    model%state%progress%next_step = length
-    if (outcome%static_iterations <= phase%controls%few_iterations) &
-      model%state%progress%next_step = min(first, 2.0_wp*length)
-    if (phase%controls%step_error > 0.0_wp .and. outcome%static) model%state%progress%next_step = min(1.0_wp, &
-      length*length_ratio(outcome%step_error, phase%controls%step_error))
-    if (outcome%static_iterations > phase%controls%many_iterations) model%state%progress%next_step = &
-      min(0.5_wp*length, model%state%progress%next_step)
-    model%state%progress%next_step = max(model%state%progress%next_step, phase%controls%smallest_step*first)
-  end subroutine choose_next_step
-
-  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and
-  !> falls with its length; a step is not to grow too fast, and a little margin saves steps that would be
-  !> rejected.
-  pure function length_ratio(step_error, allowed) result(ratio)
-    !> Error of the step and what is allowed, as shares.
-    real(wp), intent(in) :: step_error, allowed
-    real(wp) :: ratio
-
-    ratio = most_growth
-    if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
-  end function length_ratio
-
   !> Tell the observer, and test how well the state holds where the deck asks for it.
-  subroutine report_step(model, step, phase, observer, record, error)
+  subroutine report_step(model, march, phase, observer, record, error)
     !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
+    !> The run.
+    type(march_type), intent(inout) :: march
     !> The phase.
     type(phase_type), intent(in) :: phase
     !> Listener of the run.
@@ -277,25 +247,26 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
-    if (allocated(step%system%note)) then
-      call observer%note(step%system%note)
-      deallocate (step%system%note)
-    end if
-    model%state%progress%step = model%state%progress%step + 1
-    model%state%progress%phase_steps = model%state%progress%phase_steps + 1
-    model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-    record%inaccurate_points = step%inaccurate_points
-    record%plastic_points = sum(model%state%points%plastic)
-    record%equations = step%equations%count
-    call take_histories(model, record%histories)
-    step%profile%steps = step%profile%steps + 1
-    call turn_to(step%profile%watch, part_output)
-    if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
-    call tell_window(model, step, observer)
-    call observer%accepted(model, record, error)
-    call turn_to(step%profile%watch, part_control)
-    if (allocated(error)) return
-    call test_hold(model, step, phase, observer, error)
+    associate (step => march%step)
+      if (allocated(step%system%note)) then
+        call observer%note(step%system%note)
+        deallocate (step%system%note)
+      end if
+      model%state%progress%step = model%state%progress%step + 1
+      model%state%progress%phase_steps = model%state%progress%phase_steps + 1
+      model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
+      record%inaccurate_points = step%inaccurate_points
+      record%plastic_points = sum(model%state%points%plastic)
+      record%equations = step%equations%count
+      call take_histories(model, record%histories)
+      step%profile%steps = step%profile%steps + 1
+      call turn_to(step%profile%watch, part_output)
+      if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
+      call tell_window(model, step, observer)
+      call observer%accepted(model, record, error)
+      call turn_to(step%profile%watch, part_control)
+    end associate
+    if (.not. allocated(error)) call test_hold(model, march%step, march%solver, phase, observer, error)
   end subroutine report_step
 
   !> Tell the observer when the part of the grid that is looked at has changed.
@@ -333,14 +304,15 @@ contains
   end function place_text
 
   !> After a rejected step: halve it, or end the run.
-  subroutine cut_step(model, step, phase, first, length, outcome, observer, error)
+  subroutine cut_step(model, step, phase, length, outcome, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> The phase.
     type(phase_type), intent(in) :: phase
-    real(wp), intent(in) :: first, length
+    !> Length of the step that was lost.
+    real(wp), intent(in) :: length
     !> How the attempt ended.
     type(outcome_type), intent(in) :: outcome
     !> Listener of the run.
@@ -350,12 +322,8 @@ contains
     character(len=200) :: text
     character(len=:), allocatable :: loose, message
 
-    model%state%progress%next_step = 0.5_wp*length
-    if (outcome%share > 0.0_wp) model%state%progress%next_step = min(largest_cut, outcome%share)*length
-    if (outcome%too_long) model%state%progress%next_step = max(phase%controls%smallest_step*first, &
-      length*length_ratio(outcome%step_error, phase%controls%step_error))
-    if (.not. outcome%hopeless .and. &
-      model%state%progress%next_step >= phase%controls%smallest_step*first*(1.0_wp - 1.0e-9_wp)) then
+    model%state%progress%next_step = length_after_loss(phase%controls, length, outcome)
+    if (.not. (outcome%hopeless .or. is_too_short(phase%controls, model%state%progress%next_step))) then
       call observer%note('step cut: '//outcome%reason)
       return
     end if

@@ -21,8 +21,8 @@ module qsmpm_saved_places
     integer, allocatable :: cell(:)
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
-    !> Node coordinates and reactions (dimension, nodes), plate of a moving mesh.
-    real(wp), allocatable :: coordinates(:, :), reactions(:, :)
+    !> Node coordinates, reactions and released forces (dimension, nodes), plate of a moving mesh.
+    real(wp), allocatable :: coordinates(:, :), reactions(:, :), released(:, :)
     real(wp) :: plate = 0.0_wp
     !> Part of the grid all this belongs to.
     type(window_type) :: window
@@ -44,6 +44,7 @@ contains
       saved%tracers = state%tracers
       saved%coordinates = state%coordinates
       saved%reactions = state%reactions
+      saved%released = state%released
       saved%plate = state%plate
       saved%progress = state%progress
       saved%window = state%window
@@ -64,6 +65,7 @@ contains
       state%tracers = saved%tracers
       state%coordinates = saved%coordinates
       state%reactions = saved%reactions
+      state%released = saved%released
       state%plate = saved%plate
       state%progress = saved%progress
     end associate

@@ -100,7 +100,7 @@ contains
 
     if (step%system%solver%approximate) then
       call evaluate_step(model, step, displacement, tangent_consistent)
-      call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+      call complete_matrix(step, 0.0_wp, displacement)
       call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
     else
       call step%system%solver%solve(residual, move, error)

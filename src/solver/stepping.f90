@@ -1,12 +1,14 @@
-!> Step control of a phase: static steps as long as they converge, and what is done when one does not.
+!> Step control: what is accepted, and what is done when a static step is lost. Who solves is passed in, so that
+!> a test scripts the outcomes.
 !>
 !>   static step      accepted when eq. 27 holds and no node moves further than a share of a cell
+!>   proximal         when the static step is lost past a limit load: the new load is kept and the body moves
+!>                    against a damping force alpha W du, alpha adapted, until the load is carried
+!>                    without it to the tolerance of the deck
 !>   hold             the load is kept and the mesh reset until the stabilisation carries less than
 !>                    its share; a curve that is not held lags behind failure
-!>   proximal         when the static step is lost past a limit load: the new load is kept and the
-!>                    body creeps against a drag alpha W du, alpha adapted, until the drag has died
-!>   cut              otherwise the step is halved, down to the smallest one; a law may ask for a share of it
-!> A step that ends in none of these is never accepted: the state before it is put back.
+!> A step that ends in none of these is never accepted: the state before it is put back, and qsmpm_step_length
+!> says how long the next attempt is.
 module qsmpm_stepping
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_not_converged, error_singular
@@ -15,7 +17,7 @@ module qsmpm_stepping
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
-  use qsmpm_load_step, only: load_step
+  use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
@@ -24,16 +26,16 @@ module qsmpm_stepping
 
   !> Residual allowed in proximal sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: proximal_tolerance = 1.0e-3_wp
-  !> The drag grows by this factor on failure, shrinks and grows by those after a good sub-step.
-  real(wp), parameter :: drag_on_failure = 4.0_wp, drag_shrinks = 0.5_wp, drag_grows = 1.5_wp
-  !> A static solve that is lost at the end of sub-steps is tried again when the drag's share is this much smaller.
+  !> The damping grows by this factor on failure, shrinks and grows by those after a good sub-step.
+  real(wp), parameter :: damping_on_failure = 4.0_wp, damping_shrinks = 0.5_wp, damping_grows = 1.5_wp
+  !> A static solve that is lost at the end of sub-steps is tried again when the damping's share is this much smaller.
   real(wp), parameter :: next_static = 0.1_wp
-  !> Beyond this the drag is hopeless.
-  real(wp), parameter :: largest_drag = 1.0e12_wp
-  !> Share of the largest move below which the drag may shrink, and above which a sub-step is refused.
+  !> Beyond this damping does not help.
+  real(wp), parameter :: largest_damping = 1.0e12_wp
+  !> Share of the largest move below which the damping may shrink, and above which a sub-step is refused.
   real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
-  !> A step driven by prescribed displacements gets drag only when it has been cut to this share of the
-  !> first one: a shorter step is the better help there. Other steps get none while they are longer than
+  !> A step driven by prescribed displacements is damped only when it has been cut to this share of the
+  !> first one: a shorter step is the better help there. Other steps are not while they are longer than
   !> the first one, where the error of their length has let them grow, up to round-off.
   real(wp), parameter :: last_resort = 0.3_wp, round_off = 1.0e-9_wp
 
@@ -44,8 +46,6 @@ module qsmpm_stepping
     !> support; or a law is out of order.
     logical :: hopeless = .false.
     integer :: cause = error_not_converged
-    !> A law is out of order.
-    logical :: broken = .false.
     character(len=:), allocatable :: reason
     !> Figures of the last solve that failed, for the message.
     real(wp) :: out_of_balance = 0.0_wp
@@ -64,12 +64,14 @@ module qsmpm_stepping
 
 contains
 
-  !> Try to reach a share of the phase: static step, else proximal sub-steps; then hold.
-  subroutine take_step(model, step, controls, fraction, observer, record, outcome, error)
+  !> Try to reach a share of the phase; where that fails the state is what it was before.
+  subroutine take_step(model, step, solver, controls, fraction, observer, record, outcome, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Who solves.
+    class(step_solver_type), intent(inout) :: solver
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Share of the phase to reach.
@@ -83,15 +85,46 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
-    type(solution_type) :: solution
-    logical :: with_drag
 
     before = model%state
-    with_drag = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
-      (fraction - model%state%progress%fraction)*controls%steps <= &
-      merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp))
-    call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, static_limit(model, controls), &
-      solution, error)
+    call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
+    if (.not. allocated(error) .and. .not. outcome%accepted) then
+      if (may_be_damped(model, controls, fraction, outcome)) then
+        call observer%note('static step lost ('//outcome%reason//'); proximal sub-steps')
+        call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
+      end if
+    end if
+    if (.not. allocated(error) .and. outcome%accepted) &
+      call hold_until_quiet(model, step, solver, controls, observer, record, outcome, error)
+    ! Whatever the way here, a step is in equilibrium or it is none.
+    if (outcome%accepted .and. .not. record%out_of_balance <= controls%tolerance) &
+      call reject('the residual without damping is above the tolerance', outcome)
+    if (allocated(error)) outcome%accepted = .false.
+    if (.not. outcome%accepted) call restore(before, model)
+  end subroutine take_step
+
+  !> The static step.
+  subroutine take_static_step(model, step, solver, controls, fraction, record, outcome, error)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Who solves.
+    class(step_solver_type), intent(inout) :: solver
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase to reach.
+    real(wp), intent(in) :: fraction
+    !> How the step went.
+    type(step_record_type), intent(inout) :: record
+    !> How the attempt ended.
+    type(outcome_type), intent(inout) :: outcome
+    !> What went wrong, unallocated when nothing did.
+    type(error_type), allocatable, intent(out) :: error
+    type(solution_type) :: solution
+
+    call solver%solve(model, step, controls, attempt_type(fraction, controls%tolerance, &
+      largest_move=static_limit(model, controls)), solution, error)
     if (allocated(error)) return
     call note_solve(solution, record)
     outcome%static_iterations = solution%iterations
@@ -100,20 +133,29 @@ contains
     record%step_error = solution%step_error
     outcome%accepted = solution%converged
     outcome%static = solution%converged
-    if (.not. solution%converged) then
-      call note_failure(solution, outcome)
-      record%rejected = record%rejected + 1
-      outcome%hopeless = (outcome%cause == error_singular .and. model%state%progress%step == 0) .or. &
-        outcome%broken
-      if (.not. with_drag .or. outcome%hopeless .or. outcome%too_long .or. outcome%share > 0.0_wp) return
-      call observer%note('static step lost ('//solution%reason//'); proximal sub-steps')
-      call creep(model, step, controls, fraction, record, outcome, error)
-      if (allocated(error)) return
-    end if
-    if (outcome%accepted) call hold_until_quiet(model, step, controls, observer, record, outcome, error)
-    if (allocated(error)) return
-    if (.not. outcome%accepted) call restore(before, model)
-  end subroutine take_step
+    if (solution%converged) return
+    call note_failure(solution, outcome)
+    outcome%hopeless = outcome%hopeless .or. &
+      (outcome%cause == error_singular .and. model%state%progress%step == 0)
+    record%rejected = record%rejected + 1
+  end subroutine take_static_step
+
+  !> Whether proximal sub-steps may help a static step that was lost.
+  pure logical function may_be_damped(model, controls, fraction, outcome)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> Share of the phase to reach.
+    real(wp), intent(in) :: fraction
+    !> How the static step ended.
+    type(outcome_type), intent(in) :: outcome
+
+    may_be_damped = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
+      (fraction - model%state%progress%fraction)*controls%steps <= &
+      merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp)) .and. &
+      .not. (outcome%hopeless .or. outcome%too_long .or. outcome%share > 0.0_wp)
+  end function may_be_damped
 
   !> Largest move of a static step; a carried mesh has no cells to cross.
   pure function static_limit(model, controls) result(limit)
@@ -151,7 +193,7 @@ contains
 
     outcome%accepted = .false.
     outcome%cause = solution%cause
-    outcome%broken = solution%broken
+    outcome%hopeless = solution%broken
     outcome%reason = solution%reason
     outcome%out_of_balance = solution%out_of_balance
     outcome%worst_label = solution%worst_label
@@ -159,12 +201,27 @@ contains
     outcome%share = solution%share
   end subroutine note_failure
 
-  !> Mass-proximal sub-steps at a load until the drag has died away.
-  subroutine creep(model, step, controls, fraction, record, outcome, error)
+  !> Refuse what was solved: there is no residual to tell, and no law has asked for less.
+  pure subroutine reject(reason, outcome)
+    character(len=*), intent(in) :: reason
+    !> How the attempt ended.
+    type(outcome_type), intent(inout) :: outcome
+
+    outcome%accepted = .false.
+    outcome%cause = error_not_converged
+    outcome%reason = reason
+    outcome%worst_label = 0
+    outcome%share = 0.0_wp
+  end subroutine reject
+
+  !> Proximal sub-steps at a load until it is carried without damping.
+  subroutine take_substeps(model, step, solver, controls, fraction, record, outcome, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Who solves.
+    class(step_solver_type), intent(inout) :: solver
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Share of the phase, 0 to 1.
@@ -176,54 +233,60 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    real(wp) :: limit, drag, share, quiet
+    type(attempt_type) :: attempt
+    real(wp) :: limit, damping, share, quiet
     logical :: static
     integer :: substep
 
     limit = controls%largest_move*model%cell_size
-    drag = model%state%progress%proximal
-    if (.not. drag > 0.0_wp) drag = first_drag(step, limit)
+    damping = model%state%progress%proximal
+    if (.not. damping > 0.0_wp) damping = first_damping(step, limit)
     ! Without a force at the start there is no stress that a sub-step could begin with.
-    if (.not. drag > 0.0_wp) return
+    if (.not. damping > 0.0_wp) return
     share = huge(1.0_wp)
     quiet = controls%drag_share
     do substep = 1, controls%max_substeps
       static = share < quiet
-      if (static) then
-        call load_step(model, step, controls, fraction, controls%tolerance, 0.0_wp, limit, solution, error)
-      else
-        call load_step(model, step, controls, fraction, substep_tolerance(controls, share), drag, large_move*limit, &
-          solution, error)
-      end if
+      attempt = attempt_type(fraction, substep_tolerance(controls, share), damping, large_move*limit)
+      if (static) attempt = attempt_type(fraction, controls%tolerance, 0.0_wp, limit)
+      call solver%solve(model, step, controls, attempt, solution, error)
       if (allocated(error)) return
       call note_solve(solution, record)
       if (.not. solution%converged) then
         record%rejected = record%rejected + 1
         call note_failure(solution, outcome)
-        if (outcome%broken) return
-        if (static) then
-          quiet = next_static*share
-        else
-          drag = drag_on_failure*drag
-          if (.not. drag <= largest_drag) return
-        end if
+        if (static) quiet = next_static*share
+        if (.not. static) damping = damping_on_failure*damping
+        if (outcome%hopeless .or. .not. damping <= largest_damping) return
         cycle
       end if
       record%substeps = record%substeps + 1
       outcome%accepted = solution%undamped_out_of_balance <= controls%tolerance
       if (outcome%accepted) return
-      model%state%progress%proximal = drag
+      model%state%progress%proximal = damping
       share = solution%drag_share
-      if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
-        drag = drag_shrinks*drag
-      else if (solution%largest_move > limit) then
-        drag = drag_grows*drag
-      end if
+      damping = damping*damping_change(controls, solution, limit)
     end do
     if (.not. solution%converged) return
-    outcome%cause = error_not_converged
-    outcome%reason = 'the drag of the proximal sub-steps did not die away'
-  end subroutine creep
+    call reject('the load is not carried without damping after all proximal sub-steps', outcome)
+  end subroutine take_substeps
+
+  !> By what the damping changes after a good sub-step.
+  pure real(wp) function damping_change(controls, solution, limit)
+    !> Step control of the phase.
+    type(controls_type), intent(in) :: controls
+    !> What was reached.
+    type(solution_type), intent(in) :: solution
+    !> Largest move of a static step.
+    real(wp), intent(in) :: limit
+
+    damping_change = 1.0_wp
+    if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
+      damping_change = damping_shrinks
+    else if (solution%largest_move > limit) then
+      damping_change = damping_grows
+    end if
+  end function damping_change
 
   !> Residual allowed in a proximal sub-step: that of the deck only where the damping is nearly gone.
   pure real(wp) function substep_tolerance(controls, share)
@@ -236,24 +299,26 @@ contains
     if (share >= controls%drag_share) substep_tolerance = max(controls%tolerance, proximal_tolerance)
   end function substep_tolerance
 
-  !> Drag that balances the whole load at the largest move.
-  pure function first_drag(step, limit) result(drag)
+  !> Damping that balances the whole load at the largest move.
+  pure function first_damping(step, limit) result(damping)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Largest move allowed.
     real(wp), intent(in) :: limit
-    real(wp) :: drag
+    real(wp) :: damping
 
-    drag = norm2(step%evaluation%force)/(limit*max(norm2(step%lumped), tiny(limit)))
-  end function first_drag
+    damping = norm2(step%evaluation%force)/(limit*max(norm2(step%lumped), tiny(limit)))
+  end function first_damping
 
   !> Keep the load, reset the mesh and solve again until the stabilisation carries little; a step whose
   !> share stays above the bound is not accepted.
-  subroutine hold_until_quiet(model, step, controls, observer, record, outcome, error)
+  subroutine hold_until_quiet(model, step, solver, controls, observer, record, outcome, error)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    !> Who solves.
+    class(step_solver_type), intent(inout) :: solver
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Listener of the run.
@@ -265,27 +330,22 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    type(outcome_type) :: creeping
     character(len=120) :: text
 
     do while (record%stabilisation_share > controls%stabilisation_share .and. record%holds < controls%max_holds)
-      call load_step(model, step, controls, model%state%progress%fraction, controls%tolerance, 0.0_wp, &
-        static_limit(model, controls), solution, error)
+      call solver%solve(model, step, controls, attempt_type(model%state%progress%fraction, controls%tolerance, &
+        largest_move=static_limit(model, controls)), solution, error)
       if (allocated(error)) return
       record%holds = record%holds + 1
       call note_solve(solution, record)
       if (solution%converged) cycle
       record%rejected = record%rejected + 1
-      if (solution%broken) then
-        call note_failure(solution, outcome)
-        outcome%hopeless = .true.
-        return
-      end if
+      call note_failure(solution, outcome)
+      if (outcome%hopeless) return
       if (.not. controls%proximal) exit
-      call creep(model, step, controls, model%state%progress%fraction, record, creeping, error)
+      call take_substeps(model, step, solver, controls, model%state%progress%fraction, record, outcome, error)
       if (allocated(error)) return
-      if (.not. creeping%accepted) then
-        outcome = creeping
+      if (.not. outcome%accepted) then
         call observer%note('the hold is lost ('//outcome%reason//')')
         return
       end if
@@ -294,7 +354,6 @@ contains
     write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation_share, &
       ' of the load and holding does not bring it below ', controls%stabilisation_share
     call observer%note(trim(text))
-    outcome%accepted = .false.
-    outcome%reason = trim(text)
+    call reject(trim(text), outcome)
   end subroutine hold_until_quiet
 end module qsmpm_stepping

@@ -5,7 +5,8 @@
 !>
 !> with the point's area A, its place x at the start of the step, its place x0 and unit normal n when
 !> the support began. The gap is the total one, so that nothing creeps from step to step: it stays below
-!> traction h/(strength E). The spring's force is a reaction, not a stabilisation. docs/methods/supports.md.
+!> traction h/(strength E). The spring's force is a reaction, not a stabilisation; the surface points keep it, so that
+!> a phase that frees or changes the support can lower it. docs/methods/supports.md.
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all
@@ -14,10 +15,11 @@ module qsmpm_supports
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_carried_basis, only: basis_at, nearest_point
   use qsmpm_node_graph, only: patches_type
+  use qsmpm_points, only: surface_points_type
   implicit none
   private
 
-  public :: supports_type, build_supports, add_support_force, support_block
+  public :: supports_type, build_supports, add_support_force, support_block, take_support_reactions
 
   !> Spring stiffness over E/h: high enough for a gap invisible beside the error in space, low enough
   !> for the equations (verification/cases/inclined.toml).
@@ -25,6 +27,8 @@ module qsmpm_supports
 
   !> Springs, one a held surface point.
   type :: supports_type
+    !> Surface point of each spring (springs).
+    integer, allocatable :: point(:)
     !> Node lists, one a spring.
     type(patches_type) :: patches
     !> Basis functions (most nodes, springs), stiffness times area (springs).
@@ -52,6 +56,7 @@ contains
         [(model%loading%support(surface%surface(i)) /= support_none, i=1, surface%count)]))
       allocate (place(size(held)), supports%stiffness(size(held)), supports%gap(d, size(held)), &
         supports%projection(d, d, size(held)), supports%patches%first(size(held) + 1))
+      supports%point = held
       supports%patches%count = size(held)
       supports%patches%first(1) = 1
       do k = 1, size(held)
@@ -112,6 +117,41 @@ contains
     young = model%laws(model%state%points%material(p))%law%stiffness_scale
   end function young_at
 
+  !> Forces of the supports on the surface points at the end of a step.
+  pure subroutine take_support_reactions(supports, displacement, surface)
+    type(supports_type), intent(in) :: supports
+    !> (dimension, node_count)
+    real(wp), intent(in) :: displacement(:, :)
+    type(surface_points_type), intent(inout) :: surface
+    integer :: k
+
+    surface%reaction = 0.0_wp
+    do k = 1, supports%patches%count
+      surface%reaction(:, supports%point(k)) = -spring_force(supports, k, displacement, .true.)
+    end do
+  end subroutine take_support_reactions
+
+  !> Force of one spring for a displacement of the step.
+  pure function spring_force(supports, k, displacement, with_gap) result(force)
+    type(supports_type), intent(in) :: supports
+    !> Which of them.
+    integer, intent(in) :: k
+    !> (dimension, node_count)
+    real(wp), intent(in) :: displacement(:, :)
+    !> With the gap of the start; without it the force is linear in the displacement.
+    logical, intent(in) :: with_gap
+    real(wp) :: force(size(displacement, 1))
+    integer :: a, first
+
+    first = supports%patches%first(k)
+    force = 0.0_wp
+    if (with_gap) force = supports%gap(:, k)
+    do a = first, supports%patches%first(k + 1) - 1
+      force = force + supports%shape(a - first + 1, k)*displacement(:, supports%patches%nodes(a))
+    end do
+    force = supports%stiffness(k)*matmul(supports%projection(:, :, k), force)
+  end function spring_force
+
   !> Force of the springs for a displacement of the step.
   pure subroutine add_support_force(supports, displacement, with_gap, force)
     !> The springs.
@@ -122,21 +162,15 @@ contains
     logical, intent(in) :: with_gap
     !> The force is added (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: gap(size(force, 1))
-    integer :: k, a, first, last
+    real(wp) :: spring(size(force, 1))
+    integer :: k, a, first
 
     do k = 1, supports%patches%count
       first = supports%patches%first(k)
-      last = supports%patches%first(k + 1) - 1
-      gap = 0.0_wp
-      if (with_gap) gap = supports%gap(:, k)
-      do a = first, last
-        gap = gap + supports%shape(a - first + 1, k)*displacement(:, supports%patches%nodes(a))
-      end do
-      gap = supports%stiffness(k)*matmul(supports%projection(:, :, k), gap)
-      do a = first, last
+      spring = spring_force(supports, k, displacement, with_gap)
+      do a = first, supports%patches%first(k + 1) - 1
         associate (node => supports%patches%nodes(a))
-          force(:, node) = force(:, node) + supports%shape(a - first + 1, k)*gap
+          force(:, node) = force(:, node) + supports%shape(a - first + 1, k)*spring
         end associate
       end do
     end do

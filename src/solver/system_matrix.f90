@@ -5,6 +5,7 @@ module qsmpm_system_matrix
   use qsmpm_initialisation, only: step_type
   use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_supports, only: add_support_force, support_block
+  use qsmpm_pressures, only: pressure_block, add_pressure_change
   implicit none
   private
 
@@ -12,30 +13,37 @@ module qsmpm_system_matrix
 
 contains
 
-  !> Add the stabilisation, the supports and the proximal drag to K^E + K^G of the last evaluation.
-  subroutine complete_matrix(step, drag, dimension)
+  !> Add the stabilisation, the supports, the pressures and the proximal drag to K^E + K^G of the last evaluation.
+  subroutine complete_matrix(step, drag, displacement)
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Coefficient of the proximal drag per volume and displacement.
     real(wp), intent(in) :: drag
-    !> 2 or 3.
-    integer, intent(in) :: dimension
+    !> Displacement of the step that was evaluated (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
     real(wp), allocatable :: block(:, :, :, :)
-    integer :: groups, k, n, a, c, row, place
+    integer :: before, dimension, k, n, a, c, row, place
 
-    groups = step%equations%patches%count - step%stabilisation%patches%count - step%supports%patches%count
+    dimension = size(displacement, 1)
+    before = step%equations%patches%count - step%pressures%patches%count - step%supports%patches%count &
+      - step%stabilisation%patches%count
     do k = 1, step%stabilisation%patches%count
       n = step%stabilisation%patches%first(k + 1) - step%stabilisation%patches%first(k)
       allocate (block(dimension, n, dimension, n), source=0.0_wp)
       do c = 1, dimension
         block(c, :, c, :) = step%stabilisation%matrix(:n, :n, k)
       end do
-      call add_block(step%equations, groups + k, block, step%matrix)
+      call add_block(step%equations, before + k, block, step%matrix)
       deallocate (block)
     end do
+    before = before + step%stabilisation%patches%count
     do k = 1, step%supports%patches%count
-      call add_block(step%equations, groups + step%stabilisation%patches%count + k, &
-        support_block(step%supports, k), step%matrix)
+      call add_block(step%equations, before + k, support_block(step%supports, k), step%matrix)
+    end do
+    before = before + step%supports%patches%count
+    do k = 1, step%pressures%patches%count
+      call add_block(step%equations, before + k, &
+        pressure_block(step%pressures, k, displacement, step%equations%symmetric), step%matrix)
     end do
     if (.not. drag > 0.0_wp) return
     do a = 1, size(step%lumped)
@@ -51,7 +59,7 @@ contains
     end do
   end subroutine complete_matrix
 
-  !> Force that tangent, stabilisation and supports give the prescribed displacements, at the free
+  !> Force that tangent, stabilisation, supports and pressures give the prescribed displacements, at the free
   !> components; the first evaluation of the step has found the tangent's part.
   subroutine linear_force(step, displacement, force)
     !> Scratch of the step.
@@ -65,6 +73,7 @@ contains
     nodal = step%evaluation%linear_force
     call add_stabilising_force(step%stabilisation, displacement, nodal)
     call add_support_force(step%supports, displacement, .false., nodal)
+    call add_pressure_change(step%pressures, displacement, nodal)
     call gather(step%equations, nodal, force)
   end subroutine linear_force
 

@@ -52,6 +52,8 @@ class SoilModel:
     reads_gradient = False
     stiffness_scale = 0.0
     shear_scale = 0.0
+    fault: Exception | None = None
+    """What `start` or `update` has raised."""
 
     def start(self, stress: Array) -> Array:
         """State of a point with a given stress."""
@@ -71,14 +73,21 @@ class SoilModel:
         n = self.state_count
 
         def start(_user, stress, state):
-            # An exception cannot pass through the library; the update of the same point tells it.
-            if n:
-                np.ctypeslib.as_array(state, (n,))[:] = self.start(np.ctypeslib.as_array(stress, (6,)).copy())
+            # An exception cannot pass through the library: a state that is none ends the call, which raises it.
+            try:
+                begun = self.start(np.ctypeslib.as_array(stress, (6,)).copy())
+                if n:
+                    np.ctypeslib.as_array(state, (n,))[:] = begun
+            except Exception as fault:  # noqa: BLE001 - whatever the model raises is told by the call
+                self.fault = fault
+                if n:
+                    np.ctypeslib.as_array(state, (n,))[:] = np.nan
 
         def update(_user, told, stress, state, answer):
             try:
                 return self._update(told.contents, stress, state, answer.contents)
             except Exception as fault:  # noqa: BLE001 - whatever the model raises is its message
+                self.fault = fault
                 answer.contents.message = f"{type(fault).__name__}: {fault}".encode()[:255]
                 return BROKEN
 

@@ -8,7 +8,7 @@ from ctypes import POINTER, c_double, c_int, c_void_p
 
 import numpy as np
 
-from .errors import CLASSES, DeckError, Error
+from .errors import CLASSES, DeckError, Error, UserMaterialError
 from .library import LOGGER, load, text_of
 from .materials import SoilModel
 from .points import Points
@@ -43,6 +43,7 @@ class Simulation:
             raise ValueError("give a deck or the text of one")
         self._closed = False
         self._handle = _Handle()
+        self._models: dict[str, SoilModel] = {}
         if logger is not None:
             heard = LOGGER(lambda _user, line: logger(line.decode(errors="replace")))
             self._handle.callbacks.append(heard)
@@ -56,6 +57,7 @@ class Simulation:
         for material, model in (materials or {}).items():
             start, update = model.callbacks()
             self._handle.callbacks += [start, update, model]
+            self._models[material] = model
             self._call("set_material", material.encode(), ctypes.byref(model.options()), start, update, None)
         self._call("initialise")
 
@@ -72,9 +74,18 @@ class Simulation:
             raise Error("the analysis is closed")
         pointer, library = self._handle.pointer, self._handle.library
         status = getattr(library, "qsmpm_" + name)(pointer, *arguments)
+        message = text_of(library.qsmpm_error, pointer) if status else ""
+        for material, model in self._models.items():
+            fault, model.fault = model.fault, None
+            if fault is not None:
+                told = f"material '{material}': {type(fault).__name__}: {fault}"
+                if message and str(fault) not in message:
+                    told = f"{message} ({told})"
+                elif message:
+                    told = message
+                raise CLASSES.get(status or UserMaterialError.code, Error)(told, status or UserMaterialError.code) from fault
         if status == 0:
             return
-        message = text_of(library.qsmpm_error, pointer)
         if status == DeckError.code:
             raise DeckError(message, status, self.messages if name in ("read_deck", "parse_deck") else "")
         raise CLASSES.get(status, Error)(message, status)
@@ -185,7 +196,10 @@ class Simulation:
 
     def set_fixity(self, node_set: str, components: Sequence[int]) -> None:
         """Components (0, 1, 2) of a node set that are held from the coming stage on; none frees it."""
-        self._call("set_fixity", node_set.encode(), (c_int * 3)(*(int(i in components) for i in range(3))))
+        held = [int(i) for i in components]
+        if any(i not in (0, 1, 2) or i != given for i, given in zip(held, components, strict=True)):
+            raise ValueError(f"components are 0, 1 and 2, not {tuple(components)}")
+        self._call("set_fixity", node_set.encode(), (c_int * 3)(*(int(i in held) for i in range(3))))
 
     # ---- values ----
 

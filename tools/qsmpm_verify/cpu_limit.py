@@ -84,7 +84,7 @@ def run_limited(
     cpu = usage.ru_utime + usage.ru_stime
     if late.is_set():
         return Ended(None, cpu, *told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
-    if child.returncode in (-signal.SIGXCPU, -signal.SIGKILL) and cpu > 0.9 * whole:
+    if child.returncode == -signal.SIGXCPU or (child.returncode == -signal.SIGKILL and cpu > 0.9 * whole):
         return Ended(None, cpu, *told, f"stopped after {whole} CPU s")
     return Ended(child.returncode, cpu, *told)
 

@@ -155,7 +155,7 @@ contains
     call give_up(error)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, still)
     call make_dense(step, matrix)
   end subroutine stiffness
 

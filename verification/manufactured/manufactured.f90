@@ -20,7 +20,8 @@ program manufactured
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
-  use qsmpm_load_step, only: load_step
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_step_solver, only: attempt_type
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use exact_field, only: field_type, displacement, cauchy, body_force
   implicit none
@@ -153,6 +154,7 @@ contains
     type(outcome_type), intent(out) :: outcome
     type(model_type) :: model
     type(step_type) :: step
+    type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(field_type) :: field
@@ -167,8 +169,8 @@ contains
     call start_phase(model)
     do k = 1, steps
       call push(field, real(k, wp)/steps, model)
-      call load_step(model, step, model%analysis%phases(1)%controls, real(k, wp)/steps, 1.0e-8_wp, 0.0_wp, &
-        0.5_wp, solution, error)
+      call solver%solve(model, step, model%analysis%phases(1)%controls, &
+        attempt_type(real(k, wp)/steps, 1.0e-8_wp, largest_move=0.5_wp), solution, error)
       if (allocated(error)) return
       if (.not. solution%converged) return
       outcome%iterations = outcome%iterations + solution%iterations

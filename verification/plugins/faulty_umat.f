@@ -6,6 +6,8 @@ C       6 CALL XIT    7 a run-time error of the compiler's library
 C       8 ABORT       9 writes behind STATEV      10 a run-time error while
 C                                                     it writes to unit 6
 C      11 adds to a number behind STATEV
+C      12 _exit(0)    13 overwrites NTENS   14 overwrites NSTATV
+C      15 NaN at no strain
 C     from the KINC of PROPS(4) on.
       SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,
      1 RPL,DDSDDT,DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,
@@ -46,9 +48,23 @@ C     from the KINC of PROPS(4) on.
       IF(KIND.EQ.8) CALL ABORT
       IF(KIND.EQ.9) STATEV(NSTATV+1)=1.D0
       IF(KIND.EQ.11) STATEV(NSTATV+1)=STATEV(NSTATV+1)+1.D-15
+      IF(KIND.EQ.12) CALL LEAVE
+      IF(KIND.EQ.13) NTENS=4
+      IF(KIND.EQ.14) NSTATV=NSTATV+1
+      IF(KIND.EQ.15) STRESS(1)=STRESS(1)+0.D0*STRESS(1)/MAXVAL(ABS(DSTRAN))
       IF(KIND.EQ.10) THEN
         FORM='(I5)'
         WRITE(6,FORM) G
       END IF
       RETURN
+      END
+      SUBROUTINE LEAVE
+      USE, INTRINSIC :: ISO_C_BINDING, ONLY: C_INT
+      INTERFACE
+        SUBROUTINE END_PROCESS(CODE) BIND(C,NAME='_exit')
+          IMPORT :: C_INT
+          INTEGER(C_INT), VALUE :: CODE
+        END SUBROUTINE END_PROCESS
+      END INTERFACE
+      CALL END_PROCESS(0)
       END

@@ -100,7 +100,7 @@ contains
     call end_system(step%system)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, still)
     still(2, :) = -step%lumped
     allocate (rhs(step%equations%count))
     call gather(step%equations, still, rhs)
@@ -133,7 +133,7 @@ contains
     call evaluate_step(model, step, sunk, tangent_consistent)
     if (.not. step%evaluation%ok) error stop 'the block could not be evaluated'
     yielding = sum(min(1, abs(step%evaluation%results%plastic)))/real(step%at_points%point_count, wp)
-    call complete_matrix(step, 0.0_wp, model%mesh%dimension)
+    call complete_matrix(step, 0.0_wp, sunk)
   end subroutine yielding_block
 
   !> Stop with the message of an error.

@@ -260,9 +260,9 @@ contains
     call flag('material kind', a%mohr_coulomb .eqv. b%mohr_coulomb, field)
     call flag('material', all(same_bits( &
       [a%young, a%poisson, a%unit_weight, a%cohesion, a%friction_angle, a%dilatancy_angle, &
-      a%tensile_strength, a%cure_factor], &
+      a%tensile_strength, a%cure_factor, a%k0], &
       [b%young, b%poisson, b%unit_weight, b%cohesion, b%friction_angle, b%dilatancy_angle, &
-      b%tensile_strength, b%cure_factor])), field)
+      b%tensile_strength, b%cure_factor, b%k0])), field)
     call flag('cure of locking', a%cure == b%cure, field)
   end subroutine compare_materials
 

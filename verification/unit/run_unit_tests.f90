@@ -32,6 +32,9 @@ program run_unit_tests
   use test_deck, only: collect_deck
   use test_output, only: collect_output
   use test_checkpoint, only: collect_checkpoint
+  use test_convection, only: collect_convection
+  use test_loads, only: collect_loads
+  use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
@@ -39,13 +42,16 @@ program run_unit_tests
   use test_scene_results, only: collect_scene_results
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
+  use test_stepping, only: collect_stepping
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
+  use test_cut_cells, only: collect_cut_cells
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
+  use test_overburden, only: collect_overburden
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -62,11 +68,13 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_pressures, only: collect_pressures
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
   use test_integration, only: collect_integration
   use test_axisymmetry, only: collect_axisymmetry
+  use test_moving_mesh_check, only: collect_moving_mesh_check
   use test_spline_ghost, only: collect_spline_ghost
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
@@ -116,6 +124,9 @@ program run_unit_tests
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
+  call register('convection', collect_convection)
+  call register('loads', collect_loads)
+  call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)
@@ -123,13 +134,16 @@ program run_unit_tests
   call register('scene_results', collect_scene_results)
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
+  call register('stepping', collect_stepping)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
+  call register('cut_cells', collect_cut_cells)
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
+  call register('overburden', collect_overburden)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
@@ -146,11 +160,13 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('pressures', collect_pressures)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
   call register('integration', collect_integration)
   call register('axisymmetry', collect_axisymmetry)
+  call register('moving_mesh_check', collect_moving_mesh_check)
   call register('spline_ghost', collect_spline_ghost)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)

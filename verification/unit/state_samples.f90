@@ -28,6 +28,7 @@ contains
     call alter_carried(state%tracers)
     call alter(state%coordinates)
     call alter(state%reactions)
+    call alter(state%released)
     call alter(state%plate)
     call alter_progress(state%progress)
   end subroutine alter_state
@@ -41,6 +42,7 @@ contains
     progress%phase_steps = progress%phase_steps + 3
     progress%hold_tests_done = progress%hold_tests_done + 4
     progress%whole_corrections = .not. progress%whole_corrections
+    call alter(progress%release_left)
     call alter(progress%fraction)
     call alter(progress%load_factor)
     call alter(progress%next_step)
@@ -85,6 +87,8 @@ contains
     call alter(surface%area)
     call alter(surface%area_vector)
     call alter(surface%normal)
+    call alter(surface%reaction)
+    call alter(surface%released)
   end subroutine alter_surface
 
   !> Change a number.
@@ -133,6 +137,7 @@ contains
     if (size(a%coordinates) == size(b%coordinates)) &
       call note(names, 'coordinates', same_reals([a%coordinates], [b%coordinates]))
     call note(names, 'reactions', same_reals([a%reactions], [b%reactions]))
+    call note(names, 'released', same_reals([a%released], [b%released]))
     call note(names, 'plate', same_reals([a%plate], [b%plate]))
     call note(names, 'window', all(a%window%first == b%window%first) .and. all(a%window%last == b%window%last))
     names = names//progress_differences(a%progress, b%progress)
@@ -149,6 +154,7 @@ contains
     call note(names, 'phase_steps', a%phase_steps == b%phase_steps)
     call note(names, 'hold_tests_done', a%hold_tests_done == b%hold_tests_done)
     call note(names, 'whole_corrections', a%whole_corrections .eqv. b%whole_corrections)
+    call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
     call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
     call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))
     call note(names, 'next_step', same_reals([a%next_step], [b%next_step]))
@@ -200,6 +206,8 @@ contains
     call note(names, 'area', same_reals(a%area, b%area))
     call note(names, 'area_vector', same_reals([a%area_vector], [b%area_vector]))
     call note(names, 'normal', same_reals([a%normal], [b%normal]))
+    call note(names, 'reaction', same_reals([a%reaction], [b%reaction]))
+    call note(names, 'surface%released', same_reals([a%released], [b%released]))
   end function surface_differences
 
   !> Add the name of a component that differs.

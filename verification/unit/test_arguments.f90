@@ -36,6 +36,11 @@ contains
       command%subject == 'a.inp' .and. command%json .and. .not. allocated(error))
     call parse('plan a.inp', command, error)
     call tests%check('a plan is text unless JSON is asked for', .not. command%json)
+    call tests%check('and loads no library', .not. command%plugins)
+    call parse('plan --plugins a.inp', command, error)
+    call tests%check('unless it is told to', command%plugins .and. command%subject == 'a.inp' .and. .not. allocated(error))
+    call parse('check a.inp --plugins', command, error)
+    call tests%check('so is check', command%plugins .and. command%subject == 'a.inp' .and. .not. allocated(error))
     call parse('help MOHR COULOMB', command, error)
     call tests%check('a keyword may have a blank', command%command == command_help .and. &
       command%subject == 'MOHR COULOMB')

@@ -131,7 +131,7 @@ contains
     real(wp) :: functions(20)
     integer :: p, n
 
-    call seed_body(mesh, axisymmetric, shape, 1, 0, seed_even, list, error)
+    call seed_body(mesh, axisymmetric, shape, 1, 0, seed_even, 0, list, error)
     call allocate_points(points, mesh%dimension, list%count, merge(4, 6, mesh%dimension == 2), &
       laws(1)%law%state_count)
     points%cell = list%cell(:list%count)

@@ -12,7 +12,8 @@ module test_checkpoint
   use qsmpm_grid_window, only: operator(==)
   use qsmpm_initialisation, only: step_type
   use qsmpm_linear_system, only: end_system
-  use qsmpm_load_step, only: load_step
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_step_solver, only: attempt_type
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_mesh, only: grid_of
@@ -340,6 +341,7 @@ contains
     type(model_type) :: model
     type(state_type) :: before
     type(step_type) :: step
+    type(load_step_type) :: solver
     type(solution_type) :: solution
     type(error_type), allocatable :: error
 
@@ -349,7 +351,8 @@ contains
     model%loading%prescribed(1, :) = -0.7_wp
     model%loading%prescribed(2, :) = 0.0_wp
     before = model%state
-    call load_step(model, step, model%analysis%phases(1)%controls, 1.0_wp, 1.0_wp, 0.0_wp, 10.0_wp, solution, error)
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0_wp, 0.0_wp, 10.0_wp), &
+      solution, error)
     call tests%check(kind//': a step that leaves the mesh is not taken', .not. solution%converged .and. &
       .not. allocated(error))
     call tests%check(kind//': its reason is the point that left', index(solution%reason, 'left') > 0)
@@ -365,7 +368,8 @@ contains
     character(len=24), parameter :: names(*) = [character(len=24) :: 'points%position', 'points%initial_position', &
       'points%local', 'points%cell', 'body', 'material', 'volume', 'initial_volume', 'weight', 'stress', 'state', &
       'plastic', 'half_size', 'deformation_gradient', 'surface%position', 'surface%initial_position', &
-      'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'tracers%position', &
+      'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'reaction', 'surface%released', &
+      'released', 'release_left', 'tracers%position', &
       'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
       'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
       'proximal', 'external_work', 'internal_work']

@@ -7,13 +7,15 @@ module test_doors
   use qsmpm_door, only: ask_stiffness
   use qsmpm_error, only: error_type, error_user_material
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_broken, tangent_consistent
+  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_broken, tangent_consistent, &
+    tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint_cauchy
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_plugin, only: load_procedure
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_udsm, only: udsm_type, make_udsm
+  use qsmpm_tensor, only: identity, pack_gradient
   use qsmpm_umat, only: umat_type, make_umat
   use qsmpm_user_material, only: user_material_type, interface_umat, interface_udsm, model_tangent_consistent, &
     model_tangent_elastic, model_tangent_numerical
@@ -33,6 +35,7 @@ module test_doors
     end subroutine recall_interface
   end interface
 
+  real(wp), parameter :: no_stress(6) = 0.0_wp
   real(wp), parameter :: stress0(6) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
 
 contains
@@ -46,6 +49,7 @@ contains
     call check_undrained(tests)
     call check_tangents(tests)
     call check_as_built_in(tests)
+    call check_rest(tests)
     call check_faulty_models(tests)
     call check_planted(tests)
     call check_loading(tests)
@@ -291,9 +295,9 @@ contains
     stress = 0.0_wp
     call model%update(increment, stress, state, answer)
     call tests%close('at no strain it is the same here', maxval(abs(answer%tangent - returned)), 0.0_wp, 0.0_wp)
-    call ask_stiffness(model, 0.0_wp, 0.0_wp, error)
+    call ask_stiffness(model, 0.0_wp, 0.0_wp, no_stress, error)
     call tests%check('a stiffness is found', .not. allocated(error) .and. model%stiffness_scale > 1000.0_wp)
-    call ask_stiffness(model, 10.0_wp, 0.25_wp, error)
+    call ask_stiffness(model, 10.0_wp, 0.25_wp, no_stress, error)
     call tests%close('that of *ELASTIC goes before it', model%stiffness_scale, 10.0_wp, 0.0_wp)
     call tests%close('and its shear modulus', model%shear_scale, 4.0_wp, 1.0e-15_wp)
   end subroutine check_tangents
@@ -366,6 +370,49 @@ contains
     call tests%close(name//': A', maxval(abs(one%tangent - other%tangent)), 0.0_wp, 10.0_wp*tolerance*p%young)
   end subroutine compare
 
+  !> A model that divides by its strain increment: without strain its point stays as it is, with the tangent of small
+  !> strains around; its stiffness is found where it starts, and what it gives for a strain is taken as it is.
+  subroutine check_rest(tests)
+    type(tests_type), intent(inout) :: tests
+    type(umat_type) :: model
+    type(soil_model_law_type) :: law, good
+    type(batch_type) :: batch, other
+    type(error_type), allocatable :: error
+
+    call make_umat(user_of(interface_umat, 'faulty', [200.0_wp, 0.3_wp, 15.0_wp, 1.0_wp], 0), 'rests', model, error)
+    call ask_stiffness(model, 0.0_wp, 0.0_wp, [-1.0_wp, -2.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], error)
+    call tests%check('a model without an answer to no strain has a stiffness', .not. allocated(error))
+    call tests%close('that of its differences', model%stiffness_scale, 200.0_wp, 1.0e-6_wp)
+    call make_soil_model_law(model, 3, law)
+    model%user%constants(3) = 0.0_wp
+    model%props(3) = 0.0_wp
+    call make_soil_model_law(model, 3, good)
+    call random_batch(law, 3, 0.03_wp, 1.0_wp, batch)
+    call random_batch(good, 3, 0.03_wp, 1.0_wp, other)
+    call at_rest(batch)
+    call at_rest(other)
+    call law%update(batch, tangent_consistent)
+    call good%update(other, tangent_consistent)
+    call tests%check('a step without strain is answered', all(batch%status == status_ok))
+    call tests%close('stress and state stay', max(maxval(abs(batch%stress - batch%stress_start)), &
+      maxval(abs(batch%state - batch%state_start))), 0.0_wp, 0.0_wp)
+    call tests%close('its tangent is that of small strains', maxval(abs(batch%tangent - other%tangent)), 0.0_wp, 1.0e-5_wp)
+    call law%update(batch, tangent_none)
+    call tests%check('no tangent is made where none is wanted', all(batch%status == status_ok))
+
+  contains
+
+    !> Let the points of a batch stay where they are.
+    subroutine at_rest(points)
+      type(batch_type), intent(inout) :: points
+      integer :: p
+
+      do p = 1, points%count
+        call pack_gradient(identity, points%gradient(:, p))
+      end do
+    end subroutine at_rest
+  end subroutine check_rest
+
   !> Models that do not return: the reason, and that others go on.
   subroutine check_faulty_models(tests)
     type(tests_type), intent(inout) :: tests
@@ -379,6 +426,12 @@ contains
     call ask_faulty('faulty', 11, [0.0_wp, 0.0_wp], answer)
     call tests%check('so is a small number that is added there', answer%status == status_broken)
     call tests%check('and said', index(answer%message, 'STATE is too small') > 0)
+    call ask_faulty('faulty', 13, [0.0_wp, 0.0_wp], answer)
+    call tests%check('a model that overwrites NTENS is broken', answer%status == status_broken)
+    call tests%check('and NTENS is named', index(answer%message, 'argument NTENS, 6, by 4') > 0)
+    call ask_faulty('faulty', 14, [0.0_wp, 0.0_wp], answer)
+    call tests%check('one that overwrites NSTATV too', answer%status == status_broken .and. &
+      index(answer%message, 'argument NSTATV, 0, by 1') > 0)
     call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], answer)
     call tests%check('a fault comes back', answer%status == status_broken)
     call tests%check('with its signal', index(answer%message, 'SIGSEGV') > 0)
@@ -531,7 +584,7 @@ contains
     call random_batch(law, 1, 0.01_wp, 1.0_wp, batch)
     call law%update(batch, tangent_consistent)
     call tests%check('a missing constant is not a number', batch%status(1) == status_failed)
-    call tests%check('which is said', index(batch%message, 'it is given 1 constants and 0 state variables') > 0)
+    call tests%check('which is said', index(batch%message, 'than the 1 constants and 0 state variables') > 0)
   end subroutine check_missing_constants
 
   !> Libraries and procedures that are not there, and a wrong number of state variables.

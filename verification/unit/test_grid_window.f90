@@ -240,6 +240,7 @@ contains
     ! A reaction that tells its node: the label itself.
     do i = 1, model%space%node_count
       model%state%reactions(:, i) = node_label(model%space, model%mesh, i)
+      model%state%released(:, i) = -node_label(model%space, model%mesh, i)
     end do
     before = model%state
     call follow_material(model)
@@ -263,6 +264,8 @@ contains
     call tests%check(grid//': reactions stay with their nodes', &
       all(nint(model%state%reactions(1, :)) == nodes .or. nint(model%state%reactions(1, :)) == 0) .and. &
       count(nint(model%state%reactions(1, :)) == nodes) > n/2)
+    call tests%check(grid//': released forces stay with theirs', &
+      all(nint(model%state%released) == -nint(model%state%reactions)))
     call restore(before, model)
     call tests%check(grid//': a former state has its window again', model%state%window == before%window &
       .and. model%space%node_count == n)

@@ -122,10 +122,10 @@ contains
     real(wp) :: box(3, 2), found, vector(mesh%dimension), flux
     logical :: occupied(mesh%cell_count)
 
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, body, error)
+    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
     occupied = cells_of(mesh, body)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .false., occupied, shape, box, 1, list)
+    call seed_outline(mesh, .false., occupied, shape, box, 4, 1, list)
     call sums_of(mesh, list, found, vector, flux)
     call tests%close(name//': all of the surface', found, area, 1.0e-10_wp)
     call tests%close(name//': it is closed', norm2(vector), 0.0_wp, rounding)
@@ -239,12 +239,12 @@ contains
 
       allocate (shape%outline, source=comb)
       call sample_grid('QUAD4', 7, 0.0_wp, mesh)
-      call seed_body(mesh, .false., shape, 1, 0, seed_even, body, error)
+      call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
       limits = 0.0_wp
       ! As wide as the tolerance of sets of a mesh of size one.
       limits(:2, 1) = box(:, 1) - 1.0e-8_wp
       limits(:2, 2) = box(:, 2) + 1.0e-8_wp
-      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, 1, list)
+      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, 4, 1, list)
       call sums_of(mesh, list, area, found, flux)
       call tests%close('length of outline in a box', area, length, 1.0e-7_wp)
       call tests%close('its area vector', norm2(found - vector), 0.0_wp, 1.0e-7_wp)
@@ -261,17 +261,17 @@ contains
 
     call sample_grid('QUAD4', 2, 0.0_wp, mesh)
     occupied = [.true., .true., .false., .false.]
-    call seed_segment(mesh, .false., occupied, .false., [1.0_wp, 0.5_wp, 0.0_wp, 0.5_wp], 1, list)
+    call seed_segment(mesh, .false., occupied, .false., [1.0_wp, 0.5_wp, 0.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('a segment with the body to its left is in the body', list%count == 6 .and. &
       all(list%cell(:6) <= 2))
     call tests%close('and looks to its right', sum(list%vector(2, :6)), 1.0_wp, 1.0e-15_wp)
-    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 1, list)
+    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('the other way round it is in the body as well', list%count == 12 .and. &
       all(list%cell(:12) <= 2))
-    call seed_segment(mesh, .false., spread(.true., 1, 4), .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 1, list)
+    call seed_segment(mesh, .false., spread(.true., 1, 4), .false., [0.0_wp, 0.5_wp, 1.0_wp, 0.5_wp], 4, 1, list)
     call tests%check('inside of a body it belongs to the left, once', list%count == 18 .and. &
       all(list%cell(13:18) > 2))
-    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.7_wp, 1.0_wp, 0.7_wp], 1, list)
+    call seed_segment(mesh, .false., occupied, .false., [0.0_wp, 0.7_wp, 1.0_wp, 0.7_wp], 4, 1, list)
     call tests%check('off the body it belongs to nothing', list%count == 18)
   end subroutine check_segment_sides
 
@@ -287,9 +287,9 @@ contains
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('TRI6', 6, 0.1_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 0, seed_even, body, error)
+    call seed_body(mesh, .true., shape, 1, 0, seed_even, 0, body, error)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 1, list)
+    call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 4, 1, list)
     call sums_of(mesh, list, area, vector, flux)
     call tests%close('base and mantle of a cone per radian', area, &
       0.5_wp*0.9_wp*(0.9_wp + norm2([0.9_wp, 0.7_wp])), 1.0e-10_wp)

@@ -355,7 +355,8 @@ contains
     model%state%points%initial_volume = model%state%points%volume
     model%state%points%weight = 20.0_wp*model%state%points%volume
     allocate (model%state%coordinates, source=model%mesh%coordinates)
-    allocate (model%state%reactions(2, model%mesh%node_count), source=0.0_wp)
+    allocate (model%state%reactions(2, model%mesh%node_count), model%state%released(2, model%mesh%node_count), &
+      source=0.0_wp)
     model%loading%gravity_final = [0.0_wp, -1.0_wp, 0.0_wp]
   end subroutine make_model
 

@@ -43,6 +43,7 @@ contains
 
     call parse_deck('test.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call make_material_law(analysis%materials(1), analysis%method, &
+      analysis%point_test%stress, &
       analysis%point_test%dimension, bench%law, error)
     bench%tangent = .true.
     bench%log = ''

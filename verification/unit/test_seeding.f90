@@ -48,7 +48,7 @@ contains
       shape%outline(:, k) = 0.5_wp + 0.37_wp*[cos(k*pi/30.0_wp), sin(k*pi/30.0_wp)]
     end do
     exact = 0.5_wp*60*0.37_wp**2*sin(pi/30.0_wp)
-    call seed_body(mesh, .false., shape, 1, 0, seed_even, list, error)
+    call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, list, error)
     call tests%check('a circle is seeded in '//name, .not. allocated(error))
     call tests%close('its points hold the exact volume in '//name, sum(list%volume(:list%count)), exact, &
       1.0e-12_wp)
@@ -63,7 +63,7 @@ contains
     type(error_type), allocatable :: error
 
     call sample_grid('TRI6', 3, 0.1_wp, mesh)
-    call seed_body(mesh, .true., shape, 1, 12, seed_even, list, error)
+    call seed_body(mesh, .true., shape, 1, 12, seed_even, 0, list, error)
     call tests%close('a cylinder holds half its radius squared per radian', sum(list%volume(:list%count)), &
       0.5_wp, 1.0e-12_wp)
   end subroutine check_axisymmetric_volume
@@ -77,7 +77,7 @@ contains
     type(error_type), allocatable :: error
 
     call sample_grid('TRI6', 1, 0.0_wp, mesh)
-    call seed_body(mesh, .false., shape, 1, 5, seed_even, list, error)
+    call seed_body(mesh, .false., shape, 1, 5, seed_even, 0, list, error)
     call tests%check('five points a triangle are refused', allocated(error))
   end subroutine check_unknown_number
 

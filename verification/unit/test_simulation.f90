@@ -433,7 +433,6 @@ contains
     call tests%check('one that is broken ends the run with its sentence', error%code == error_user_material .and. &
       index(error%message, 'broken on purpose') > 0)
     call problem%set_material('soul', hooke, error)
-    call run%create(problem, error)
     call tests%check('an unknown material is told, with one that is known', index(error%message, 'soil') > 0)
     deallocate (problem%materials)
     call new_law(material_parameters_type(young=1000.0_wp, poisson=0.3_wp), 3, kinematics_jaumann, rate_midpoint, law, &

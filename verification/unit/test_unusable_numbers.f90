@@ -151,6 +151,7 @@ contains
     type(tests_type), intent(inout) :: tests
     real(wp), intent(in) :: value
     type(simulation_type) :: run
+    type(problem_type) :: problem
     type(error_type), allocatable :: error
     character(len=9), parameter :: names(3) = ['a stress ', 'a state  ', 'a tangent']
     integer :: wrong, from_step
@@ -162,8 +163,12 @@ contains
         call refuse(tests, run, trim(names(wrong))//' from a model', value, trim(names(wrong)), error_user_material)
       end do
     end do
-    call begin(run, hooke_of(wrong_start, 1, value))
-    call refuse(tests, run, 'a first state from a model', value, 'material point 1 has a state')
+    call problem%set_material('soil', hooke_of(wrong_start, 1, value), error)
+    call problem%parse(sample_deck(), 'sample', error)
+    call run%create(problem, error)
+    call tests%check('a first state that cannot be computed with is refused', allocated(error))
+    if (allocated(error)) call tests%check('and its material named', error%code == error_user_material .and. &
+      index(error%message, "material 'soil' has no state to start with") > 0)
   end subroutine check_laws
 
   !> Elasticity that goes wrong.

@@ -1,6 +1,7 @@
 """The package against the library of the build folder: stepping, views, loads, errors, materials."""
 from __future__ import annotations
 
+import ctypes
 import gc
 import pathlib
 import tempfile
@@ -71,6 +72,71 @@ class Stepping(unittest.TestCase):
         self.assertEqual(qsmpm.api_version() // 100, 1)
         self.assertTrue(qsmpm.has("openmp"))
         self.assertFalse(qsmpm.has("teleportation"))
+
+
+class Refused(unittest.TestCase):
+    """What would be taken in silence for something else."""
+
+    def test_components_that_are_none_do_not_free_a_set(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            run.add_stage("more")
+            for wrong in ((7,), (-1,), (0, 3), (0.5,)):
+                with self.assertRaisesRegex(ValueError, "components are 0, 1 and 2"):
+                    run.set_fixity("base", wrong)
+            with self.assertRaisesRegex(qsmpm.Error, "component 3"):
+                run.set_fixity("base", (2,))
+            run.set_fixity("base", (0, 1))
+
+    def test_vectors_stay_in_the_plane(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            run.add_stage("more")
+            with self.assertRaisesRegex(qsmpm.Error, "along z"):
+                run.set_traction("any", (0.0, -1.0, 1.0))
+            with self.assertRaisesRegex(qsmpm.Error, "along z"):
+                run.set_gravity((0.0, -1.0, 1.0))
+            with self.assertRaisesRegex(qsmpm.Error, "finite"):
+                run.set_load_factor(float("inf"))
+            run.set_gravity((0.0, -1.0, 0.0))
+
+    def test_what_start_raises_is_raised_by_the_call(self) -> None:
+        class Wrong(Hooke):
+            def start(self, stress: np.ndarray) -> np.ndarray:
+                raise KeyError("no void ratio")
+
+        with self.assertRaisesRegex(qsmpm.UserMaterialError, "no void ratio") as caught:
+            qsmpm.Simulation(BLOCK, materials={"soil": Wrong()})
+        self.assertIsInstance(caught.exception.__cause__, KeyError)
+
+    def test_a_material_that_comes_too_late_or_is_not_there_is_an_error(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            start, update = Hooke().callbacks()
+            words = (ctypes.byref(Hooke().options()), start, update, None)
+            with self.assertRaisesRegex(qsmpm.Error, "too late"):
+                run._call("set_material", b"soil", *words)
+        with self.assertRaisesRegex(qsmpm.Error, "none of that name.*did you mean soil"):
+            qsmpm.Simulation(BLOCK, materials={"soils": Hooke()})
+
+    def test_no_address_is_a_status_and_not_a_crash(self) -> None:
+        library = qsmpm.library.load()
+        self.assertEqual(library.qsmpm_create(None), 7)
+        with qsmpm.Simulation(BLOCK) as run:
+            run.add_stage("more")
+            pointer = run._handle.pointer
+            skipped = {"api_version", "version", "has", "create", "destroy", "error", "messages", "name", "finished", "set_logger"}
+            for name, types in qsmpm.library.SIGNATURES.items():
+                if name in skipped or not any(hasattr(t, "contents") or t is ctypes.c_char_p for t in types):
+                    continue
+                words = [0 if t is ctypes.c_int else 0.0 if t is ctypes.c_double else t() if hasattr(t, "_flags_") else None
+                         for t in types[1:]]
+                self.assertNotEqual(getattr(library, "qsmpm_" + name)(None, *words), 0, name)
+                if name not in ("read_deck", "parse_deck"):
+                    self.assertNotEqual(getattr(library, "qsmpm_" + name)(pointer, *words), 0, name)
+            self.assertEqual(library.qsmpm_name(pointer, None, 1, None, 0), -1)
+            rows = ctypes.c_int()
+            self.assertNotEqual(library.qsmpm_shape(pointer, b"point_stress", ctypes.byref(rows), None), 0)
+            self.assertNotEqual(library.qsmpm_set_gravity(pointer, None), 0)
+            for name in ("read_deck", "parse_deck"):
+                self.assertNotEqual(getattr(library, "qsmpm_" + name)(pointer, *[None] * (len(qsmpm.library.SIGNATURES[name]) - 1)), 0)
 
 
 class Clay(unittest.TestCase):

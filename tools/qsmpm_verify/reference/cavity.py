@@ -6,11 +6,12 @@ Compression positive; a0 is the first, a the present radius. `sphere` chooses th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from qsmpm_verify.reference.arguments import (
     between, dilatancy_angle, friction_angle, not_negative, poisson_ratio, positive, within,
 )  # fmt: skip
-from qsmpm_verify.reference.numerics import integral, root
+from qsmpm_verify.reference.numerics import end_of_path, integral, root
 
 
 def cavity_tresca(expansion: float, rigidity: float, sphere: bool = False) -> float:
@@ -201,3 +202,63 @@ f = beta eps_r + k eps_theta of the elastic strain
     while _expansion_by_quadrature(soil, high) > wanted:
         high *= 2
     return soil.pressure_at(root(lambda s: _expansion_by_quadrature(soil, s) - wanted, 1.0 - 1e-12, high))
+
+
+class _Hencky:
+    """Soil of Hencky's law and Mohr-Coulomb in Kirchhoff stress without dilatancy around a cavity, tension positive."""
+
+    def __init__(self, young: float, poisson: float, cohesion: float, friction: float) -> None:
+        positive(young=young, cohesion=cohesion)
+        poisson_ratio(poisson)
+        sine = math.sin(friction_angle("friction", friction))
+        self.shear = young / (2 * (1 + poisson))
+        self.plane = self.shear / (1 - 2 * poisson)
+        self.ratio = (1 + sine) / (1 - sine)
+        self.strength = 2 * cohesion * math.sqrt(self.ratio)
+
+    def stress(self, radial: float, hoop: float) -> tuple[float, float, float, float]:
+        """Kirchhoff stress, radial and hoop, and the slopes of the radial one, at logarithmic strains."""
+        mean = self.plane * (radial + hoop)
+        half = self.shear * (radial - hoop)
+        if self.ratio * (mean - half) - (mean + half) <= self.strength:
+            return mean + half, mean - half, self.plane + self.shear, self.plane - self.shear
+        half = ((self.ratio - 1) * mean - self.strength) / (self.ratio + 1)
+        slope = 2 * self.ratio / (self.ratio + 1) * self.plane
+        return mean + half, mean - half, slope, slope
+
+    def rate(self, first: float, state: Sequence[float]) -> list[float]:
+        """d(u, u')/dR, r = R + u: equilibrium d(tau_r/r')/dR = (tau_t R/r - tau_r/r')/R."""
+        hoop_stretch, stretch = 1 + state[0] / first, 1 + state[1]
+        radial, hoop, along, across = self.stress(math.log1p(state[1]), math.log1p(state[0] / first))
+        out = (hoop / hoop_stretch - radial / stretch) / first
+        bend = across * (stretch / hoop_stretch - 1) / (first * stretch)
+        return [state[1], stretch**2 / (along - radial) * (out - bend)]
+
+    def wall(self, slope: float, far: float) -> tuple[float, float]:
+        """Displacement of the wall over its first radius, and pressure, when the held rim at `far` has u' = -slope."""
+        growth, stretch = end_of_path(self.rate, far, 1.0, [0.0, -slope])
+        radial = self.stress(math.log1p(stretch), math.log1p(growth))[0]
+        return growth, -radial / ((1 + growth) * (1 + stretch))
+
+
+def cavity_growth_hencky(
+    pressure: float, young: float, poisson: float, cohesion: float, friction: float, far: float
+) -> float:
+    """Displacement of the wall of a cylindrical cavity over its first radius, soil stress-free at the start.
+
+    Formula: d(tau_r/r')/dR = (tau_t R/r - tau_r/r')/R, tau_r + tau_t = 2 (lambda + G) ln(r r'/R), r(far) = far
+    Units: pressure, young, cohesion [stress], friction [degree], far = first radius of the held rim over that of the \
+wall [-]; result [-]
+    Range: 0 < phi < 90, psi = 0, axial stress intermediate
+    Assumes: Hencky's law and yield in Kirchhoff stress as KINEMATICS=LOGARITHMIC, strains of any size everywhere
+    Source: own derivation: without dilatancy ln(r r'/R) is elastic, so that the stress does not know the path
+    Check: cavity_mohr_coulomb for a stiff soil, Lame for a small pressure
+    """
+    positive(pressure=pressure)
+    within("far", far, low=2.0)
+    soil = _Hencky(young, poisson, cohesion, friction)
+    low = high = pressure * (1 + poisson) / young / far**2
+    while soil.wall(high, far)[1] < pressure:
+        low, high = high, 1.5 * high
+    slope = root(lambda k: soil.wall(k, far)[1] - pressure, 0.5 * low, high, tolerance=1e-14 * high)
+    return soil.wall(slope, far)[0]

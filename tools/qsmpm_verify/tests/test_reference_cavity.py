@@ -136,5 +136,23 @@ class MohrCoulomb(unittest.TestCase):
         self.assertRaises(ArithmeticError, ref.cavity_mohr_coulomb, 2.0, **(SAND | {"friction": 0.01}))
 
 
+class Hencky(unittest.TestCase):
+    def test_a_stiff_soil_expands_as_by_the_series(self):
+        # stresses are 1/20000 of the modulus: strains of that size are what the series leaves out; a cohesion of
+        # c + p0 tan(phi) stands for the pressure p0 of the start
+        phi = math.radians(30.0)
+        series = ref.cavity_mohr_coulomb(1.5, 1e6, 0.3, 1.0, 30.0, 0.0, 10.0) - 10.0
+        growth = ref.cavity_growth_hencky(series, 1e6, 0.3, 1.0 + 10.0 * math.tan(phi), 30.0, 1e4)
+        self.assertAlmostEqual(growth / 0.5, 1, 2)
+
+    def test_a_small_pressure_is_lame(self):
+        young, nu, far, pressure = 1e4, 0.3, 3.0, 1e-3
+        # u = (1 + nu) p/E a (1 - 1/far^2) (1 - 2 nu)/(1 - 2 nu + 1/far^2) with the rim held
+        shear, plane = young / 2 / (1 + nu), young / 2 / (1 + nu) / (1 - 2 * nu)
+        slope = pressure / (2 * (plane / far**2 + shear))
+        own = ref.cavity_growth_hencky(pressure, young, nu, 10.0, 30.0, far)
+        self.assertAlmostEqual(own / (slope * (1 - 1 / far**2)), 1, 5)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -1,0 +1,201 @@
+!> The weight above a place: the integral of the unit weight of the bodies along the vertical line through it.
+!>
+!>   W(x) = integral of gamma from x upwards = sum over the pieces of the line of gamma (top - bottom)
+!>
+!> The pieces end where the line crosses the bounds of a body: its outline, its facets, or the faces of the cells
+!> it fills, so the integral is that of the drawing, whatever the points and cells are. A gap of the line below the
+!> level of the ground (soil that is not modelled, or has been dug out) weighs like the body below it. Bounds of
+!> cells with curved faces are taken through their corners.
+module qsmpm_overburden
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: face_count, face_corners
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_body_shape, only: body_shape_type
+  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings
+  use qsmpm_prism_facets, only: prism_caps, prism_walls
+  implicit none
+  private
+
+  public :: overburden_type, make_overburden, weight_above, ground_top
+
+  !> Bodies as vertical lines see them.
+  type :: overburden_type
+    !> Coordinate along the vertical.
+    integer :: axis = 2
+    !> Bounds of each body, turned so that the vertical comes last (bodies).
+    type(polyhedron_type), allocatable :: solid(:)
+    !> Unit weight of each body (bodies).
+    real(wp), allocatable :: unit_weight(:)
+  end type overburden_type
+
+contains
+
+  !> Bodies as seen along an axis.
+  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden)
+    type(mesh_type), intent(in) :: mesh
+    !> Bounds and unit weight of each body.
+    type(body_shape_type), intent(in) :: shapes(:)
+    real(wp), intent(in) :: unit_weight(:)
+    !> Coordinate along the vertical.
+    integer, intent(in) :: axis
+    type(overburden_type), intent(out) :: overburden
+    real(wp), allocatable :: facets(:, :, :)
+    integer :: b
+
+    overburden%axis = axis
+    overburden%unit_weight = unit_weight
+    allocate (overburden%solid(size(shapes)))
+    do b = 1, size(shapes)
+      call bounds_of(mesh, shapes(b), facets)
+      call make_polyhedron(facets(turned(axis), :, :), overburden%solid(b))
+    end do
+  end subroutine make_overburden
+
+  !> Order of the coordinates in which the vertical comes last and right-handed axes stay so.
+  pure function turned(axis) result(order)
+    !> Coordinate along the vertical.
+    integer, intent(in) :: axis
+    integer :: order(3)
+
+    order = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1, axis]
+  end function turned
+
+  !> Facets of a body; one in the plane reaches from z = -1 to z = 1.
+  pure subroutine bounds_of(mesh, shape, facets)
+    type(mesh_type), intent(in) :: mesh
+    type(body_shape_type), intent(in) :: shape
+    !> Corners, counter-clockwise seen from outside (3, 3, n).
+    real(wp), allocatable, intent(out) :: facets(:, :, :)
+    real(wp), allocatable :: walls(:, :, :), caps(:, :, :)
+    real(wp) :: low, high
+
+    if (allocated(shape%solid)) then
+      facets = shape%solid%facets
+    else if (allocated(shape%outline)) then
+      low = -1.0_wp
+      high = 1.0_wp
+      if (mesh%dimension == 3) then
+        low = max(shape%low, mesh%bounds(3, 1))
+        high = min(shape%high, mesh%bounds(3, 2))
+      end if
+      call prism_walls(shape%outline, low, high, walls)
+      call prism_caps(shape%outline, low, high, caps)
+      facets = reshape([walls, caps], [3, 3, size(walls, 3) + size(caps, 3)])
+    else
+      call faces_of_cells(mesh, shape, facets)
+    end if
+  end subroutine bounds_of
+
+  !> Facets of the faces that bound the cells of a body.
+  pure subroutine faces_of_cells(mesh, shape, facets)
+    type(mesh_type), intent(in) :: mesh
+    type(body_shape_type), intent(in) :: shape
+    !> Corners, counter-clockwise seen from outside (3, 3, n).
+    real(wp), allocatable, intent(out) :: facets(:, :, :)
+    logical :: filled(0:mesh%cell_count)
+    real(wp), allocatable :: walls(:, :, :)
+    integer :: c, f, i, n, pass
+
+    filled = .true.
+    if (allocated(shape%region)) filled(1:) = shape%region
+    filled(0) = .false.
+    do pass = 1, 2
+      n = 0
+      do c = 1, mesh%cell_count
+        if (.not. filled(c)) cycle
+        do f = 1, face_count(mesh%cell_kind(c))
+          if (filled(mesh%face_neighbour(f, c))) cycle
+          associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c) - 1 &
+              + face_corners(mesh%cell_kind(c), f))))
+            if (mesh%dimension == 2) then
+              ! An outline of two corners has two walls: that of the edge and, behind it, the way back.
+              if (pass == 2) call prism_walls(corners, -1.0_wp, 1.0_wp, walls)
+              if (pass == 2) facets(:, :, n + 1:n + 2) = walls(:, :, :2)
+              n = n + 2
+            else
+              do i = 2, size(corners, 2) - 1
+                n = n + 1
+                if (pass == 2) facets(:, :, n) = corners(:, [1, i, i + 1])
+              end do
+            end if
+          end associate
+        end do
+      end do
+      if (pass == 1) allocate (facets(3, 3, n))
+    end do
+  end subroutine faces_of_cells
+
+  !> Integral of the unit weight along the vertical from a place in a body upwards.
+  pure real(wp) function weight_above(overburden, body, position, level) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    !> The body that holds the place, and the place (dimension).
+    integer, intent(in) :: body
+    real(wp), intent(in) :: position(:)
+    !> Level of the ground: gaps below it weigh as much as what is under them.
+    real(wp), intent(in) :: level
+    real(wp), allocatable :: z(:)
+    integer, allocatable :: owner(:)
+    logical, allocatable :: looks_up(:)
+    real(wp) :: x(3), last, gamma
+    integer :: i, filled
+
+    x = 0.0_wp
+    x(:size(position)) = position
+    x = x(turned(overburden%axis))
+    call crossings_above(overburden, x, z, looks_up, owner)
+    weight = 0.0_wp
+    last = x(3)
+    gamma = overburden%unit_weight(body)
+    filled = 1
+    do i = 1, size(z)
+      weight = weight + gamma*length_of(last, z(i), filled > 0, level)
+      last = z(i)
+      filled = filled + merge(-1, 1, looks_up(i))
+      if (.not. looks_up(i)) gamma = overburden%unit_weight(owner(i))
+    end do
+    weight = weight + gamma*length_of(last, level, .false., level)
+  end function weight_above
+
+  !> Length of a piece of a vertical line that has weight: all of it in a body, in a gap what is below the level.
+  pure real(wp) function length_of(from, to, in_body, level) result(length)
+    real(wp), intent(in) :: from, to
+    logical, intent(in) :: in_body
+    real(wp), intent(in) :: level
+
+    length = to - from
+    if (.not. in_body) length = max(0.0_wp, min(to, level) - from)
+  end function length_of
+
+  !> Crossings of the vertical line above a place with the bounds of all bodies, upwards.
+  pure subroutine crossings_above(overburden, x, z, looks_up, owner)
+    type(overburden_type), intent(in) :: overburden
+    !> The place, the vertical last.
+    real(wp), intent(in) :: x(3)
+    !> Heights, whether the body is below, and which body.
+    real(wp), allocatable, intent(out) :: z(:)
+    logical, allocatable, intent(out) :: looks_up(:)
+    integer, allocatable, intent(out) :: owner(:)
+    real(wp), allocatable :: heights(:)
+    logical, allocatable :: ups(:)
+    integer :: b, i, j
+
+    allocate (z(0), looks_up(0), owner(0))
+    do b = 1, size(overburden%solid)
+      call find_crossings(overburden%solid(b), x(:2), heights, ups)
+      do i = 1, size(heights)
+        if (heights(i) < x(3)) cycle
+        j = count(z <= heights(i))
+        z = [z(:j), heights(i), z(j + 1:)]
+        looks_up = [looks_up(:j), ups(i), looks_up(j + 1:)]
+        owner = [owner(:j), b, owner(j + 1:)]
+      end do
+    end do
+  end subroutine crossings_above
+
+  !> Highest place of the bodies.
+  pure real(wp) function ground_top(overburden)
+    type(overburden_type), intent(in) :: overburden
+
+    ground_top = maxval(overburden%solid%high(3))
+  end function ground_top
+end module qsmpm_overburden

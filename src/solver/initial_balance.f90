@@ -1,0 +1,176 @@
+!> Whether the stresses that *INITIAL, TYPE=K0 gives are in equilibrium with the loads of the phase.
+!>
+!>   r = f_load - sum V sigma grad N,   u = K^-1 r,   u_w = K^-1 f_load        (free components, elastic K)
+!>
+!> K0 stresses have no shear stress: they balance level layers and nothing else. Under a slope, or below an interface
+!> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
+!> nor those of a ground that has been loaded. So such ground is refused. It is told by the move max|u|, as a share of
+!> max|u_w|, gamma H^2/2M on level ground: the norm of r alone is as large where the rule of a cell does not integrate
+!> a linear stress, which moves the ground a little and hurts nobody.
+module qsmpm_initial_balance
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_initial_stress, only: reaches_above
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_law, only: tangent_elastic
+  use qsmpm_linear_system, only: factorise_system, solve_system
+  use qsmpm_loads, only: external_force, pressures_at
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type
+  use qsmpm_points, only: points_type
+  use qsmpm_pressures, only: set_pressures, add_pressure_force
+  use qsmpm_space, only: node_position
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_system_matrix, only: complete_matrix, gather, scatter
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: check_initial_balance, measure_balance, balance_type
+
+  !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
+  real(wp), parameter :: worth_a_warning = 1.0e-3_wp, refused = 1.0e-2_wp
+  !> The level is that of the bodies up to this share of the height.
+  real(wp), parameter :: same_level = 1.0e-9_wp
+  !> Residual that an iterated solution may leave.
+  real(wp), parameter :: digits = 1.0e-6_wp
+
+  !> How far stresses are from equilibrium.
+  type :: balance_type
+    !> |r|/|f_load|.
+    real(wp) :: residual = 0.0_wp
+    !> max|u|/max|u_w|, and where u is largest (dimension).
+    real(wp) :: move = 0.0_wp
+    real(wp), allocatable :: position(:)
+  end type balance_type
+
+contains
+
+  !> Refuse K0 stresses that are not in equilibrium; say how well they are.
+  subroutine check_initial_balance(model, step, phase, observer, error)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step; the first step makes use of it.
+    type(step_type), intent(inout) :: step
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    !> error_not_converged when they are not; failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+    type(balance_type) :: balance
+    character(len=240) :: text
+    character(len=:), allocatable :: kind
+
+    if (reaches_above(model, phase%initial) > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) &
+      call observer%note('warning: material lies up to '//real_text(reaches_above(model, phase%initial))// &
+      ' above the level of *INITIAL, TYPE=K0; its weight counts as that of the ground does')
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call measure_balance(model, step, balance)
+    write (text, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
+      ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
+    if (.not. balance%move > refused) then
+      kind = ''
+      if (balance%move > worth_a_warning) kind = 'warning: '
+      call observer%note(kind//'K0 stresses: '//trim(text))
+      return
+    end if
+    write (text(len_trim(text) + 1:), '(a,3(1x,es11.4))') ', most at', balance%position
+    call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
+      trim(text)//': the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase '// &
+      'is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). Start from a phase with '// &
+      '*GRAVITY alone, without *INITIAL, TYPE=K0, and begin the next one with *RESET DISPLACEMENTS')
+  end subroutine check_initial_balance
+
+  !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
+  !> where the equations cannot be solved: the first step tells why.
+  subroutine measure_balance(model, step, balance)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step, initialised.
+    type(step_type), intent(inout) :: step
+    type(balance_type), intent(out) :: balance
+    type(error_type), allocatable :: error
+    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, stressed, move
+    real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
+
+    move = 0.0_wp
+    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, load)
+    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
+    call add_pressure_force(step%pressures, move, load)
+    if (step%separate) then
+      call internal_force(step%integration, model%state%points, stressed)
+    else
+      call internal_force(step%at_points, model%state%points, stressed)
+    end if
+    call gather(step%equations, load, weight)
+    call gather(step%equations, load - stressed, residual)
+    balance%position = model%mesh%bounds(:, 1)
+    if (.not. norm2(weight) > 0.0_wp) return
+    balance%residual = norm2(residual)/norm2(weight)
+    call evaluate_step(model, step, move, tangent_elastic)
+    if (.not. step%evaluation%ok) return
+    call complete_matrix(step, 0.0_wp, move)
+    call factorise_system(step%system, step%matrix, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
+    if (allocated(error)) return
+    call scatter(step%equations, by_residual, move)
+    balance%move = maxval(abs(by_residual))/max(maxval(abs(by_weight)), tiny(1.0_wp))
+    balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move), 1), 1))
+  end subroutine measure_balance
+
+  !> Nodal force of the stresses at the start of the step.
+  pure subroutine internal_force(integration, points, force)
+    type(integration_type), intent(in) :: integration
+    type(points_type), intent(in) :: points
+    !> (dimension, node_count)
+    real(wp), intent(out) :: force(:, :)
+    real(wp) :: stress(6)
+    integer :: g, q, n, m, b, d, first, last
+
+    force = 0.0_wp
+    d = size(force, 1)
+    m = integration%directions
+    do g = 1, integration%group_count
+      first = integration%node_first(g)
+      last = integration%node_first(g + 1) - 1
+      n = last - first + 1
+      do q = integration%first(g), integration%first(g + 1) - 1
+        if (integration%source(q) > 0) then
+          stress(:size(points%stress, 1)) = points%stress(:, integration%source(q))
+        else
+          stress(:size(points%stress, 1)) = integration%stress(:, -integration%source(q))
+        end if
+        b = m*place_of(integration, g, q)
+        call add_stress(d, m, n, integration%nodes(first:last), integration%gradient(b + 1:b + m*n), &
+          integration%weight(q)*stress, force)
+      end do
+    end do
+  end subroutine internal_force
+
+  !> Nodal forces of one point.
+  pure subroutine add_stress(d, m, n, nodes, gradient, stress, force)
+    !> Dimension, directions of the gradient (3 with the hoop in axisymmetry), number of nodes.
+    integer, intent(in) :: d, m, n
+    integer, intent(in) :: nodes(n)
+    real(wp), intent(in) :: gradient(n, m)
+    !> Volume times stress, 11, 22, 33, 12, 13, 23 (6).
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(inout) :: force(:, :)
+    integer :: a
+
+    do a = 1, n
+      associate (f => force(:, nodes(a)), g => gradient(a, :))
+        f(1) = f(1) + stress(1)*g(1) + stress(4)*g(2)
+        f(2) = f(2) + stress(4)*g(1) + stress(2)*g(2)
+        if (d == 3) then
+          f(1) = f(1) + stress(5)*g(3)
+          f(2) = f(2) + stress(6)*g(3)
+          f(3) = f(3) + stress(5)*g(1) + stress(6)*g(2) + stress(3)*g(3)
+        else if (m == 3) then
+          f(1) = f(1) + stress(3)*g(3)
+        end if
+      end associate
+    end do
+  end subroutine add_stress
+end module qsmpm_initial_balance

@@ -1,0 +1,42 @@
+/* METIS with signals that survive it.
+ *
+ * While METIS runs, SIGTERM is its own: it reports its errors by raising the signal, and takes one that a user sends
+ * for such an error. So a call that failed is made once more. Where it succeeds the signal was the user's: it is
+ * raised again for the handler it was meant for. The handlers of SIGTERM and SIGABRT are restored with their flags,
+ * of which METIS keeps none. */
+#define _POSIX_C_SOURCE 200809L
+#include <signal.h>
+#include <stddef.h>
+#include <metis.h>
+
+int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, int *position);
+
+/* One call; the handlers are afterwards what they were. */
+static int order_once(idx_t n, idx_t *first, idx_t *neighbour, idx_t *options, idx_t *order, idx_t *position)
+{
+    struct sigaction on_term, on_abort;
+    int status;
+
+    sigaction(SIGTERM, NULL, &on_term);
+    sigaction(SIGABRT, NULL, &on_abort);
+    status = METIS_NodeND(&n, first, neighbour, NULL, options, order, position);
+    sigaction(SIGTERM, &on_term, NULL);
+    sigaction(SIGABRT, &on_abort, NULL);
+    return status;
+}
+
+/* Nested dissection of a graph in compressed rows from 0; 0 when it is found. */
+int qsmpm_metis_order(int n, int *first, int *neighbour, int seed, int *order, int *position)
+{
+    idx_t options[METIS_NOPTIONS];
+    int status;
+
+    METIS_SetDefaultOptions(options);
+    options[METIS_OPTION_SEED] = seed;
+    status = order_once(n, first, neighbour, options, order, position);
+    if (status == METIS_ERROR) {
+        status = order_once(n, first, neighbour, options, order, position);
+        if (status == METIS_OK) raise(SIGTERM);
+    }
+    return status == METIS_OK ? 0 : -1;
+}

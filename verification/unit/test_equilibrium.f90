@@ -1,0 +1,408 @@
+!> Tests of the Lagrangian phase: what is called equilibrium is one, by a residual put together here from the load and
+!> the forces of points, stabilisation and supports; what is not says why and where; how often the parts are done.
+module test_equilibrium
+  use, intrinsic :: iso_fortran_env, only: error_unit
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, controls_type, newton_full, newton_modified
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_error, only: error_type, error_not_converged, error_singular
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_law, only: tangent_none
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_loads, only: external_force
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_penalty_terms, only: add_stabilising_force
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_stopwatch, only: start_stopwatch, part_assembly, part_control, part_evaluation, part_factorisation, &
+    part_solves
+  use qsmpm_supports, only: add_support_force
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_equilibrium
+
+  !> An elastic material, and one that yields under the weight.
+  character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0'
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_equilibrium(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('equilibrium')
+    call check_balance(tests, 'BASIS=STANDARD', elastic, 18.0_wp, 0.0_wp)
+    call check_balance(tests, 'BASIS=STANDARD, INTEGRATION=CELL', yielding, 18.0_wp, 0.0_wp)
+    call check_balance(tests, 'BASIS=SPLINE2G, INTEGRATION=CELL', elastic, 18.0_wp, 0.0_wp)
+    call check_balance(tests, 'BASIS=STANDARD, STABILISATION=GHOST, FACTOR=1', elastic, 18.0_wp, 0.0_wp)
+    call check_balance(tests, 'BASIS=STANDARD', elastic, 18.0_wp, 0.3_wp)
+    call check_drag(tests)
+    call check_supported(tests)
+    call check_tolerance(tests)
+    call check_prescribed(tests)
+    call check_all_prescribed(tests)
+    call check_modified(tests)
+    call check_reasons(tests)
+    call check_worst_node(tests)
+    call check_parts(tests)
+    call check_tangents(tests)
+  end subroutine collect_equilibrium
+
+  !> A block that cuts its grid, its first step prepared, and the target of its whole phase.
+  subroutine build(method, material, weight, more, model, step, goal)
+    !> Words of *METHOD, material and cards of the phase between bars.
+    character(len=*), intent(in) :: method, material, more
+    !> Unit weight.
+    real(wp), intent(in) :: weight
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(target_type), intent(out) :: goal
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=24) :: number
+
+    write (number, '(es23.16)') weight
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 6|Y, 0, 2, 6|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=head, BOX|0, 1, 0.6, 0.7|*NSET, NSET=every, BOX|0, 2, 0, 2|'// &
+      '*SURFACE, NAME=side, TYPE=SEGMENT|1, 0.8, 0, 0.8|*MATERIAL, NAME=soil|'//material//'|*UNIT WEIGHT|'// &
+      trim(number)//'|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|*METHOD, '//method// &
+      '|*PHASE, NAME=one|'//more//'|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) then
+      write (error_unit, '(a)') message_text(messages)//error%message
+      error stop 'a deck of the equilibrium suite is broken'
+    end if
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the equilibrium suite cannot be made'
+    allocate (goal%force(2, model%space%node_count))
+    call external_force(model, step%activation, step%at_points, 1.0_wp, goal%force)
+    allocate (goal%prescribed, source=model%loading%prescribed)
+    goal%tolerance = 1.0e-9_wp
+  end subroutine build
+
+  !> Residual at the free components of active nodes, from the forces.
+  function residual_of(model, step, goal, u, damped) result(residual)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    real(wp), intent(in) :: u(:, :)
+    !> With the proximal force.
+    logical, intent(in) :: damped
+    real(wp) :: residual(size(u, 1), size(u, 2))
+
+    call evaluate_step(model, step, u, tangent_none)
+    residual = 0.0_wp
+    call add_stabilising_force(step%stabilisation, u, residual)
+    call add_support_force(step%supports, u, .true., residual)
+    residual = goal%force - step%evaluation%force - residual
+    if (damped) residual = residual - goal%drag*spread(step%lumped, 1, 2)*u
+    where (model%loading%constrained .or. .not. spread(step%equations%active, 1, 2)) residual = 0.0_wp
+  end function residual_of
+
+  !> Norm of the load at the free components.
+  real(wp) function load_of(model, step, goal)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    type(target_type), intent(in) :: goal
+
+    load_of = norm2(pack(goal%force, .not. model%loading%constrained .and. spread(step%equations%active, 1, 2)))
+  end function load_of
+
+  !> A step under its weight, free of drag or with some, is in balance to its tolerance.
+  subroutine check_balance(tests, method, material, weight, drag)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: method, material
+    real(wp), intent(in) :: weight, drag
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp) :: off
+    character(len=:), allocatable :: name
+
+    name = method//merge(' with drag', '          ', drag > 0.0_wp)//': '
+    call build(method, material, weight, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    goal%drag = drag*norm2(goal%force)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check(name//'equilibrium is found', solution%converged .and. .not. allocated(solution%reason))
+    if (.not. solution%converged) return
+    off = norm2(residual_of(model, step, goal, solution%displacement, .true.))/load_of(model, step, goal)
+    call tests%check(name//'the residual of all forces is within the tolerance', off <= 1.0001_wp*goal%tolerance)
+    call tests%close(name//'it is the one that is told', solution%out_of_balance, off, 1.0e-6_wp*goal%tolerance)
+    call tests%close(name//'relative to the load', solution%load_norm, load_of(model, step, goal), &
+      1.0e-12_wp*solution%load_norm)
+    call tests%check(name//'the body sinks', minval(solution%displacement(2, :)) < -1.0e-3_wp)
+    call tests%close(name//'the largest move is told', solution%largest_move, maxval(abs(solution%displacement)), 0.0_wp)
+    call tests%close(name//'the internal force is that of the points', &
+      maxval(abs(solution%internal_force - step%evaluation%force)), 0.0_wp, 1.0e-9_wp*maxval(abs(goal%force)))
+    call tests%check(name//'fixed nodes stay', all(abs(pack(solution%displacement, model%loading%constrained)) <= 0.0_wp))
+    call end_system(step%system)
+  end subroutine check_balance
+
+  !> The proximal force slows the body: its share, and the residual without it, are told.
+  subroutine check_drag(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: free, damped
+    type(controls_type) :: controls
+    real(wp) :: drag
+
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call solve_equilibrium(model, step, goal, controls, free)
+    call tests%close('without drag its share is nothing', free%drag_share, 0.0_wp, 0.0_wp)
+    call tests%close('and the residual without it is the residual', free%undamped_out_of_balance, free%out_of_balance, 0.0_wp)
+    goal%drag = 3000.0_wp
+    call solve_equilibrium(model, step, goal, controls, damped)
+    call tests%check('drag slows the body', damped%converged .and. damped%largest_move < 0.9_wp*free%largest_move)
+    drag = norm2(goal%drag*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
+    call tests%close('the share of the drag is told', damped%drag_share, drag, 1.0e-12_wp)
+    call tests%close('the residual without the drag is told', damped%undamped_out_of_balance, &
+      norm2(residual_of(model, step, goal, damped%displacement, .false.))/damped%load_norm, 1.0e-9_wp)
+    call end_system(step%system)
+  end subroutine check_drag
+
+  !> Springs of a support carry load, and their force is part of the internal force that is told.
+  subroutine check_supported(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp), allocatable :: springs(:, :)
+
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=ALL', &
+      model, step, goal)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a supported body finds its equilibrium', solution%converged)
+    call tests%check('the residual with the springs is within the tolerance', norm2(residual_of(model, step, goal, &
+      solution%displacement, .true.)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+    allocate (springs(2, size(goal%force, 2)), source=0.0_wp)
+    call add_support_force(step%supports, solution%displacement, .true., springs)
+    call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%load_norm)
+    call tests%close('the internal force holds the springs', &
+      maxval(abs(solution%internal_force - step%evaluation%force - springs)), 0.0_wp, 1.0e-10_wp*solution%load_norm)
+    call end_system(step%system)
+  end subroutine check_supported
+
+  !> The tolerance decides: a residual just below it ends the iteration, one just above it does not.
+  subroutine check_tolerance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp) :: first
+
+    call build('BASIS=STANDARD', elastic, 60.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    controls%max_iterations = 1
+    goal%tolerance = 1.0e-12_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('one iteration is not enough', .not. solution%converged .and. solution%iterations == 1)
+    first = solution%out_of_balance
+    call tests%check('the residual after it is told', first > 1.0e-6_wp .and. first < 1.0_wp)
+    controls%max_iterations = 20
+    goal%tolerance = 1.0001_wp*first
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a tolerance above it ends after one', solution%converged .and. solution%iterations == 1)
+    goal%tolerance = 0.9999_wp*first
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a tolerance below it does not', solution%converged .and. solution%iterations == 2)
+    goal%tolerance = 0.2_wp*first
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('nor a fifth of it', solution%converged .and. solution%iterations >= 2 .and. &
+      solution%out_of_balance <= goal%tolerance)
+    goal%force = 0.0_wp
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a body without load is in equilibrium as it is', solution%converged .and. solution%iterations == 0 &
+      .and. maxval(abs(solution%displacement)) <= 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_tolerance
+
+  !> Prescribed displacements are there at the end; the reactions are what the residual is compared with.
+  subroutine check_prescribed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    logical :: given(2, 49)
+    real(wp) :: reactions
+
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('equilibrium under prescribed displacements', solution%converged .and. solution%iterations >= 1)
+    given = .false.
+    given(:, :size(goal%prescribed, 2)) = abs(goal%prescribed) > 0.0_wp
+    call tests%check('some are prescribed', count(given) > 1)
+    call tests%close('they are there', maxval(abs(pack(solution%displacement - goal%prescribed, model%loading%constrained))), &
+      0.0_wp, 0.0_wp)
+    call tests%check('the residual is within the tolerance of the reactions', norm2(residual_of(model, step, goal, &
+      solution%displacement, .true.)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+    reactions = norm2(pack(step%evaluation%force, model%loading%constrained .and. spread(step%equations%active, 1, 2)))
+    call tests%close('which they are', solution%load_norm, reactions, 1.0e-10_wp*reactions)
+    call tests%check('the sides bulge', maxval(abs(solution%displacement(1, :))) > 1.0e-4_wp)
+    call end_system(step%system)
+  end subroutine check_prescribed
+
+  !> A step whose every node is prescribed has no equations, and takes what is prescribed.
+  subroutine check_all_prescribed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*PRESCRIBE|every, X, 0.02|every, Y, 0.01', model, step, goal)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    call tests%check('a step without equations is taken', solution%converged .and. step%equations%count == 0)
+    call tests%close('and moves as prescribed', maxval(abs(solution%displacement - goal%prescribed)), 0.0_wp, 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_all_prescribed
+
+  !> Modified Newton factorises once and needs more iterations; both end in the same place.
+  subroutine check_modified(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: full, frozen
+    type(controls_type) :: controls
+
+    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    controls%newton = newton_full
+    call solve_equilibrium(model, step, goal, controls, full)
+    call tests%check('full Newton converges and factorises in every iteration', full%converged .and. &
+      step%profile%factorisations == full%iterations .and. step%profile%iterations == full%iterations)
+    call tests%check('points yield', count(step%evaluation%results%plastic > 0) > 2)
+    step%profile%factorisations = 0
+    controls%newton = newton_modified
+    controls%max_iterations = 1000
+    call solve_equilibrium(model, step, goal, controls, frozen)
+    call tests%check('modified Newton converges and factorises once', frozen%converged .and. &
+      step%profile%factorisations == 1)
+    call tests%check('it takes more iterations', frozen%iterations > full%iterations + 2)
+    call tests%close('to the same place', maxval(abs(frozen%displacement - full%displacement)), 0.0_wp, &
+      1.0e-6_wp*full%largest_move)
+    call end_system(step%system)
+  end subroutine check_modified
+
+  !> Every way to fail has its reason, and is not called converged.
+  subroutine check_reasons(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: fixed = '*FIX|base, ALL|*GRAVITY|0, -1'
+
+    call check_one('too few iterations', yielding, 18.0_wp, fixed, newton_full, 2, 'no convergence in the iterations', &
+      error_not_converged)
+    call check_one('no support', elastic, 18.0_wp, '*GRAVITY|0, -1', newton_full, 20, 'singular', error_singular)
+    call check_one('far too heavy for modified Newton', elastic, 2.0e4_wp, fixed, newton_modified, 200, '', &
+      error_not_converged)
+
+  contains
+
+    !> One of them.
+    subroutine check_one(name, material, weight, phase, newton, iterations, reason, cause)
+      character(len=*), intent(in) :: name, material, phase, reason
+      real(wp), intent(in) :: weight
+      integer, intent(in) :: newton, iterations, cause
+      type(model_type) :: model
+      type(step_type) :: step
+      type(target_type) :: goal
+      type(solution_type) :: solution
+      type(controls_type) :: controls
+
+      call build('BASIS=STANDARD', material, weight, phase, model, step, goal)
+      controls%newton = newton
+      controls%max_iterations = iterations
+      call solve_equilibrium(model, step, goal, controls, solution)
+      call tests%check(name//': not converged', .not. solution%converged .and. allocated(solution%reason))
+      if (.not. allocated(solution%reason)) return
+      call tests%check(name//': its reason ('//solution%reason//')', index(solution%reason, reason) > 0 .and. &
+        len(solution%reason) > 10)
+      call tests%check(name//': its cause and the force there is', solution%cause == cause .and. &
+        allocated(solution%internal_force) .and. solution%iterations <= iterations)
+      call end_system(step%system)
+    end subroutine check_one
+  end subroutine check_reasons
+
+  !> The worst node is the free one with the largest residual.
+  subroutine check_worst_node(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    real(wp) :: residual(2, 49)
+    integer :: n
+
+    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    n = model%space%node_count
+    controls%max_iterations = 1
+    call solve_equilibrium(model, step, goal, controls, solution)
+    residual = 0.0_wp
+    residual(:, :n) = residual_of(model, step, goal, solution%displacement, .true.)
+    call tests%check('the worst node has the largest residual', &
+      solution%worst_node == maxloc(maxval(abs(residual(:, :n)), dim=1), dim=1) .and. maxval(abs(residual)) > 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_worst_node
+
+  !> Every part of an iteration has its time: how often each is turned to.
+  subroutine check_parts(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call start_stopwatch(step%profile%watch, part_control)
+    call solve_equilibrium(model, step, goal, controls, solution)
+    associate (calls => step%profile%watch%calls, n => solution%iterations)
+      call tests%check('there are iterations', n > 1)
+      call tests%check('assembly, factorisation and solution have their time in every iteration', &
+        all(calls([part_assembly, part_factorisation, part_solves]) == n))
+      call tests%check('and every evaluation has its own', calls(part_evaluation) == step%profile%evaluations)
+      ! Control is between them: at the start, after every evaluation and after every solution.
+      call tests%check('control is turned to in between', calls(part_control) == 1 + step%profile%evaluations + n)
+    end associate
+    call end_system(step%system)
+  end subroutine check_parts
+
+  !> Tangents are made where they are of use: the last trial of a step whose end is foreseen does without.
+  subroutine check_tangents(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(target_type) :: goal
+    type(solution_type) :: first, again
+    type(controls_type) :: controls
+    integer :: evaluations
+
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call solve_equilibrium(model, step, goal, controls, first)
+    call tests%check('the usual number of iterations is remembered', step%usual_iterations == first%iterations)
+    evaluations = int(step%profile%evaluations)
+    call tests%check('an elastic step is evaluated once at the start and once an iteration', &
+      evaluations == first%iterations + 1)
+    call solve_equilibrium(model, step, goal, controls, again)
+    call tests%close('the same step again ends in the same place', maxval(abs(first%displacement - again%displacement)), &
+      0.0_wp, 0.0_wp)
+    call tests%check('as quickly', int(step%profile%evaluations) - evaluations == evaluations)
+    call end_system(step%system)
+  end subroutine check_tangents
+end module test_equilibrium

@@ -1,0 +1,441 @@
+!> Step control with scripted outcomes of the solves: what is accepted, restored, held, damped and reported.
+!>
+!> The model is a small block whose state the script marks; nothing is computed. The deck's tolerance is 1e-6, the
+!> stabilisation may carry 1e-2, a cell is a half long and a node may move by half of that.
+module test_stepping
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use qsmpm_analysis, only: analysis_type, basis_fem, controls_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_observer, only: step_record_type
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_stepping, only: outcome_type, take_step
+  use scripted_solver, only: answer_type, script_type, listener_type
+  use state_samples, only: state_differences
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_stepping
+
+  real(wp), parameter :: tolerance = 1.0e-6_wp, limit = 0.25_wp
+  !> Damping that balances the force of the script, 4 on a lumped volume of a half, at the largest move.
+  real(wp), parameter :: first_damping = 4.0_wp/(0.5_wp*limit)
+
+  !> A step that is tried: the model, the script and all that comes back.
+  type :: trial_type
+    type(model_type) :: model
+    type(step_type) :: step
+    type(controls_type) :: controls
+    type(script_type) :: script
+    type(listener_type) :: listener
+    type(step_record_type) :: record
+    type(outcome_type) :: outcome
+    type(error_type), allocatable :: error
+    !> The state before the step.
+    type(state_type) :: before
+  contains
+    procedure :: go
+    procedure :: solves_taken
+    procedure :: is_restored
+  end type trial_type
+
+contains
+
+  !> All tests.
+  subroutine collect_stepping(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('stepping')
+    call check_converged(tests)
+    call check_lost(tests)
+    call check_substeps(tests)
+    call check_damping(tests)
+    call check_lost_static(tests)
+    call check_no_substeps(tests)
+    call check_hopeless(tests)
+    call check_holds(tests)
+    call check_lost_holds(tests)
+    call check_fatal(tests)
+    call check_not_numbers(tests)
+  end subroutine collect_stepping
+
+  !> Try the step to a quarter of the phase.
+  subroutine go(self, answers, fraction)
+    class(trial_type), intent(inout) :: self
+    type(answer_type), intent(in) :: answers(:)
+    !> Share of the phase to reach where it is not a quarter.
+    real(wp), intent(in), optional :: fraction
+    real(wp) :: last
+
+    last = 0.25_wp
+    if (present(fraction)) last = fraction
+    allocate (self%script%answers, source=answers)
+    self%before = self%model%state
+    call take_step(self%model, self%step, self%script, self%controls, last, self%listener, self%record, &
+      self%outcome, self%error)
+  end subroutine go
+
+  !> Solves that have left their mark in the state.
+  pure integer function solves_taken(self)
+    class(trial_type), intent(in) :: self
+
+    solves_taken = nint(self%model%state%points%stress(1, 1) - self%before%points%stress(1, 1))
+  end function solves_taken
+
+  !> Whether the step is not accepted and the state is what it was, bit for bit.
+  logical function is_restored(self)
+    class(trial_type), intent(in) :: self
+
+    is_restored = .not. self%outcome%accepted .and. len(state_differences(self%before, self%model%state)) == 0
+  end function is_restored
+
+  !> A fresh trial: four steps a phase.
+  function trial() result(it)
+    type(trial_type) :: it
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    character(len=1), parameter :: nl = new_line('a')
+
+    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
+      'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
+      '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
+      '0, 1, 0, 0.8'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
+      '*CONTROLS, STEPS=4, TOLERANCE=1e-6, STABILISATION SHARE=1e-2, MAX HOLDS=3, MAX SUBSTEPS=6, LARGEST MOVE=0.5, '// &
+      'FEW ITERATIONS=5, DRAG SHARE=1e-3'//nl//'*END PHASE'//nl, analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, it%model, error)
+    if (allocated(error)) error stop 'the deck of the stepping suite is broken'
+    call start_phase(it%model)
+    it%model%state%progress%step = 3
+    it%controls = it%model%analysis%phases(1)%controls
+  end function trial
+
+  !> A solve that is lost.
+  pure type(answer_type) function lost()
+    lost = answer_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
+  end function lost
+
+  !> A damped sub-step that leaves so much to the damping.
+  pure type(answer_type) function damped(share, iterations, move)
+    real(wp), intent(in) :: share
+    integer, intent(in), optional :: iterations
+    real(wp), intent(in), optional :: move
+
+    damped = answer_type(undamped=share, damping_share=share, iterations=9)
+    if (present(iterations)) damped%iterations = iterations
+    if (present(move)) damped%move = move
+  end function damped
+
+  !> The static step converges.
+  subroutine check_converged(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    call it%go([answer_type(iterations=4, residual=2.0e-7_wp, undamped=3.0e-7_wp, move=0.1_wp, step_error=0.02_wp)])
+    call tests%check('a static step that converges is accepted', it%outcome%accepted .and. it%outcome%static)
+    call tests%check('after one solve, which is taken', size(it%script%asked) == 1 .and. it%solves_taken() == 1)
+    associate (asked => it%script%asked(1), record => it%record)
+      call tests%close('it is asked for the load fraction', asked%fraction, 0.25_wp, 0.0_wp)
+      call tests%close('at the tolerance of the deck', asked%tolerance, tolerance, 0.0_wp)
+      call tests%close('without damping', asked%damping, 0.0_wp, 0.0_wp)
+      call tests%close('and may move as the deck says', asked%largest_move, limit, 1.0e-15_wp)
+      call tests%close('the record tells the residual without damping', record%out_of_balance, 3.0e-7_wp, 0.0_wp)
+      call tests%close('its move', record%largest_move, 0.1_wp, 0.0_wp)
+      call tests%close('and its error', record%step_error, 0.02_wp, 0.0_wp)
+      call tests%check('its iterations, no rejection, hold or sub-step', record%iterations == 4 .and. &
+        record%rejected == 0 .and. record%holds == 0 .and. record%substeps == 0)
+    end associate
+    call tests%check('iterations and error are told to the length of steps', it%outcome%static_iterations == 4 .and. &
+      abs(it%outcome%step_error - 0.02_wp) <= 0.0_wp)
+    it = trial()
+    call it%go([answer_type(undamped=1.0e-6_wp)])
+    call tests%check('a residual at the tolerance is accepted', it%outcome%accepted)
+    it = trial()
+    call it%go([answer_type(undamped=1.01e-6_wp)])
+    call tests%check('one above it is not, whatever the solver says', it%is_restored())
+    it = trial()
+    it%model%analysis%method%basis = basis_fem
+    call it%go([answer_type()])
+    call tests%check('a carried mesh has no cells to cross', it%script%asked(1)%largest_move > 1.0e300_wp)
+  end subroutine check_converged
+
+  !> The static step is lost, and nothing else is tried.
+  subroutine check_lost(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    it%controls%proximal = .false.
+    call it%go([lost()])
+    call tests%check('a lost step is not accepted and leaves no trace', it%is_restored())
+    call tests%check('without PROXIMAL nothing else is tried', size(it%script%asked) == 1)
+    call tests%check('reason and worst node are told', it%outcome%reason == 'the script says no' .and. &
+      it%outcome%worst_label == 7 .and. it%outcome%cause == error_not_converged)
+    call tests%close('and the residual', it%outcome%out_of_balance, 0.5_wp, 0.0_wp)
+    call tests%check('the record counts it', it%record%rejected == 1 .and. it%record%iterations == 5)
+    call tests%check('it does not count as static', .not. it%outcome%static .and. .not. it%outcome%hopeless)
+  end subroutine check_lost
+
+  !> Sub-steps bring the load in, and a static solve ends them.
+  subroutine check_substeps(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), answer_type(undamped=4.0e-7_wp)])
+    call tests%check('sub-steps and a static solve carry the load', it%outcome%accepted .and. it%solves_taken() == 3)
+    call tests%check('which is not a static step', .not. it%outcome%static)
+    associate (asked => it%script%asked, record => it%record)
+      call tests%check('after four solves', size(asked) == 4)
+      call tests%check('all at the new load', all(abs(asked%fraction - 0.25_wp) <= 0.0_wp))
+      call tests%close('the first damping balances the load', asked(2)%damping, first_damping, 1.0e-12_wp*first_damping)
+      call tests%close('a sub-step may leave 1e-3', asked(2)%tolerance, 1.0e-3_wp, 0.0_wp)
+      call tests%close('and move half as far again', asked(2)%largest_move, 1.5_wp*limit, 1.0e-12_wp)
+      call tests%close('the last solve is static', asked(4)%damping, 0.0_wp, 0.0_wp)
+      call tests%close('at the tolerance of the deck', asked(4)%tolerance, tolerance, 0.0_wp)
+      call tests%close('and moves no further than a static step', asked(4)%largest_move, limit, 1.0e-15_wp)
+      call tests%check('the record counts sub-steps and the lost step', record%substeps == 3 .and. record%rejected == 1 &
+        .and. record%iterations == 28)
+      call tests%close('and tells the last residual without damping', record%out_of_balance, 4.0e-7_wp, 0.0_wp)
+    end associate
+    call tests%check('the log says why', index(it%listener%text, 'static step lost (the script says no)') > 0)
+    it = trial()
+    call it%go([lost(), damped(0.5_wp), answer_type(undamped=9.0e-7_wp, damping_share=0.2_wp)])
+    call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
+      size(it%script%asked) == 3)
+    it = trial()
+    call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), answer_type(undamped=1.1e-6_wp, damping_share=1.0e-9_wp)])
+    call tests%check('a residual above the tolerance is not accepted however small the damping', it%is_restored())
+    call tests%check('all sub-steps are tried', size(it%script%asked) == 7)
+    call tests%check('and the reason is that', index(it%outcome%reason, 'not carried without damping') > 0)
+    it = trial()
+    it%controls%tolerance = 1.0e-2_wp
+    call it%go([lost(), damped(0.5_wp)])
+    call tests%close('a looser tolerance of the deck is that of sub-steps too', it%script%asked(2)%tolerance, 1.0e-2_wp, &
+      0.0_wp)
+  end subroutine check_substeps
+
+  !> How the damping changes.
+  subroutine check_damping(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+    real(wp), allocatable :: ratio(:)
+    integer :: k
+
+    it = trial()
+    call it%go([lost(), lost(), damped(0.5_wp, 5, 0.1_wp), damped(0.5_wp, 6, 0.1_wp), damped(0.5_wp, 5, 0.13_wp), &
+      damped(0.5_wp, 9, 0.26_wp), damped(0.5_wp)])
+    associate (asked => it%script%asked)
+      allocate (ratio, source=[(asked(k + 1)%damping/asked(k)%damping, k=2, 6)])
+    end associate
+    call tests%close('a lost sub-step is damped four times as much', ratio(1), 4.0_wp, 1.0e-12_wp)
+    call tests%close('an easy and short one halves the damping', ratio(2), 0.5_wp, 1.0e-12_wp)
+    call tests%close('one of more iterations leaves it', ratio(3), 1.0_wp, 1.0e-12_wp)
+    call tests%close('so does one of half the largest move', ratio(4), 1.0_wp, 1.0e-12_wp)
+    call tests%close('one beyond the largest move damps more', ratio(5), 1.5_wp, 1.0e-12_wp)
+    call tests%check('the end of sub-steps is no equilibrium', it%is_restored() .and. it%record%rejected == 2)
+    it = trial()
+    it%model%state%progress%proximal = 3.0_wp
+    call it%go([lost(), damped(0.5_wp, 2), damped(5.0e-4_wp), answer_type()])
+    call tests%close('the damping that has worked is the first one of the next step', it%script%asked(2)%damping, &
+      3.0_wp, 0.0_wp)
+    call tests%close('and is remembered', it%model%state%progress%proximal, 1.5_wp, 0.0_wp)
+    it = trial()
+    it%controls%max_substeps = 1000
+    call it%go([lost()])
+    call tests%check('damping beyond all bounds ends the sub-steps', it%is_restored() .and. &
+      size(it%script%asked) < 40 .and. it%outcome%reason == 'the script says no')
+    it = trial()
+    allocate (it%step%lumped(1), source=1.0_wp)
+    allocate (it%step%evaluation%force(2, 1), source=0.0_wp)
+    call it%go([lost()])
+    call tests%check('without a force there is nothing to damp', size(it%script%asked) == 1 .and. it%is_restored() .and. &
+      it%outcome%reason == 'the script says no')
+  end subroutine check_damping
+
+  !> The static solve at the end of sub-steps is lost.
+  subroutine check_lost_static(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    it%controls%max_substeps = 20
+    call it%go([lost(), damped(5.0e-4_wp), lost(), damped(2.0e-4_wp), damped(4.0e-5_wp), answer_type()])
+    associate (asked => it%script%asked)
+      call tests%check('a lost static solve is tried again after more sub-steps', it%outcome%accepted .and. &
+        size(asked) == 6)
+      call tests%check('when the damping carries a tenth', asked(3)%damping <= 0.0_wp .and. asked(4)%damping > 0.0_wp &
+        .and. asked(5)%damping > 0.0_wp .and. asked(6)%damping <= 0.0_wp)
+      call tests%close('it leaves the damping as it was', asked(4)%damping, asked(2)%damping, 0.0_wp)
+      call tests%close('the sub-steps in between meet the tolerance of the deck', asked(4)%tolerance, tolerance, 0.0_wp)
+    end associate
+    call tests%check('what was lost leaves no trace', it%solves_taken() == 4)
+  end subroutine check_lost_static
+
+  !> When sub-steps are not tried.
+  subroutine check_no_substeps(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+    type(answer_type) :: answer
+
+    answer = lost()
+    answer%share = 0.3_wp
+    it = trial()
+    call it%go([answer])
+    call tests%check('a law that asks for less gets a shorter step', it%is_restored() .and. size(it%script%asked) == 1)
+    call tests%close('of the length it asks for', it%outcome%share, 0.3_wp, 0.0_wp)
+    answer = lost()
+    answer%too_long = .true.
+    answer%step_error = 0.4_wp
+    it = trial()
+    call it%go([answer])
+    call tests%check('so does a step that its error finds too long', it%is_restored() .and. it%outcome%too_long .and. &
+      size(it%script%asked) == 1 .and. abs(it%outcome%step_error - 0.4_wp) <= 0.0_wp)
+    it = trial()
+    it%model%analysis%method%basis = basis_fem
+    call it%go([lost()])
+    call tests%check('so does a carried mesh', it%is_restored() .and. size(it%script%asked) == 1)
+    it = trial()
+    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.26_wp)
+    call tests%check('so does a step longer than the first one', it%is_restored() .and. size(it%script%asked) == 1)
+    it = trial()
+    it%model%loading%prescribed(1, 1) = 0.1_wp
+    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.08_wp)
+    call tests%check('so do prescribed displacements above 0.3 of it', it%is_restored() .and. size(it%script%asked) == 1)
+    it = trial()
+    it%model%loading%prescribed(1, 1) = 0.1_wp
+    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.07_wp)
+    call tests%check('below it they are damped', it%outcome%accepted .and. size(it%script%asked) == 3)
+  end subroutine check_no_substeps
+
+  !> What no shorter step mends.
+  subroutine check_hopeless(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+    type(answer_type) :: singular, broken
+
+    singular = lost()
+    singular%cause = error_singular
+    it = trial()
+    it%model%state%progress%step = 0
+    call it%go([singular])
+    call tests%check('singular equations of the first step end the run', it%is_restored() .and. it%outcome%hopeless .and. &
+      it%outcome%cause == error_singular .and. size(it%script%asked) == 1)
+    it = trial()
+    call it%go([singular, damped(5.0e-4_wp), answer_type()])
+    call tests%check('those of a later one are damped', it%outcome%accepted .and. .not. it%outcome%hopeless)
+    broken = lost()
+    broken%broken = .true.
+    broken%cause = error_user_material
+    it = trial()
+    call it%go([broken])
+    call tests%check('a law that is out of order ends the run', it%is_restored() .and. it%outcome%hopeless .and. &
+      size(it%script%asked) == 1 .and. it%outcome%cause == error_user_material)
+    it = trial()
+    call it%go([lost(), damped(0.5_wp), broken, answer_type()])
+    call tests%check('also in a sub-step', it%is_restored() .and. it%outcome%hopeless .and. size(it%script%asked) == 3)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), broken, answer_type()])
+    call tests%check('and while the load is held', it%is_restored() .and. it%outcome%hopeless .and. &
+      size(it%script%asked) == 2 .and. it%outcome%cause == error_user_material)
+  end subroutine check_hopeless
+
+  !> Re-equilibration at constant load.
+  subroutine check_holds(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.01_wp)])
+    call tests%check('a share at its bound is not held', it%outcome%accepted .and. it%record%holds == 0)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
+      answer_type(stabilisation_share=0.005_wp, undamped=2.0e-7_wp)])
+    call tests%check('a load is held until the stabilisation carries little', it%outcome%accepted .and. &
+      it%record%holds == 2 .and. it%solves_taken() == 3)
+    call tests%check('at the load reached, without damping, at the tolerance of the deck', &
+      all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
+      all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
+    call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.011_wp)])
+    call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%holds == 3 .and. &
+      size(it%script%asked) == 4)
+    call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
+      it%outcome%worst_label == 0 .and. .not. it%outcome%hopeless)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
+    call tests%check('nor is a hold out of balance', it%is_restored())
+  end subroutine check_holds
+
+  !> A hold that is lost.
+  subroutine check_lost_holds(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    it%controls%proximal = .false.
+    call it%go([answer_type(stabilisation_share=0.05_wp), lost()])
+    call tests%check('a lost hold is not accepted', it%is_restored() .and. size(it%script%asked) == 2 .and. &
+      it%record%rejected == 1)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
+      answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. it%record%holds == 1)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
+      answer_type(stabilisation_share=0.02_wp), answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('and it is held again where they leave too much', it%outcome%accepted .and. it%record%holds == 2)
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
+    call tests%check('without them the step is lost', it%is_restored() .and. index(it%listener%text, &
+      'the hold is lost') > 0)
+  end subroutine check_lost_holds
+
+  !> Errors that end the run leave the state of the last accepted step.
+  subroutine check_fatal(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+    type(answer_type) :: fatal
+
+    fatal = answer_type(fatal=.true.)
+    it = trial()
+    call it%go([fatal])
+    call tests%check('an error of the static step is handed on', allocated(it%error) .and. it%is_restored())
+    it = trial()
+    call it%go([lost(), damped(0.5_wp), fatal])
+    call tests%check('one of a sub-step too, with the state put back', allocated(it%error) .and. it%is_restored())
+    it = trial()
+    call it%go([answer_type(stabilisation_share=0.05_wp), fatal])
+    call tests%check('and one of a hold', allocated(it%error) .and. it%is_restored())
+  end subroutine check_fatal
+
+  !> What is not a number is not small.
+  subroutine check_not_numbers(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+    type(answer_type) :: answer
+    real(wp) :: nan
+
+    nan = ieee_value(1.0_wp, ieee_quiet_nan)
+    answer = answer_type()
+    answer%undamped = nan
+    it = trial()
+    call it%go([answer])
+    call tests%check('a residual that is not a number is not accepted', it%is_restored())
+    answer = answer_type()
+    answer%stabilisation_share = nan
+    it = trial()
+    call it%go([answer])
+    call tests%check('nor a share of the stabilisation', it%is_restored())
+    it = trial()
+    call it%go([lost(), damped(nan)])
+    call tests%check('nor a share of the damping', it%is_restored())
+  end subroutine check_not_numbers
+end module test_stepping
