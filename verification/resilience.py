@@ -14,6 +14,7 @@ import os
 import pathlib
 import random
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -233,7 +234,7 @@ def stopped_in_metis(checks: Checks, folder: pathlib.Path) -> None:
     subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(folder / "in_metis.c"), "-ldl"], check=True)
     (folder / "case.inp").write_text(block(width=2, columns=40, steps=5))
     done = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")], capture_output=True,
-                          text=True, timeout=LIMIT, env={**os.environ, "LD_PRELOAD": str(library)})
+                          text=True, timeout=PATIENCE, env={**os.environ, "LD_PRELOAD": str(library)})
     checks.check("SIGTERM within METIS ends with exit 143", done.returncode == 143 and "stopped on request" in done.stderr,
                  f"exit {done.returncode}: {done.stderr[-200:]}")
     checks.check("and the state is on disk", (folder / "out" / "restart.h5").exists())
@@ -472,6 +473,60 @@ def strange_library(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
 
 
+CLOCK_MODEL = r"""
+/* Elasticity that adds up DTIME in its first state variable and keeps the time at the end of the step in its second. */
+void umat_(double *stress, double *state, double *ddsdde, void *sse, void *spd, void *scd, void *rpl, void *ddsddt, void *drplde,
+           void *drpldt, double *stran, double *dstran, double *time, double *dtime) {
+    for (int i = 0; i < 36; i++) ddsdde[i] = i % 7 == 0 ? (i < 21 ? 200.0 : 100.0) : 0.0;
+    for (int i = 0; i < 6; i++) stress[i] += ddsdde[7 * i] * dstran[i];
+    state[0] += *dtime;
+    state[1] = time[1] + *dtime;
+    (void)sse; (void)spd; (void)scd; (void)rpl; (void)ddsddt; (void)drplde; (void)drpldt; (void)stran;
+}
+"""
+
+
+def clocks_and_levels(checks: Checks, folder: pathlib.Path) -> None:
+    """A model is told the deck's time in phases, stages and tables; its state may start otherwise at every level, and be recorded."""
+    source = folder / "clock.c"
+    source.write_text(CLOCK_MODEL)
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(folder / "libclock.so"), str(source)], check=True)
+    material = "*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libclock.so, STATE=3\n 1\n"
+    deck = block(steps=4).replace("*ELASTIC\n100, 0.3\n", material + "*USER STATE, ALONG=Y\n0, 0, 0, 2\n0.5, 0, 0, 1\n2, 0, 0, 4\n")
+    deck = deck.replace("LOAD FACTOR=1\n", "LOAD FACTOR=1, TIME=10, START TIME=100\n")
+    deck = deck.replace("*RESTART", "".join(f"*HISTORY, NAME={name}, QUANTITY=STATE, STATE={state}\n0.5, 0.5\n"
+                                            for name, state in (("sum", "1"), ("end", "SDV2"))) + "*RESTART", 1)
+    deck += "*PHASE, NAME=more, TIME=5\n*GRAVITY\n0, -1.5\n*CONTROLS, STEPS=2\n*END PHASE\n"
+    run = checks.run(folder, deck)
+    checks.check("a deck with times and levels runs", run.returncode == 0, run.stderr[-300:])
+    head, *rows = [line.split(",") for line in (folder / "out" / "curves.csv").read_text().splitlines()]
+    names = [cell.split("[")[0].strip() for cell in head]
+    column = {name: [float(row[names.index(name)]) for row in rows] for name in ("phase", "sum", "end")}
+    at = [i for i, phase in enumerate(column["phase"]) if phase == 1][-1]
+    # Steps held at their load take 1e-6 of their phase.
+    for what, value, wanted in (("of the first phase", column["sum"][at], 10.0), ("at its end", column["end"][at], 110.0),
+                                ("of both phases", column["sum"][-1], 15.0), ("at the end", column["end"][-1], 115.0)):
+        checks.check(f"the time {what} is that of the deck", abs(value - wanted) < 2e-3, f"{value}, not {wanted}")
+    with h5py.File(folder / "out" / "results.h5") as file:
+        last = file[f"steps/{max(file['steps'])}/points"]
+        position, displacement, state = (last[name][...] for name in ("position", "displacement", "SDV3"))
+        y = (position - displacement)[..., 1] if position.shape[-1] in (2, 3) else (position - displacement)[1]
+    wanted = [2 - 2 * v if v < 0.5 else 1 + 2 * (v - 0.5) for v in y.ravel()]
+    checks.check("the state starts as its levels say", max(abs(a - b) for a, b in zip(state.ravel(), wanted)) < 1e-12)
+    (folder / "path.csv").write_text("time [s],E22\n0,0\n5,-0.001\n20,-0.002\n")
+    test = "*MATERIAL, NAME=soil\n" + material + ("*POINT TEST, TYPE=PATH, START TIME=50\n*POINT STAGE, STEPS=2, TIME=3\nE22, 0.001\n"
+                                                   "*POINT STAGE, INPUT=path.csv, STEPS=2\n")
+    (folder / "point.inp").write_text(test)
+    run = subprocess.run([checks.binary, "point", str(folder / "point.inp"), "--out", str(folder / "point")], capture_output=True, text=True)
+    checks.check("a point test with times runs", run.returncode == 0, run.stderr[-300:])
+    head, *rows = [line.split(",") for line in (folder / "point" / "curves.csv").read_text().splitlines()]
+    names = [cell.split("[")[0].strip() for cell in head]
+    at = names.index("SDV1") if "SDV1" in names else names.index("state_16")
+    found = [float(row[at + 1]) for row in rows]
+    wanted = [0, 51.5, 53, 53 + 10e-6, 53 + 20e-6, 55.5, 58, 65.5, 73]
+    checks.check("its times are those of stage and table", len(found) == 9 and max(abs(a - b) for a, b in zip(found, wanted)) < 1e-4, f"{found}")
+
+
 def leaves_by_exit(checks: Checks, folder: pathlib.Path) -> None:
     """A model that ends the process with exit code 0, past all handlers, is a failure of the model."""
     library = pathlib.Path(checks.binary).parent / "verification" / "plugins" / "libfaulty.so"
@@ -481,6 +536,19 @@ def leaves_by_exit(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("and with a message", "ends the program" in run.stderr, run.stderr[-300:])
     rows = len((folder / "out" / "curves.csv").read_text().splitlines()) - 1
     checks.check("the steps before are whole", rows == 2 and (folder / "out" / "restart.h5").exists(), f"{rows} rows")
+
+
+def small_memory(checks: Checks, folder: pathlib.Path) -> None:
+    """A process that may not have the memory of the linear algebra says so; that library asks for it for ever otherwise, deaf to SIGTERM."""
+    (folder / "case.inp").write_text(block(steps=2))
+    least = 0
+    for mebibytes in (100, 150, 200, 250):
+        limits = ((resource.RLIMIT_AS, mebibytes << 20), (resource.RLIMIT_CPU, 20))
+        run = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / f"out{mebibytes}")], capture_output=True,
+                             text=True, preexec_fn=lambda limits=limits: [resource.setrlimit(kind, (most, most)) for kind, most in limits])
+        checks.check(f"in {mebibytes} MiB a run ends by itself", run.returncode in (0, 1, 127), f"exit {run.returncode}: {run.stderr[-300:]}")
+        least += run.returncode == 1 and "not enough memory" in run.stderr
+    checks.check("where there is too little it says so", least > 0)
 
 
 def full_disk(checks: Checks, folder: pathlib.Path) -> None:
@@ -507,7 +575,8 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases,
-                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, full_disk):
+                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
+                 small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:
                 test(checks, pathlib.Path(name))

@@ -5,6 +5,7 @@ module qsmpm_named_values
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_model, only: model_type
+  use qsmpm_points, only: place_of
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, nearest_word, integer_text
   implicit none
@@ -250,7 +251,7 @@ contains
       points%initial_volume(:) = points%volume
       do p = 1, points%count
         associate (law => model%laws(points%material(p))%law)
-          call law%start(points%stress(:, p), points%state(:law%state_count, p))
+          call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate

@@ -18,7 +18,7 @@ module qsmpm_point
   use qsmpm_point_curves, only: point_row_type, point_header, point_row
   use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
   use qsmpm_point_stages, only: ramp_type, begin_ramps, aim_ramps, set_controls
-  use qsmpm_point_test, only: point_test_type
+  use qsmpm_point_test, only: point_stage_type, point_test_type
   use qsmpm_point_tally, only: tally_type, take_tangent, tangent_text, state_text
   use qsmpm_posix, only: remove_file, system_message
   use qsmpm_tensor, only: stress_size
@@ -87,6 +87,8 @@ contains
     if (.not. allocated(error)) then
       bench%tangent = request%tangent
       bench%log = request%banner//newline//point_summary(analysis)
+      if (allocated(bench%law%advice)) bench%log = bench%log//"material '"//analysis%point_test%material//"': "// &
+        bench%law%advice//newline
       call record_test(analysis, request%directory, clock, bench, error)
       text = bench%log
     end if
@@ -326,7 +328,10 @@ contains
     do while (done < 1.0_wp)
       call set_controls(bench%ramps, (real(step - 1, wp) + min(1.0_wp, done + part))/steps, controls)
       moment = moment_type(row%stage, row%step, row%increments + 1, &
-        (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, part/(steps*rows))
+        (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, part/(steps*rows), &
+        test%start_time + sum(test%stages(:row%stage - 1)%duration), test%stages(row%stage)%duration)
+      if (allocated(test%stages(row%stage)%times)) &
+        call take_times(test%stages(row%stage), number, step, done, part, moment)
       call control_point(bench%law, bench%point, controls, test%tolerance, moment, bench%batch, iterations, error)
       row%iterations = row%iterations + iterations
       bench%tally%iterations = bench%tally%iterations + iterations
@@ -341,6 +346,25 @@ contains
       end if
     end do
   end subroutine run_step
+
+  !> Start and length of a part of a step to a row of a table with times, as shares of the stage.
+  pure subroutine take_times(stage, number, step, done, part, moment)
+    !> The stage.
+    type(point_stage_type), intent(in) :: stage
+    !> Number of the row, and of the step to it.
+    integer, intent(in) :: number, step
+    !> Share of the step that is done, and that is to be done.
+    real(wp), intent(in) :: done, part
+    !> When the part takes place.
+    type(moment_type), intent(inout) :: moment
+    real(wp) :: before, length
+
+    before = 0.0_wp
+    if (number > 1) before = stage%times(number - 1)
+    length = (stage%times(number) - before)/(real(stage%steps, wp)*stage%duration)
+    moment%start = before/stage%duration + (real(step - 1, wp) + done)*length
+    moment%duration = part*length
+  end subroutine take_times
 
   !> Share of a part that is tried next.
   pure real(wp) function smaller(share)

@@ -6,7 +6,7 @@
 module qsmpm_run
   use omp_lib, only: omp_set_num_threads
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_blas_threads, only: set_blas_threads
+  use qsmpm_blas_threads, only: reserve_buffers, set_blas_threads
   use qsmpm_deck, only: read_deck
   use qsmpm_display, only: display_plain
   use qsmpm_error, only: error_type, error_other
@@ -165,6 +165,7 @@ contains
     call omp_set_num_threads(1)
     call set_blas_threads(1)
     call load_deck(path, plugins, scene, expansion, verdicts, model, report, error)
+    if (.not. allocated(error)) call reserve_buffers(1, error)
     if (.not. allocated(error)) call refuse_point(scene, error)
     if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
     if (allocated(error)) then

@@ -213,6 +213,7 @@ contains
 
     ! A stage of which nothing is done keeps its load factor, which must not be 0.
     kept = merge(share, 1.0_wp, share > 0.0_wp)
+    scene%phases(number)%duration = kept*scene%phases(number)%duration
     associate (phase => scene%phases(number))
       factor = kept*phase%load_factor
       if (phase%gravity%given .and. phase%initial%kind /= initial_k0) then

@@ -6,6 +6,7 @@ module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type
   use qsmpm_audience, only: audience_type
+  use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
   use qsmpm_display, only: display_quiet
@@ -108,6 +109,7 @@ contains
     end if
     call refuse_point(problem%scene, error)
     if (.not. allocated(error)) call check_threads(self%threads, error)
+    if (.not. allocated(error)) call reserve_buffers(self%threads, error)
     if (allocated(error)) return
     call enter_library(self%threads, settings)
     self%clock = problem%clock

@@ -14,6 +14,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -45,6 +46,16 @@ void qsmpm_watch_signals(void)
 int qsmpm_signal_received(void)
 {
     return (int)received;
+}
+
+/* Not 0 when the process may have so many bytes more; they are given back at once. */
+int qsmpm_may_have_memory(long bytes)
+{
+    void *place = mmap(NULL, (size_t)bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+
+    if (place == MAP_FAILED) return 0;
+    munmap(place, (size_t)bytes);
+    return 1;
 }
 
 /* The words for errno; text holds length bytes. */

@@ -72,7 +72,7 @@ module qsmpm_analysis
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
   !> What a history records.
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, &
-    quantity_stress = 3, quantity_reaction = 4
+    quantity_stress = 3, quantity_reaction = 4, quantity_state = 5
 
   !> Where in the input an item was written, for errors found after parsing.
   type :: source_line_type
@@ -267,6 +267,8 @@ module qsmpm_analysis
     !> Share of the load that stabilisation may carry; a step is held until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_holds = 30
+    !> Factor on the stabilisation from hold to hold; 1 keeps it.
+    real(wp) :: hold_fade = 1.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
     logical :: proximal = .true.
     real(wp) :: drag_share = 1.0e-3_wp
@@ -291,6 +293,8 @@ module qsmpm_analysis
     real(wp) :: at(3) = 0.0_wp
     !> quantity_reaction: the node set.
     character(len=:), allocatable :: set
+    !> quantity_state: name of the state variable as results have it, or its number.
+    character(len=:), allocatable :: state
     real(wp) :: scale = 1.0_wp
   end type history_type
 
@@ -318,6 +322,11 @@ module qsmpm_analysis
     type(source_line_type) :: where
     !> Load factor at the end of the phase; loads of the phase are given per unit of it.
     real(wp) :: load_factor = 1.0_wp
+    !> How long it lasts, for models that depend on time, and when it starts where it does not start at the end of the
+    !> one before.
+    real(wp) :: duration = 1.0_wp
+    real(wp) :: start_time = 0.0_wp
+    logical :: start_given = .false.
     type(initial_stress_type) :: initial
     type(fixity_type), allocatable :: fixities(:)
     type(prescription_type), allocatable :: prescriptions(:)

@@ -51,6 +51,8 @@ contains
       default=real_text(c%stabilisation_share), range='(0, 1]')
     call table%parameter('MAX HOLDS', kind_integer, 'times a step is held at most', &
       default=integer_text(c%max_holds), range='[0, inf)')
+    call table%parameter('HOLD FADE', kind_real, 'factor on the stabilisation from hold to hold; 1 keeps it, '// &
+      '0.1 saves most of the holds near a limit load', default=real_text(c%hold_fade), range='(0, 1]')
     call table%parameter('PROXIMAL', kind_word, 'sub-steps with proximal damping when the static step is '// &
       'lost; a static solve at TOLERANCE ends them', default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DRAG SHARE', kind_real, 'share of the load below which the damping of the '// &
@@ -95,6 +97,7 @@ contains
       c%largest_move = card%number('LARGEST MOVE')
       c%stabilisation_share = card%number('STABILISATION SHARE')
       c%max_holds = card%whole('MAX HOLDS')
+      c%hold_fade = card%number('HOLD FADE')
       c%proximal = card%word('PROXIMAL') == 'YES'
       c%drag_share = card%number('DRAG SHARE')
       c%max_substeps = card%whole('MAX SUBSTEPS')

@@ -6,7 +6,7 @@ module qsmpm_deck_echo
     material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
     select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
     body_polyhedron, basis_fem, &
-    kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, &
+    kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, quantity_state, &
     quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
   use qsmpm_deck_hardening, only: echo_hardening
@@ -334,11 +334,13 @@ contains
     character(len=:), allocatable :: text
 
     text = '*HISTORY, NAME='//quoted(history%name)//', QUANTITY='// &
-      trim(quantity_words(history%quantity))//', COMPONENT='
-    if (history%quantity == quantity_stress) then
-      text = text//trim(tensor_words(history%component))
+      trim(quantity_words(history%quantity))
+    if (history%quantity == quantity_state) then
+      text = text//', STATE='//quoted(history%state)
+    else if (history%quantity == quantity_stress) then
+      text = text//', COMPONENT='//trim(tensor_words(history%component))
     else
-      text = text//trim(axis_words(history%component))
+      text = text//', COMPONENT='//trim(axis_words(history%component))
     end if
     text = text//', UNIT='//quoted(history%unit)//', SCALE='//real_text(history%scale)
     if (history%quantity == quantity_reaction) then

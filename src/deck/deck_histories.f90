@@ -2,7 +2,7 @@
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, history_type, plane_strain, axisymmetric, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+    quantity_displacement, quantity_position, quantity_stress, quantity_reaction, quantity_state
   use qsmpm_text, only: squeezed, real_text
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -24,17 +24,19 @@ contains
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
       'POSITION follow a massless tracer that starts at the place given; STRESS is '// &
-      'that of the nearest material point; REACTION is the sum over a node set.', handle_history)
+      'that of the nearest material point, as is STATE; REACTION is the sum over a node set.', handle_history)
     call table%parameter('NAME', kind_name, 'name of the column', required=.true.)
     call table%parameter('QUANTITY', kind_word, 'what is recorded', required=.true., &
       allowed=bar_list(quantity_words))
     call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for '// &
-      'STRESS', required=.true., allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
+      'STRESS; wanted unless QUANTITY=STATE', allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
     call table%parameter('UNIT', kind_name, 'unit in the header; made of *UNITS when not given')
     call table%parameter('SCALE', kind_real, 'factor of the values', &
       default=real_text(history%scale))
     call table%parameter('NSET', kind_name, 'node set', needs='QUANTITY=REACTION')
-    call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS')
+    call table%parameter('STATE', kind_name, 'state variable: its name in the results (plastic_strain, '// &
+      'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
+    call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE')
     call table%column('x', kind_real, 'coordinate')
     call table%column('y', kind_real, 'coordinate')
     call table%column('z', kind_real, 'coordinate', third=.true.)
@@ -56,9 +58,18 @@ contains
         call state%fault(card, "there is already a history '"//history%name//"'")
     end do
     history%quantity = position_of(card%word('QUANTITY'), quantity_words)
-    if (history%quantity > 0) call read_component(card, history, state)
+    if (history%quantity == quantity_state) then
+      history%state = squeezed(card%value('STATE'))
+      if (.not. card%has('STATE')) call state%fault(card, 'QUANTITY=STATE wants the parameter STATE')
+      if (card%has('COMPONENT')) call state%fault(card, 'COMPONENT has no meaning with QUANTITY=STATE')
+    else if (history%quantity > 0) then
+      if (.not. card%has('COMPONENT')) call state%fault(card, 'the parameter COMPONENT is missing')
+      call read_component(card, history, state)
+    end if
     history%unit = squeezed(card%value('UNIT'))
     history%scale = card%number('SCALE')
+    if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
+      "SCALE=0: the column '"//history%name//"' will be zero throughout")
     if (size(card%rows) > 0) history%at = [(number_at(card%rows(1), i), i=1, 3)]
     if (history%quantity == quantity_reaction) then
       history%set = squeezed(card%value('NSET'))

@@ -32,6 +32,10 @@ contains
     call table%parameter('NAME', kind_name, 'name of the phase', required=.true.)
     call table%parameter('LOAD FACTOR', kind_real, 'load factor at the end of the phase', &
       default=real_text(phase%load_factor), range='(0, inf)')
+    call table%parameter('TIME', kind_real, 'how long the phase lasts, for models that depend on time', &
+      default=real_text(phase%duration), range='(0, inf)')
+    call table%parameter('START TIME', kind_real, 'time at its start; the end of the phase before, 0 for the '// &
+      'first one, when not given')
     call table%example('*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, '// &
       '-1|*END PHASE')
 
@@ -134,6 +138,9 @@ contains
     phase%name = squeezed(card%value('NAME'))
     phase%where = source_line(card%place)
     phase%load_factor = card%number('LOAD FACTOR')
+    phase%duration = card%number('TIME')
+    phase%start_given = card%has('START TIME')
+    if (phase%start_given) phase%start_time = card%number('START TIME')
     allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
       phase%hold_test%at(0))
     do i = 1, size(state%analysis%phases)

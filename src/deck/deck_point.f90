@@ -42,6 +42,8 @@ contains
       'positive; beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', &
       range='[0, inf)', &
       needs='TYPE=TRIAXIAL DRAINED|TRIAXIAL UNDRAINED|BIAXIAL|ISOTROPIC')
+    call table%parameter('START TIME', kind_real, 'time at the start, for models that depend on time', &
+      default=real_text(test%start_time))
     call table%parameter('TOLERANCE', kind_real, 'stress error allowed over the largest stress of a step', &
       default=real_text(test%tolerance), range='(0, 1e-2]')
     call table%example('*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|*POINT STAGE, '// &
@@ -71,9 +73,12 @@ contains
       'the test. A step that finds no equilibrium is cut.', handle_stage)
     call table%parameter('STEPS', kind_integer, 'steps of the stage, 50 when not given; with INPUT steps to each '// &
       'row, 1 when not given', range='[1, inf)')
+    call table%parameter('TIME', kind_real, 'how long the stage lasts, for models that depend on time; 1 when '// &
+      'neither it nor a column `time` of the table says it', range='(0, inf)')
     call table%parameter('INPUT', kind_file, 'CSV file of targets in place of data lines, relative to the deck: '// &
       'first line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are '// &
-      'brought to the units of *UNITS')
+      'brought to the units of *UNITS; a column `time` has the time of each row from the start of the stage, in '// &
+      'the unit of the model')
     call table%data('nothing: the file has them', 0, 0, when='INPUT')
     call table%data('targets', 1, 9)
     call table%column('quantity', kind_word, 'compression positive: AXIAL STRAIN, AXIAL STRESS, DEVIATOR (axial '// &
@@ -100,6 +105,7 @@ contains
       test%strain = position_of(card%word('STRAIN'), strain_words)
       test%fixed_height = card%word('HEIGHT') == trim(height_words(1))
       test%tolerance = card%number('TOLERANCE')
+      test%start_time = card%number('START TIME')
       test%cell_given = card%has('CELL PRESSURE')
       if (test%cell_given) test%cell_pressure = card%number('CELL PRESSURE')
     end associate
@@ -144,6 +150,8 @@ contains
       end do
     end if
     if (card%has('STEPS')) stage%steps = max(1, card%whole('STEPS'))
+    stage%duration_given = card%has('TIME')
+    if (stage%duration_given) stage%duration = card%number('TIME')
     call append_stage(state%analysis%point_test, stage)
   end subroutine handle_stage
 

@@ -3,7 +3,7 @@
 module qsmpm_deck_point_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type, mesh_none
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_lines, only: read_whole_file
@@ -135,7 +135,12 @@ contains
         return
       end if
       call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', stage%leads, &
-        stage%targets, error)
+        stage%targets, stage%times, error)
+      if (.not. allocated(error) .and. allocated(stage%times)) then
+        if (stage%duration_given) call fail(error, error_deck, &
+          "TIME is given, and '"//stage%table//"' has a column `time`")
+        stage%duration = stage%times(size(stage%times))
+      end if
       if (allocated(error)) then
         call state%fault_from(stage_place(state, number), 'POINT STAGE', error%message)
         if (allocated(stage%leads)) deallocate (stage%leads)

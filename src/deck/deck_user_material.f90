@@ -5,7 +5,8 @@ module qsmpm_deck_user_material
   use qsmpm_analysis_lists, only: append
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, position_of, interface_words, model_tangent_words, answer_words
+  use qsmpm_deck_words, only: bar_list, position_of, axis_words, interface_words, model_tangent_words, &
+    answer_words
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_keyword_table, only: table_type, in_material, once, kind_name, kind_file, kind_real, kind_integer, kind_word
   use qsmpm_path, only: directory_of, joined, absolute_path
@@ -34,8 +35,8 @@ contains
       allowed=bar_list(interface_words))
     call table%parameter('LIBRARY', kind_file, "shared library, sought from the deck's directory, then from the "// &
       'working directory', required=.true.)
-    call table%parameter('SYMBOL', kind_name, 'name of the procedure, UMAT or USER_MOD when not given; NAME_, NAME '// &
-      'in small letters and NAME in capitals are tried')
+    call table%parameter('SYMBOL', kind_name, 'name of the procedure, UMAT or USER_MOD when not given; NAME as it '// &
+      'is, NAME_ and NAME in small letters and NAME in capitals are tried; module::name is one of a Fortran module')
     call table%parameter('MODEL', kind_integer, 'number of the model in the library', &
       default=integer_text(user%model), &
       range='[1, inf)', needs='INTERFACE=UDSM')
@@ -51,6 +52,9 @@ contains
     call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the '// &
       'start, '// &
       'zero where the list is shorter. A UDSM is handed them in its task 1 and may replace them.', handle_user_state)
+    call table%parameter('ALONG', kind_word, 'axis along which they differ: each line is then a coordinate and '// &
+      'the state variables there, linear between the lines and constant beyond; the coordinates rise', &
+      allowed=bar_list(axis_words))
     call table%data('values, in any number of lines', 1, huge(1))
     call table%column('value', kind_real, 'state variables in the order of the model', repeated=.true.)
     call table%example('*USER STATE| 0, 0, 0, 0, 0, 0, 0.65')
@@ -97,7 +101,7 @@ contains
       user%given = .true.
       user%interface = max(interface_umat, position_of(card%word('INTERFACE'), interface_words))
       call find_library(card, user%library)
-      user%symbol = small(card%value('SYMBOL'))
+      user%symbol = card%value('SYMBOL')
       if (len(user%symbol) == 0) user%symbol = trim(merge('user_mod', 'umat    ', user%interface == interface_udsm))
       if (card%has('MODEL')) user%model = card%whole('MODEL')
       if (card%has('STATE')) user%states = card%whole('STATE')
@@ -136,8 +140,42 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    call take_numbers(card, state%analysis%materials(size(state%analysis%materials))%user%start)
+    associate (user => state%analysis%materials(size(state%analysis%materials))%user)
+      if (card%has('ALONG')) then
+        user%along = position_of(card%word('ALONG'), axis_words)
+        call take_profile(card, state, user)
+      else
+        call take_numbers(card, user%start)
+      end if
+    end associate
   end subroutine handle_user_state
+
+  !> State variables that differ along an axis: a level a line.
+  subroutine take_profile(card, state, user)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    !> The material.
+    type(user_material_type), intent(inout) :: user
+    integer :: i, k, n
+
+    if (user%along > state%dimension) call state%fault(card, 'ALONG=Z has no meaning in a plane model')
+    if (size(card%rows) == 0) return
+    if (.not. all([(card%rows(i)%good, i=1, size(card%rows))])) return
+    n = size(card%rows(1)%items)
+    if (n < 2 .or. any([(size(card%rows(i)%items) /= n, i=1, size(card%rows))])) then
+      call state%fault(card, 'each line wants a coordinate and the same number of state variables')
+      user%along = 0
+      return
+    end if
+    allocate (user%levels(size(card%rows)), user%profile(n - 1, size(card%rows)))
+    do i = 1, size(card%rows)
+      user%levels(i) = number_at(card%rows(i), 1)
+      user%profile(:, i) = [(number_at(card%rows(i), k), k=2, n)]
+    end do
+    if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) &
+      call state%fault(card, 'the coordinates must rise from line to line')
+    user%start = user%profile(:, 1)
+  end subroutine take_profile
 
   !> All numbers of a card.
   subroutine take_numbers(card, numbers)
@@ -161,19 +199,6 @@ contains
     end do
   end subroutine take_numbers
 
-  !> Small letters.
-  pure function small(text) result(changed)
-    !> The text.
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: changed
-    integer :: i
-
-    changed = text
-    do i = 1, len(text)
-      if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') changed(i:i) = achar(iachar(text(i:i)) + 32)
-    end do
-  end function small
-
   !> The cards of a material.
   subroutine echo_user_material(echo, material)
     !> The echo.
@@ -181,6 +206,7 @@ contains
     !> The material, with a model of the user's.
     type(material_type), intent(in) :: material
     character(len=:), allocatable :: text
+    integer :: i
 
     associate (user => material%user)
       text = '*USER MATERIAL, INTERFACE='//trim(interface_words(user%interface))//', LIBRARY='//quoted(user%library)// &
@@ -195,7 +221,13 @@ contains
       if (user%undrained > 0.0_wp) text = text//', UNDRAINED='//real_text(user%undrained)
       call echo%line(text)
       call echo_numbers(echo, user%constants)
-      if (.not. allocated(user%start)) return
+      if (user%along > 0) then
+        call echo%line('*USER STATE, ALONG='//trim(axis_words(user%along)))
+        do i = 1, size(user%levels)
+          call echo%line(' '//numbers([user%levels(i), user%profile(:, i)]))
+        end do
+      end if
+      if (.not. allocated(user%start) .or. user%along > 0) return
       call echo%line('*USER STATE')
       call echo_numbers(echo, user%start)
     end associate

@@ -19,9 +19,12 @@ contains
     type(phase_type), intent(in) :: phase
     !> 2 or 3.
     integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
 
-    call echo%line('*PHASE, NAME='//quoted(phase%name)//', LOAD FACTOR='// &
-      real_text(phase%load_factor))
+    text = '*PHASE, NAME='//quoted(phase%name)//', LOAD FACTOR='//real_text(phase%load_factor)//', TIME='// &
+      real_text(phase%duration)
+    if (phase%start_given) text = text//', START TIME='//real_text(phase%start_time)
+    call echo%line(text)
     call echo%line('*INITIAL, TYPE='//trim(initial_words(phase%initial%kind)))
     if (phase%initial%kind == initial_k0) &
       call echo%line(' '//numbers([phase%initial%surface_level, phase%initial%k0]))
@@ -112,7 +115,7 @@ contains
       ', MANY ITERATIONS='//integer_text(c%many_iterations)// &
       ', STEP ERROR='//real_text(c%step_error)//', LARGEST MOVE='//real_text(c%largest_move)//',')
     call echo%line(' STABILISATION SHARE='//real_text(c%stabilisation_share)// &
-      ', MAX HOLDS='//integer_text(c%max_holds)//',')
+      ', MAX HOLDS='//integer_text(c%max_holds)//', HOLD FADE='//real_text(c%hold_fade)//',')
     if (c%proximal) then
       call echo%line(' PROXIMAL=YES, DRAG SHARE='//real_text(c%drag_share)// &
         ', MAX SUBSTEPS='//integer_text(c%max_substeps))

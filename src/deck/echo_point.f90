@@ -25,7 +25,7 @@ contains
       integer_text(test%dimension)//', STRAIN='//trim(strain_words(test%strain))
     if (test%kind == test_shear) text = text//', HEIGHT='//trim(height_words(merge(1, 0, test%fixed_height)))
     if (test%kind == test_undrained) text = text//', CELL PRESSURE='//real_text(test%cell_pressure)
-    call echo%line(text//', TOLERANCE='//real_text(test%tolerance))
+    call echo%line(text//', START TIME='//real_text(test%start_time)//', TOLERANCE='//real_text(test%tolerance))
     call echo%line('*INITIAL STRESS')
     call echo%line(' '//numbers(test%stress))
     do i = 1, size(test%stages)
@@ -43,6 +43,7 @@ contains
     integer :: i
 
     text = '*POINT STAGE, STEPS='//integer_text(stage%steps)
+    if (.not. allocated(stage%times)) text = text//', TIME='//real_text(stage%duration)
     if (len(stage%table) > 0) then
       call echo%line(text//', INPUT='//quoted(stage%table))
       return

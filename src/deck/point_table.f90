@@ -1,5 +1,6 @@
 !> Tables of targets for a point: a CSV file whose first line names what is led, `e22 [%],s11 [kPa]`, and whose other
-!> lines are targets one after the other. Columns named `time`, `step` or `phase` are not read.
+!> lines are targets one after the other. A column named `time` says when each is reached; `step` and `phase` are not
+!> read.
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
@@ -30,7 +31,7 @@ contains
   end function is_stress
 
   !> Targets of a table.
-  pure subroutine parse_targets(path, text, stress_unit, leads, targets, error)
+  pure subroutine parse_targets(path, text, stress_unit, leads, targets, times, error)
     !> Path of the file, for messages.
     character(len=*), intent(in) :: path
     !> What it holds.
@@ -41,12 +42,15 @@ contains
     integer, allocatable, intent(out) :: leads(:)
     !> Targets in the deck's units (column, row).
     real(wp), allocatable, intent(out) :: targets(:, :)
+    !> Time of each row from the start of the stage; unallocated without a column of times.
+    real(wp), allocatable, intent(out) :: times(:)
     !> Set when the table is not good.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: lines(:), cells(:)
     integer, allocatable :: column(:), places(:)
     real(wp), allocatable :: factor(:)
-    integer :: i, row
+    real(wp) :: time(1)
+    integer :: i, row, time_column
 
     call split(text, newline, lines)
     allocate (places(0))
@@ -57,18 +61,50 @@ contains
       call fail(error, error_deck, path//': a line of headings and a row of targets are wanted')
       return
     end if
-    call parse_head(path, without_return(lines(places(1))%text), stress_unit, leads, column, factor, error)
+    call parse_head(path, without_return(lines(places(1))%text), stress_unit, leads, column, factor, time_column, error)
     if (allocated(error)) return
     allocate (targets(size(leads), size(places) - 1))
+    if (time_column > 0) allocate (times(size(places) - 1))
     do row = 2, size(places)
       call split(without_return(lines(places(row))%text), ',', cells)
       call parse_row(path//':'//integer_text(places(row)), cells, column, factor, targets(:, row - 1), error)
       if (allocated(error)) return
+      if (time_column == 0) cycle
+      call parse_row(path//':'//integer_text(places(row)), cells, [time_column], [1.0_wp], time, error)
+      if (allocated(error)) return
+      times(row - 1) = time(1)
     end do
+    if (time_column > 0) call check_times(path, places(2:), times, error)
   end subroutine parse_targets
 
+  !> Times must rise from row to row; the first row may be at the start of the stage.
+  pure subroutine check_times(path, places, times, error)
+    !> Path of the file.
+    character(len=*), intent(in) :: path
+    !> Line of each row.
+    integer, intent(in) :: places(:)
+    !> Its time.
+    real(wp), intent(in) :: times(:)
+    !> Set when one is not after the one before.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: i
+    real(wp) :: before
+
+    ! The first row may be at the start, when it is not the only one.
+    before = merge(-tiny(1.0_wp), 0.0_wp, size(times) > 1)
+    do i = 1, size(times)
+      if (times(i) > before) then
+        before = times(i)
+        cycle
+      end if
+      call fail(error, error_deck, path//':'//integer_text(places(i))//': the time is not after the one before; it '// &
+        'counts from the start of the stage')
+      return
+    end do
+  end subroutine check_times
+
   !> The line of headings.
-  pure subroutine parse_head(path, line, stress_unit, leads, column, factor, error)
+  pure subroutine parse_head(path, line, stress_unit, leads, column, factor, time_column, error)
     !> Path of the file.
     character(len=*), intent(in) :: path
     !> The line.
@@ -80,6 +116,8 @@ contains
     !> Where it stands in a row, and the factor to the deck's unit.
     integer, allocatable, intent(out) :: column(:)
     real(wp), allocatable, intent(out) :: factor(:)
+    !> Where the time stands, 0 without.
+    integer, intent(out) :: time_column
     !> Set when a heading is not known.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: cells(:)
@@ -89,9 +127,16 @@ contains
 
     call split(line, ',', cells)
     allocate (leads(0), column(0), factor(0))
+    time_column = 0
     do i = 1, size(cells)
       call cut_heading(cells(i)%text, name, unit)
-      if (any(name == ['TIME ', 'STEP ', 'PHASE'])) cycle
+      if (name == 'TIME') then
+        if (time_column > 0) call fail(error, error_deck, path//":1: 'TIME' stands there twice")
+        if (allocated(error)) return
+        time_column = i
+        cycle
+      end if
+      if (any(name == ['STEP ', 'PHASE'])) cycle
       lead = findloc(lead_words == name, .true., dim=1)
       if (lead == 0) then
         call fail(error, error_deck, path//":1: nothing is called '"//stripped(cells(i)%text)//"'")

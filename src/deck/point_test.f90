@@ -39,6 +39,11 @@ module qsmpm_point_test
     integer :: line = 0
     !> Steps to each target.
     integer :: steps = 50
+    !> How long the stage lasts, for models that depend on time; of a table with a column of times, from the start of
+    !> the stage to each row (row).
+    real(wp) :: duration = 1.0_wp
+    logical :: duration_given = .false.
+    real(wp), allocatable :: times(:)
     !> Table of targets by its full path; empty for data lines.
     character(len=:), allocatable :: table
     !> Quantities led, and their targets (quantity, row).
@@ -66,6 +71,8 @@ module qsmpm_point_test
     !> Total lateral stress of an undrained test at the start, compression positive.
     real(wp) :: cell_pressure = 0.0_wp
     logical :: cell_given = .false.
+    !> Time at the start.
+    real(wp) :: start_time = 0.0_wp
     type(point_stage_type), allocatable :: stages(:)
   end type point_test_type
 end module qsmpm_point_test

@@ -24,8 +24,8 @@ module qsmpm_law
   !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
 
-  !> When a step takes place. There is no time in a quasi-static analysis: every phase lasts for one unit, in
-  !> which its load runs from start to end.
+  !> When a step takes place. Nothing in a quasi-static analysis depends on time but what a model makes of it: a phase
+  !> lasts as long as the deck says, one unit where it says nothing, and its load runs evenly from start to end.
   type :: moment_type
     !> Number of the phase, and of the step in all phases, from 1.
     integer :: phase = 1
@@ -35,6 +35,9 @@ module qsmpm_law
     !> Share of the phase at the start of the step, and the share that the step goes.
     real(wp) :: start = 0.0_wp
     real(wp) :: duration = 1.0_wp
+    !> Time at the start of the phase, and how long the phase lasts.
+    real(wp) :: phase_start = 0.0_wp
+    real(wp) :: phase_time = 1.0_wp
   end type moment_type
 
   !> Points of one material in one step. Inputs are set by the caller, outputs by the law;
@@ -86,6 +89,8 @@ module qsmpm_law
     type(string_type), allocatable :: state_names(:)
     !> Whether the law wants number, cell, place and cell size of its points.
     logical :: asks_where = .false.
+    !> What the user should know of it; unallocated when there is nothing.
+    character(len=:), allocatable :: advice
     !> Whether it tells which points yield.
     logical :: tells_yield = .true.
     !> The model is a user's: that it fails is error_user_material.
@@ -102,6 +107,8 @@ module qsmpm_law
   contains
     !> State of an unstressed or prestressed point.
     procedure(start_interface), deferred :: start
+    !> The same at a place, for laws whose state differs from place to place.
+    procedure :: start_at => start_anywhere
     !> One step.
     procedure(update_interface), deferred :: update
     !> Number of fields by which a cell's points are averaged.
@@ -163,4 +170,18 @@ module qsmpm_law
       real(wp), intent(out) :: state(:)
     end subroutine from_fields_interface
   end interface
+contains
+
+  !> State of a point whose place does not matter.
+  subroutine start_anywhere(self, stress, place, state)
+    class(law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6), and position (3).
+    real(wp), intent(in) :: stress(:), place(3)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    associate (unused => place)
+    end associate
+    call self%start(stress, state)
+  end subroutine start_anywhere
 end module qsmpm_law

@@ -87,11 +87,12 @@ contains
     if (.not. there) call fail(error, error_user_material, "there is no library '"//path//"'")
   end subroutine find_library
 
-  !> Find a procedure in a shared library, spelt name_, name or NAME.
+  !> Find a procedure in a shared library, spelt as it is, name_, name or NAME; module::name is one of a Fortran module
+  !> as gfortran spells it.
   subroutine load_procedure(path, symbol, procedure, error)
     !> Path of the library.
     character(len=*), intent(in) :: path
-    !> Name of the procedure, small letters.
+    !> Name of the procedure.
     character(len=*), intent(in) :: symbol
     !> The procedure.
     type(c_funptr), intent(out) :: procedure
@@ -99,6 +100,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(kind=c_char) :: message(message_length)
     type(c_ptr) :: library
+    character(len=:), allocatable :: name
+    integer :: cut
 
     call find_library(path, error)
     if (allocated(error)) return
@@ -109,11 +112,15 @@ contains
         ' (tools/build-umat makes libraries that can)')
       return
     end if
-    procedure = c_symbol(library, symbol//'_'//c_null_char)
-    if (.not. c_associated(procedure)) procedure = c_symbol(library, symbol//c_null_char)
-    if (.not. c_associated(procedure)) procedure = c_symbol(library, capitals(symbol)//c_null_char)
+    name = small(symbol)
+    cut = index(name, '::')
+    if (cut > 0) name = '__'//name(:cut - 1)//'_MOD_'//name(cut + 2:)
+    procedure = c_symbol(library, symbol//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, name//'_'//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, name//c_null_char)
+    if (.not. c_associated(procedure)) procedure = c_symbol(library, capitals(name)//c_null_char)
     if (.not. c_associated(procedure)) call fail(error, error_user_material, "the library '"//path// &
-      "' has no procedure '"//symbol//"'")
+      "' has no procedure '"//symbol//"' (`nm -D --defined-only` lists those it has; module::name is one of a module)")
   end subroutine load_procedure
 
   !> A path that the loader does not look for elsewhere.
@@ -146,6 +153,19 @@ contains
       if (text(i:i) >= 'a' .and. text(i:i) <= 'z') large(i:i) = achar(iachar(text(i:i)) - 32)
     end do
   end function capitals
+
+  !> Small letters; every other character stays.
+  pure function small(text) result(changed)
+    !> The text.
+    character(len=*), intent(in) :: text
+    character(len=len(text)) :: changed
+    integer :: i
+
+    changed = text
+    do i = 1, len(text)
+      if (text(i:i) >= 'A' .and. text(i:i) <= 'Z') changed(i:i) = achar(iachar(text(i:i)) + 32)
+    end do
+  end function small
 
   !> Text of C.
   pure function until_null(characters) result(text)

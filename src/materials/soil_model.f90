@@ -61,6 +61,8 @@ module qsmpm_soil_model
     type(string_type), allocatable :: state_names(:)
     !> Whether the tangent is symmetric for every state.
     logical :: symmetric = .false.
+    !> What the user should know of it; unallocated when there is nothing.
+    character(len=:), allocatable :: advice
     !> Whether it tells which points yield.
     logical :: tells_yield = .true.
     !> Whether several threads may call it at once.
@@ -74,6 +76,8 @@ module qsmpm_soil_model
   contains
     !> State of a point with a given stress.
     procedure(start_interface), deferred :: start
+    !> The same at a place, for models whose state differs from place to place.
+    procedure :: start_at => start_anywhere
     !> One step of one point.
     procedure(update_interface), deferred :: update
   end type soil_model_type
@@ -103,4 +107,18 @@ module qsmpm_soil_model
       type(soil_answer_type), intent(inout) :: answer
     end subroutine update_interface
   end interface
+contains
+
+  !> State of a point whose place does not matter.
+  subroutine start_anywhere(self, stress, place, state)
+    class(soil_model_type), intent(in) :: self
+    !> Cauchy stress (6), and position.
+    real(wp), intent(in) :: stress(6), place(3)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    associate (unused => place)
+    end associate
+    call self%start(stress, state)
+  end subroutine start_anywhere
 end module qsmpm_soil_model

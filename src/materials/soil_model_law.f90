@@ -37,6 +37,7 @@ module qsmpm_soil_model_law
     integer :: before_own = 0
   contains
     procedure :: start
+    procedure :: start_at
     procedure :: update
     procedure :: fit_count
     procedure :: to_fields
@@ -62,6 +63,7 @@ contains
     law%state_count = law%before_own + model%state_count
     law%asks_where = .true.
     law%tells_yield = model%tells_yield
+    if (allocated(model%advice)) law%advice = model%advice
     law%of_user = .true.
     law%symmetric = model%symmetric
     law%stiffness_scale = model%stiffness_scale
@@ -86,11 +88,22 @@ contains
     end do
   end subroutine name_states
 
-  !> State of a point with a given stress, undeformed.
+  !> State of a point at the origin.
   subroutine start(self, stress, state)
     class(soil_model_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
+  end subroutine start
+
+  !> State of a point with a given stress, undeformed.
+  subroutine start_at(self, stress, place, state)
+    class(soil_model_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6), and position (3).
+    real(wp), intent(in) :: stress(:), place(3)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
     real(wp) :: full_stress(6)
@@ -100,13 +113,13 @@ contains
     state(:self%before_own) = 0.0_wp
     if (self%before_strain > 0) state([1, 5, 9]) = 1.0_wp
     if (self%model%thread_safe) then
-      call self%model%start(full_stress, state(self%before_own + 1:self%state_count))
+      call self%model%start_at(full_stress, place, state(self%before_own + 1:self%state_count))
     else
       !$omp critical (qsmpm_soil_model)
-      call self%model%start(full_stress, state(self%before_own + 1:self%state_count))
+      call self%model%start_at(full_stress, place, state(self%before_own + 1:self%state_count))
       !$omp end critical (qsmpm_soil_model)
     end if
-  end subroutine start
+  end subroutine start_at
 
   !> Update a batch.
   subroutine update(self, batch, tangent)

@@ -1,6 +1,7 @@
 !> Stands in for the model of a shared library that is not loaded: linear elasticity with the state variables and the
 !> stiffness that the deck tells. It serves to mesh, seed and plan a deck; nothing is to be computed with it.
 module qsmpm_stand_in
+  use qsmpm_door, only: number_states
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
@@ -41,6 +42,7 @@ contains
     model%stiffness_scale = modulus
     model%shear_scale = 0.5_wp*modulus/(1.0_wp + ratio)
     model%symmetric = user%symmetric
+    if (user%shows_state) call number_states(model%state_count, model%state_names)
     model%stiffness(1:3, 1:3) = 2.0_wp*model%shear_scale*ratio/(1.0_wp - 2.0_wp*ratio)
     do i = 1, 3
       model%stiffness(i, i) = model%stiffness(i, i) + 2.0_wp*model%shear_scale

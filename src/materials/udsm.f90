@@ -20,7 +20,7 @@ module qsmpm_udsm
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_text, only: integer_text, string_type
   use qsmpm_udsm_words, only: check_parameters, name_states
-  use qsmpm_user_material, only: user_material_type, model_tangent_auto, model_tangent_consistent, &
+  use qsmpm_user_material, only: user_material_type, put_start, model_tangent_auto, model_tangent_consistent, &
     model_tangent_elastic, model_tangent_numerical
   implicit none
   private
@@ -69,6 +69,7 @@ module qsmpm_udsm
     logical :: has_tangent = .false.
   contains
     procedure :: start
+    procedure :: start_at
     procedure :: update
   end type udsm_type
 
@@ -151,6 +152,9 @@ contains
     end if
     model%non_symmetric = arguments%non_symmetric /= 0
     model%has_tangent = arguments%has_tangent /= 0
+    if (model%user%tangent == model_tangent_auto .and. .not. model%has_tangent) model%advice = 'it has no tangent '// &
+      '(iTang = 0) and is solved with its elastic matrix, which takes many iterations where it yields; '// &
+      'TANGENT=NUMERICAL makes one'
     if (model%user%tangent == model_tangent_auto) model%user%tangent = &
       merge(model_tangent_consistent, model_tangent_elastic, model%has_tangent)
     if (model%user%states >= 0 .and. model%user%states /= arguments%states) then
@@ -164,29 +168,28 @@ contains
     ! A little compression: many soils have no state at no stress.
     call prepare(model, soil_increment_type(), [-1.0_wp, -1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, room, &
       other, arguments)
-    call take_start(model, room)
+    call put_start(model%user, [0.0_wp, 0.0_wp, 0.0_wp], room(:model%user%states))
     call perform(model, task_start, arguments, answer)
     if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
     model%props = arguments%props
   end subroutine inquire
 
-  !> The deck's start values, as far as they go.
-  subroutine take_start(model, state)
-    type(udsm_type), intent(in) :: model
-    !> State.
-    real(wp), intent(inout) :: state(:)
-    integer :: n
-
-    n = 0
-    if (allocated(model%user%start)) n = min(model%user%states, size(model%user%start))
-    if (n > 0) state(:n) = model%user%start(:n)
-  end subroutine take_start
-
-  !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
+  !> State of a point at the origin.
   subroutine start(self, stress, state)
     class(udsm_type), intent(in) :: self
     !> Effective stress (6).
     real(wp), intent(in) :: stress(6)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+
+    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
+  end subroutine start
+
+  !> State of a point with a given stress: task 1 answers in StVar0, which holds the deck's values before.
+  subroutine start_at(self, stress, place, state)
+    class(udsm_type), intent(in) :: self
+    !> Effective stress (6), and position.
+    real(wp), intent(in) :: stress(6), place(3)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
     real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
@@ -195,12 +198,12 @@ contains
 
     room = 0.0_c_double
     other = 0.0_c_double
-    call prepare(self, soil_increment_type(), stress, 0.0_wp, room, other, arguments)
-    call take_start(self, room)
+    call prepare(self, soil_increment_type(place=place), stress, 0.0_wp, room, other, arguments)
+    call put_start(self%user, place, room(:self%user%states))
     call perform(self, task_start, arguments, answer)
     state(:self%before) = 0.0_wp
     state(self%before + 1:self%state_count) = room(:self%user%states)
-  end subroutine start
+  end subroutine start_at
 
   !> One step of one point.
   subroutine update(self, increment, stress, state, answer)
@@ -312,8 +315,8 @@ contains
     arguments%x = increment%place(1)
     arguments%y = increment%place(2)
     arguments%z = increment%place(3)
-    arguments%time0 = increment%moment%phase - 1 + increment%moment%start
-    arguments%dtime = max(held_duration, increment%moment%duration)
+    arguments%time0 = increment%moment%phase_start + increment%moment%start*increment%moment%phase_time
+    arguments%dtime = max(held_duration, increment%moment%duration)*increment%moment%phase_time
     arguments%props = self%props
     arguments%sig0 = 0.0_c_double
     arguments%deps = 0.0_c_double

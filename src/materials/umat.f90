@@ -18,7 +18,7 @@ module qsmpm_umat
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_text, only: upper, real_text, integer_text
-  use qsmpm_user_material, only: user_material_type, model_tangent_elastic, model_tangent_numerical
+  use qsmpm_user_material, only: user_material_type, put_start, model_tangent_elastic, model_tangent_numerical
   implicit none
   private
 
@@ -57,6 +57,7 @@ module qsmpm_umat
     real(c_double), allocatable :: props(:)
   contains
     procedure :: start
+    procedure :: start_at
     procedure :: update
   end type umat_type
 
@@ -106,22 +107,30 @@ contains
     if (user%shows_state) call number_states(model%state_count, model%state_names)
   end subroutine make_umat
 
-  !> State variables as the deck gives them.
+  !> State variables at the origin.
   subroutine start(self, stress, state)
     class(umat_type), intent(in) :: self
-    !> Cauchy stress (6), of which they are independent.
+    !> Cauchy stress (6).
     real(wp), intent(in) :: stress(6)
     !> State (state_count).
     real(wp), intent(out) :: state(:)
-    integer :: n
+
+    call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
+  end subroutine start
+
+  !> State variables as the deck gives them.
+  subroutine start_at(self, stress, place, state)
+    class(umat_type), intent(in) :: self
+    !> Cauchy stress (6), of which they are independent, and position.
+    real(wp), intent(in) :: stress(6), place(3)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
 
     associate (unused => stress)
     end associate
     state(:self%state_count) = 0.0_wp
-    if (.not. allocated(self%user%start)) return
-    n = min(self%state_count, size(self%user%start))
-    state(:n) = self%user%start(:n)
-  end subroutine start
+    call put_start(self%user, place, state(:self%state_count))
+  end subroutine start_at
 
   !> One step of one point.
   subroutine update(self, increment, stress, state, answer)
@@ -234,8 +243,8 @@ contains
     arguments%drot = increment%rotation
     arguments%dfgrd0 = increment%gradient_start
     arguments%dfgrd1 = increment%gradient_end
-    arguments%time = increment%moment%start + [0, increment%moment%phase - 1]
-    arguments%dtime = max(held_duration, increment%moment%duration)
+    arguments%time = increment%moment%start*increment%moment%phase_time + [0.0_wp, increment%moment%phase_start]
+    arguments%dtime = max(held_duration, increment%moment%duration)*increment%moment%phase_time
     arguments%coords = increment%place
     arguments%celent = increment%cell_size
     arguments%pnewdt = 1.0_c_double

@@ -4,7 +4,7 @@ module qsmpm_user_material
   implicit none
   private
 
-  public :: user_material_type
+  public :: user_material_type, put_start
 
   !> How the library is spoken to, numbered as in the deck's description.
   integer, parameter, public :: interface_umat = 1, interface_udsm = 2
@@ -42,5 +42,35 @@ module qsmpm_user_material
     !> Constants, and state variables at the start.
     real(wp), allocatable :: constants(:)
     real(wp), allocatable :: start(:)
+    !> Where they differ from place to place: along which axis (0 for nowhere), coordinates of the levels, rising, and
+    !> the variables there (state variable, level), linear between.
+    integer :: along = 0
+    real(wp), allocatable :: levels(:), profile(:, :)
   end type user_material_type
+contains
+
+  !> Put the state variables at the start that the deck gives for a place, as far as they go; beyond the levels those of
+  !> the nearest one.
+  pure subroutine put_start(user, place, state)
+    type(user_material_type), intent(in) :: user
+    !> Position (3).
+    real(wp), intent(in) :: place(3)
+    !> State variables; those the deck does not give stay.
+    real(wp), intent(inout) :: state(:)
+    real(wp) :: x, share
+    integer :: k, n
+
+    n = 0
+    if (allocated(user%start)) n = min(size(state), size(user%start))
+    if (n == 0) return
+    state(:n) = user%start(:n)
+    if (user%along == 0) return
+    state(:n) = user%profile(:n, 1)
+    x = place(user%along)
+    do k = 2, size(user%levels)
+      if (x <= user%levels(k - 1)) exit
+      share = min(1.0_wp, (x - user%levels(k - 1))/(user%levels(k) - user%levels(k - 1)))
+      state(:n) = user%profile(:n, k - 1) + share*(user%profile(:n, k) - user%profile(:n, k - 1))
+    end do
+  end subroutine put_start
 end module qsmpm_user_material

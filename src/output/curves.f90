@@ -106,7 +106,7 @@ contains
       row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
         real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
         real_text(record%out_of_balance)//','//real_text(record%drag_share)//','// &
-        real_text(record%stabilisation_share)//','//integer_text(record%inaccurate_points)//','// &
+        real_text(record%stabilisation%share)//','//integer_text(record%inaccurate_points)//','// &
         real_text(record%step_error)
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)

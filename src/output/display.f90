@@ -177,7 +177,7 @@ contains
       text = phase_text(model)//', load factor '//short_text(progress%load_factor, 5)// &
         ', step '//integer_text(progress%step)//', '//integer_text(record%iterations)// &
         ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
-        ', stabilisation '//short_text(record%stabilisation_share, 2)
+        ', stabilisation '//short_text(record%stabilisation%share, 2)
       if (abs(record%drag_share) > 0.0_wp) then
         text = text//', drag '//short_text(record%drag_share, 2)
       end if

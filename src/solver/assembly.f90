@@ -30,8 +30,10 @@ module qsmpm_assembly
 
   !> What an evaluation yields; kept between iterations so that nothing is allocated in the loop.
   type :: evaluation_type
-    !> Internal force (dimension, node_count).
-    real(wp), allocatable :: force(:, :)
+    !> Internal force, and the same with the contributions of the groups by their size (dimension, node_count).
+    real(wp), allocatable :: force(:, :), force_size(:, :)
+    !> Work of the internal force on the displacement, that of every group by its size.
+    real(wp) :: work_size = 0.0_wp
     !> Force that the tangent gives the prescribed displacements (dimension, node_count).
     real(wp), allocatable :: linear_force(:, :)
     !> End stress, state, volume change and yielding of the integration points, where they are kept.
@@ -80,9 +82,10 @@ contains
     if (allocated(evaluation%work)) deallocate (evaluation%work)
     allocate (evaluation%work(thread_count()))
     if (allocated(evaluation%force)) then
-      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force)
+      if (size(evaluation%force, 2) /= node_count) deallocate (evaluation%force, evaluation%force_size)
     end if
-    if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count))
+    if (.not. allocated(evaluation%force)) allocate (evaluation%force(dimension, node_count), &
+      evaluation%force_size(dimension, node_count))
     if (allocated(evaluation%block)) then
       if (size(evaluation%block, 1) /= most**2 .or. size(evaluation%block, 2) /= chunk) &
         deallocate (evaluation%block, evaluation%group_force, evaluation%group_bad)
@@ -148,7 +151,7 @@ contains
       end do
       !$omp end do
       !$omp single
-      call add_chunk(integration, start, last, tangent, evaluation, equations, matrix, prescribed)
+      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, matrix, prescribed)
       !$omp end single
       if (evaluation%bad_point > 0) exit
     end do
@@ -207,6 +210,8 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
 
     evaluation%force = 0.0_wp
+    evaluation%force_size = 0.0_wp
+    evaluation%work_size = 0.0_wp
     evaluation%bad_point = 0
     evaluation%bad_status = status_ok
     if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
@@ -221,12 +226,15 @@ contains
   end subroutine begin
 
   !> Add forces and blocks of a chunk of groups, in their order.
-  subroutine add_chunk(integration, start, last, tangent, evaluation, equations, matrix, prescribed)
+  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, matrix, prescribed)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The groups, and which tangent was wanted.
+    !> The groups.
     integer, intent(in) :: start
     integer, intent(in) :: last
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Which tangent was wanted.
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
@@ -235,6 +243,7 @@ contains
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted.
     real(wp), intent(in), optional :: prescribed(:, :)
+    real(wp) :: work
     integer :: g, k, a, n, d
 
     d = size(evaluation%force, 1)
@@ -244,10 +253,15 @@ contains
       if (evaluation%bad_point > 0) return
       associate (nodes => integration%nodes(integration%node_first(g):integration%node_first(g + 1) - 1))
         n = size(nodes)
+        work = 0.0_wp
         do a = 1, n
-          evaluation%force(:, nodes(a)) = evaluation%force(:, nodes(a)) &
-            + evaluation%group_force((a - 1)*d + 1:a*d, k)
+          associate (force => evaluation%group_force((a - 1)*d + 1:a*d, k), node => nodes(a))
+            evaluation%force(:, node) = evaluation%force(:, node) + force
+            evaluation%force_size(:, node) = evaluation%force_size(:, node) + abs(force)
+            work = work + sum(force*displacement(:, node))
+          end associate
         end do
+        evaluation%work_size = evaluation%work_size + abs(work)
         if (tangent == tangent_none) cycle
         if (present(matrix)) call add_packed(equations, g, d, n, evaluation%block(1, k), matrix)
         if (present(prescribed)) call add_product(nodes, d, n, evaluation%block(1, k), prescribed, &

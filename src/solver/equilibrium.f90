@@ -24,6 +24,7 @@ module qsmpm_equilibrium
   use qsmpm_integration, only: integration_type, group_of
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_penalty_terms, only: add_stabilising_force
+  use qsmpm_stabilisation_share, only: solve_share_type, measure_solve
   use qsmpm_supports, only: add_support_force
   use qsmpm_pressures, only: add_pressure_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
@@ -49,6 +50,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
+    !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
+    real(wp) :: least_load = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
     !> Coefficient of the proximal drag per volume and displacement; 0 in a static step.
@@ -74,8 +77,10 @@ module qsmpm_equilibrium
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
     !> Norm of the load that out-of-balance and shares refer to.
     real(wp) :: load_norm = 0.0_wp
-    !> Forces of stabilisation and drag as shares of it.
-    real(wp) :: stabilisation_share = 0.0_wp, drag_share = 0.0_wp
+    !> Force of the drag as a share of it.
+    real(wp) :: drag_share = 0.0_wp
+    !> What the stabilisation carries.
+    type(solve_share_type) :: stabilisation
     real(wp) :: largest_move = 0.0_wp
     !> Share of the step's displacements and stresses that is due to its length, and whether that is why
     !> it was not taken; set by whoever looks at it.
@@ -229,7 +234,7 @@ contains
     imbalance = solution%external_force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
     call gather(step%equations, solution%external_force, load)
-    solution%load_norm = norm2(load)
+    solution%load_norm = max(norm2(load), goal%least_load)
     if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
       solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
       step%equations%constrained .and. spread(step%equations%active, 1, size(goal%force, 1)))))
@@ -463,9 +468,8 @@ contains
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(goal%force, 1), size(goal%force, 2)), damping(size(residual))
 
-    force = 0.0_wp
-    call add_stabilising_force(step%stabilisation, solution%displacement, force)
-    solution%stabilisation_share = relative(norm2(force), solution%load_norm)
+    call measure_solve(step%stabilisation, step%equations%patches, solution%displacement, &
+      step%evaluation%force_size, step%evaluation%work_size, solution%stabilisation)
     force = proximal_force(step, goal, solution%displacement)
     solution%drag_share = relative(norm2(force), solution%load_norm)
     call gather(step%equations, force, damping)

@@ -1,7 +1,8 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+  use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
+    quantity_state
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
   implicit none
@@ -43,6 +44,8 @@ contains
         value = tracers%position(history%component, place)
       case (quantity_stress)
         value = model%state%points%stress(history%component, model%history_point(i))
+      case (quantity_state)
+        value = model%state%points%state(model%history_state(i), model%history_point(i))
       case (quantity_reaction)
         place = find_set(model%mesh%node_sets, history%set)
         value = sum(model%state%reactions(history%component, model%space%sets(place)%items))

@@ -8,6 +8,7 @@ module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: initial_stress_type, material_type
   use qsmpm_model, only: model_type
+  use qsmpm_points, only: place_of
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top
   implicit none
   private
@@ -39,7 +40,7 @@ contains
         points%stress(axis, p) = vertical
         points%initial_volume(p) = points%volume(p)
         associate (law => model%laws(points%material(p))%law)
-          call law%start(points%stress(:, p), points%state(:law%state_count, p))
+          call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate

@@ -12,16 +12,19 @@ module qsmpm_load_step
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type, newton_full
   use qsmpm_law, only: moment_type
+  use qsmpm_phase_times, only: phase_start_time
   use qsmpm_model, only: model_type
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_penalty_terms, only: weaken
   use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_pushed_material, only: note_push
   use qsmpm_supports, only: take_support_reactions
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
@@ -66,6 +69,7 @@ contains
     call check_state(model, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (allocated(error)) return
+    call weaken(step%stabilisation, attempt%stabilisation)
     call turn_to(step%profile%watch, part_control)
     goal%tolerance = attempt%tolerance
     goal%drag = attempt%damping
@@ -90,6 +94,7 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
+      call note_push(model, attempt%fraction - model%state%progress%fraction)
       model%state%progress%fraction = attempt%fraction
     end if
   end subroutine load_step
@@ -140,7 +145,9 @@ contains
 
     step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
       step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
-      duration=fraction - model%state%progress%fraction)
+      duration=fraction - model%state%progress%fraction, &
+      phase_start=phase_start_time(model%analysis%phases, model%state%progress%phase), &
+      phase_time=model%analysis%phases(model%state%progress%phase)%duration)
     allocate (goal%force(model%mesh%dimension, model%space%node_count))
     allocate (force_before, mold=goal%force)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
@@ -148,6 +155,7 @@ contains
     call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
     call add_pressure_force(step%pressures, still, force_before)
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
     call set_pressures(step%pressures, pressures_at(model%loading, fraction))
     allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
   end subroutine set_loads

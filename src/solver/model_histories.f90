@@ -1,9 +1,9 @@
 !> Where the histories of the deck are taken: a massless tracer for each displacement or position,
-!> the nearest material point for each stress.
+!> the nearest material point for each stress and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
-    history_type
+    quantity_state, history_type
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_points, only: allocate_carried
@@ -11,6 +11,7 @@ module qsmpm_model_histories
   use qsmpm_element, only: inside_distance, face_count
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_text, only: upper
   implicit none
   private
 
@@ -29,7 +30,8 @@ contains
 
     associate (histories => model%analysis%histories)
       traced = histories%quantity == quantity_displacement .or. histories%quantity == quantity_position
-      allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), source=0)
+      allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), &
+        model%history_state(size(histories)), source=0)
       call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
       n = 0
       do i = 1, size(histories)
@@ -37,10 +39,11 @@ contains
           if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_fault(faults, &
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
-        if (histories(i)%quantity == quantity_stress) then
+        if (any(histories(i)%quantity == [quantity_stress, quantity_state])) then
           model%history_point(i) = nearest_point(model%state%points, histories(i)%at(:model%mesh%dimension))
           call note_point(model, histories(i), model%history_point(i))
         end if
+        if (histories(i)%quantity == quantity_state) call find_state(model, i, faults)
         if (.not. traced(i)) cycle
         n = n + 1
         model%history_tracer(i) = n
@@ -48,6 +51,48 @@ contains
       end do
     end associate
   end subroutine make_histories
+
+  !> Find the state variable of a history among those of the law of its point.
+  subroutine find_state(model, number, faults)
+    !> The model.
+    type(model_type), intent(inout) :: model
+    !> Number of the history.
+    integer, intent(in) :: number
+    !> Faults found so far.
+    type(fault_list_type), intent(inout) :: faults
+    character(len=:), allocatable :: known, name
+    integer :: m, k
+
+    m = model%state%points%material(model%history_point(number))
+    known = ''
+    associate (law => model%laws(m)%law, history => model%analysis%histories(number))
+      if (allocated(law%state_names)) then
+        do k = 1, law%state_count
+          name = law%state_names(k)%text
+          if (len(name) == 0) cycle
+          known = known//', '//name
+          if (is_named(name, history%state)) model%history_state(number) = k
+        end do
+      end if
+      if (model%history_state(number) > 0) return
+      if (len(known) == 0) known = ', none'
+      call add_fault(faults, history%where, '*HISTORY', "'"//history%state//"' is no state variable of material '"// &
+        model%analysis%materials(m)%name//"', whose point is nearest; it has: "//known(3:))
+    end associate
+  end subroutine find_state
+
+  !> Whether a name, or the number in it, is meant: SDV3_void_ratio is also SDV3 and 3.
+  pure logical function is_named(name, word)
+    !> Name of a state variable.
+    character(len=*), intent(in) :: name
+    !> What the deck says.
+    character(len=*), intent(in) :: word
+    character(len=:), allocatable :: wanted, head
+
+    wanted = upper(word)
+    head = upper(name(:scan(name//'_', '_') - 1))
+    is_named = upper(name) == wanted .or. (index(head, 'SDV') == 1 .and. (head == wanted .or. head == 'SDV'//wanted))
+  end function is_named
 
   !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
   subroutine place_tracer(model, history, tracer, faults)

@@ -6,7 +6,7 @@ module qsmpm_penalty_terms
   implicit none
   private
 
-  public :: stabilisation_type, add_stabilising_force, most_nodes
+  public :: stabilisation_type, add_stabilising_force, weaken, most_nodes
 
   !> The terms.
   type :: stabilisation_type
@@ -26,6 +26,16 @@ contains
     most = 0
     if (patches%count > 0) most = maxval(patches%first(2:) - patches%first(:patches%count))
   end function most_nodes
+
+  !> Multiply all terms by a factor.
+  pure subroutine weaken(stabilisation, factor)
+    !> The stabilisation terms.
+    type(stabilisation_type), intent(inout) :: stabilisation
+    !> Between 0 and 1.
+    real(wp), intent(in) :: factor
+
+    stabilisation%matrix = factor*stabilisation%matrix
+  end subroutine weaken
 
   !> Force of the stabilisation for a displacement of the step.
   subroutine add_stabilising_force(stabilisation, displacement, force)

@@ -7,9 +7,11 @@ module qsmpm_phases
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
-  use qsmpm_moving_mesh_check, only: check_moving_mesh
   use qsmpm_initial_balance, only: check_initial_balance
-  use qsmpm_model, only: model_type
+  use qsmpm_moving_mesh_check, only: check_moving_mesh
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_pushed_material, only: check_following
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
@@ -34,6 +36,9 @@ module qsmpm_phases
   !> Shares of a phase closer than this are the same.
   real(wp), parameter :: closeness = 1.0e-12_wp
 
+  !> A stabilisation that carries more than this is told of, whatever the deck allows.
+  real(wp), parameter :: much = 5.0e-2_wp
+
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: march_type
     !> Scratch of the step: pattern and factors of the equations, times.
@@ -42,8 +47,13 @@ module qsmpm_phases
     logical :: begun = .false.
     !> The observer knows that the present phase has ended.
     logical :: told = .false.
+    !> The observer knows that the material does not follow a set of the present phase.
+    logical :: warned = .false.
     !> Share of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
+    !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
+    integer :: stiff_steps = 0
+    real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
     !> Who solves: the method, unless a test has put a script here.
     class(step_solver_type), allocatable :: solver
   end type march_type
@@ -67,6 +77,7 @@ contains
       call march_step(model, march, observer, error)
       if (allocated(error)) exit
     end do
+    call tell_worst_share(model, march, observer)
     call end_march(march, profile)
   end subroutine run_phases
 
@@ -166,6 +177,7 @@ contains
     integer :: beyond
 
     call start_phase(model)
+    march%warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_k0) return
       call check_initial_balance(model, march%step, phase, observer, error)
@@ -189,6 +201,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     march%told = .true.
+    call tell_worst_share(model, march, observer)
     call turn_to(march%step%profile%watch, part_output)
     call observer%phase_done(model, error)
     call turn_to(march%step%profile%watch, part_control)
@@ -208,6 +221,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
+    type(state_type) :: before
     real(wp) :: length, last
 
     if (.not. model%state%progress%next_step > 0.0_wp) &
@@ -219,18 +233,41 @@ contains
       end if
       length = model%state%progress%next_step
       record = step_record_type()
+      if (model%state%watched%count > 0) before = model%state
       last = min(march%limit, end_of_step(phase%controls, model%state%progress%fraction, length))
       call take_step(model, march%step, march%solver, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
+        call follow_sets(model, march, phase, before, observer, error)
+        if (allocated(error)) return
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call report_step(model, march, phase, observer, record, error)
+        call watch_share(model, march, observer, record%stabilisation%share)
         return
       end if
-      call cut_step(model, march%step, phase, length, outcome, observer, error)
+      call cut_step(model, march%step, phase, last - model%state%progress%fraction, outcome, observer, error)
       if (allocated(error)) return
     end do
   end subroutine reach_step
+
+  !> A step after which the material has lost a prescribed set is not kept.
+  subroutine follow_sets(model, march, phase, before, observer, error)
+    type(model_type), intent(inout) :: model
+    type(march_type), intent(inout) :: march
+    type(phase_type), intent(in) :: phase
+    !> State before the step.
+    type(state_type), intent(in) :: before
+    class(observer_type), intent(inout) :: observer
+    !> error_not_converged; the state is then that before the step.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: warning
+
+    call check_following(model, phase, warning, error)
+    if (allocated(error)) call restore(before, model)
+    if (allocated(error) .or. len(warning) == 0 .or. march%warned) return
+    call observer%note(warning)
+    march%warned = .true.
+  end subroutine follow_sets
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, march, phase, observer, record, error)
@@ -268,6 +305,65 @@ contains
     end associate
     if (.not. allocated(error)) call test_hold(model, march%step, march%solver, phase, observer, error)
   end subroutine report_step
+
+  !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
+  subroutine watch_share(model, march, observer, share)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+    !> Share of the stabilisation in the step.
+    real(wp), intent(in) :: share
+
+    if (.not. share > much) return
+    if (march%stiff_steps == 0) call observer%note('warning: the stabilisation carries '//percent_text(share)// &
+      ' of the forces at load factor '//factor_text(model%state%progress%load_factor)//': the body is too stiff '// &
+      'by about as much; lower FACTOR of *METHOD or STABILISATION SHARE of *CONTROLS')
+    march%stiff_steps = march%stiff_steps + 1
+    if (.not. share > march%worst_share) return
+    march%worst_share = share
+    march%worst_load_factor = model%state%progress%load_factor
+  end subroutine watch_share
+
+  !> The worst that a phase has seen of the stabilisation, once, at its end.
+  subroutine tell_worst_share(model, march, observer)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+
+    if (march%stiff_steps > 0) call observer%note("warning: phase '"// &
+      model%analysis%phases(model%state%progress%phase)%name//"': the stabilisation carries more than "// &
+      percent_text(much)//' of the forces in '//integer_text(march%stiff_steps)//' of '// &
+      integer_text(model%state%progress%phase_steps)//' steps, '//percent_text(march%worst_share)// &
+      ' at the most, at load factor '//factor_text(march%worst_load_factor))
+    march%stiff_steps = 0
+    march%worst_share = 0.0_wp
+  end subroutine tell_worst_share
+
+  !> A share in percent.
+  pure function percent_text(share) result(text)
+    real(wp), intent(in) :: share
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write (buffer, '(f8.1)') min(100.0_wp*share, 99999.0_wp)
+    text = trim(adjustl(buffer))//' %'
+  end function percent_text
+
+  !> A load factor.
+  pure function factor_text(load_factor) result(text)
+    real(wp), intent(in) :: load_factor
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+
+    write (buffer, '(es11.4)') load_factor
+    text = trim(adjustl(buffer))
+  end function factor_text
 
   !> Tell the observer when the part of the grid that is looked at has changed.
   subroutine tell_window(model, step, observer)

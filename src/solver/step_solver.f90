@@ -22,6 +22,8 @@ module qsmpm_step_solver
     real(wp) :: damping = 0.0_wp
     !> Largest nodal displacement that is accepted.
     real(wp) :: largest_move = huge(1.0_wp)
+    !> Factor on the stabilisation.
+    real(wp) :: stabilisation = 1.0_wp
   end type attempt_type
 
   !> Who solves.

@@ -18,6 +18,7 @@ module qsmpm_stepping
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
   use qsmpm_step_solver, only: step_solver_type, attempt_type
+  use qsmpm_stabilisation_share, only: add_solve
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
@@ -38,6 +39,10 @@ module qsmpm_stepping
   !> first one: a shorter step is the better help there. Other steps are not while they are longer than
   !> the first one, where the error of their length has let them grow, up to round-off.
   real(wp), parameter :: last_resort = 0.3_wp, round_off = 1.0e-9_wp
+
+  !> A hold near a limit load takes more iterations than a step; its stabilisation is not weaker than this share.
+  integer, parameter :: more_in_holds = 3
+  real(wp), parameter :: weakest = 1.0e-6_wp
 
   !> How an attempt ended.
   type :: outcome_type
@@ -180,7 +185,7 @@ contains
     if (.not. solution%converged) return
     record%out_of_balance = solution%undamped_out_of_balance
     record%drag_share = solution%drag_share
-    record%stabilisation_share = solution%stabilisation_share
+    call add_solve(solution%stabilisation, record%stabilisation)
     record%largest_move = max(record%largest_move, solution%largest_move)
   end subroutine note_solve
 
@@ -330,13 +335,18 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
+    type(controls_type) :: patient
     character(len=120) :: text
 
-    do while (record%stabilisation_share > controls%stabilisation_share .and. record%holds < controls%max_holds)
-      call solver%solve(model, step, controls, attempt_type(model%state%progress%fraction, controls%tolerance, &
-        largest_move=static_limit(model, controls)), solution, error)
-      if (allocated(error)) return
+    patient = controls
+    patient%max_iterations = more_in_holds*controls%max_iterations
+    do while (.not. record%stabilisation%share <= controls%stabilisation_share .and. &
+      record%holds < controls%max_holds)
       record%holds = record%holds + 1
+      call solver%solve(model, step, patient, attempt_type(model%state%progress%fraction, controls%tolerance, &
+        largest_move=static_limit(model, controls), stabilisation=max(weakest, controls%hold_fade**record%holds)), &
+        solution, error)
+      if (allocated(error)) return
       call note_solve(solution, record)
       if (solution%converged) cycle
       record%rejected = record%rejected + 1
@@ -350,9 +360,9 @@ contains
         return
       end if
     end do
-    if (record%stabilisation_share <= controls%stabilisation_share) return
-    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation_share, &
-      ' of the load and holding does not bring it below ', controls%stabilisation_share
+    if (record%stabilisation%share <= controls%stabilisation_share) return
+    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation%share, &
+      ' of the forces and holding does not bring it below ', controls%stabilisation_share
     call observer%note(trim(text))
     call reject(trim(text), outcome)
   end subroutine hold_until_quiet

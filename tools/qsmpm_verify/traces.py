@@ -71,20 +71,19 @@ def jitter(folder: Path, column: str, along: str = "load_factor", beyond: float 
     return float(bends.mean())
 
 
-def warnings(folder: Path, about: str) -> float:
-    """Number of warnings in job.log that hold a text [-]."""
-    path = folder / "job.log"
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise ResultError(f"{path}: {error.strerror}") from error
-    return float(sum(line.startswith("warning: ") and about in line for line in lines))
-
-
 def cpu_seconds(folder: Path) -> float:
     """CPU seconds of a run [s]."""
     return read_cpu_seconds(folder)
 
 
-TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, warnings, cpu_seconds)}
+def log_lines(folder: Path, text: str) -> float:
+    """Lines of job.log that hold a text [-]."""
+    path = folder / "job.log"
+    try:
+        return float(sum(text in line for line in path.read_text(encoding="utf-8").splitlines()))
+    except OSError as error:
+        raise ResultError(f"{path}: {error.strerror}") from error
+
+
+TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, cpu_seconds, log_lines)}
 """The functions a case file may name."""

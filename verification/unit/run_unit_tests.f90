@@ -34,6 +34,7 @@ program run_unit_tests
   use test_checkpoint, only: collect_checkpoint
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
+  use test_load_step, only: collect_load_step
   use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
@@ -43,6 +44,9 @@ program run_unit_tests
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
   use test_stepping, only: collect_stepping
+  use test_step_length, only: collect_step_length
+  use test_phases, only: collect_phases
+  use test_energy, only: collect_energy
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -52,6 +56,7 @@ program run_unit_tests
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
   use test_overburden, only: collect_overburden
+  use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -69,6 +74,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
+  use test_locking_choice, only: collect_locking_choice
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -76,6 +82,7 @@ program run_unit_tests
   use test_axisymmetry, only: collect_axisymmetry
   use test_moving_mesh_check, only: collect_moving_mesh_check
   use test_spline_ghost, only: collect_spline_ghost
+  use test_stabilisation_share, only: collect_stabilisation_share
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
   use test_uniform_pressure, only: collect_uniform_pressure
@@ -126,6 +133,7 @@ program run_unit_tests
   call register('checkpoint', collect_checkpoint)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
+  call register('load_step', collect_load_step)
   call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
@@ -135,6 +143,9 @@ program run_unit_tests
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
   call register('stepping', collect_stepping)
+  call register('step_length', collect_step_length)
+  call register('phases', collect_phases)
+  call register('energy', collect_energy)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)
@@ -144,6 +155,7 @@ program run_unit_tests
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
   call register('overburden', collect_overburden)
+  call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
@@ -161,6 +173,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
+  call register('locking_choice', collect_locking_choice)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)
@@ -168,6 +181,7 @@ program run_unit_tests
   call register('axisymmetry', collect_axisymmetry)
   call register('moving_mesh_check', collect_moving_mesh_check)
   call register('spline_ghost', collect_spline_ghost)
+  call register('stabilisation_share', collect_stabilisation_share)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
   call register('uniform_pressure', collect_uniform_pressure)

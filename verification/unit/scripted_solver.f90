@@ -84,7 +84,7 @@ contains
       solution%out_of_balance = answer%residual
       solution%undamped_out_of_balance = answer%undamped
       solution%drag_share = answer%damping_share
-      solution%stabilisation_share = answer%stabilisation_share
+      solution%stabilisation%force_share = answer%stabilisation_share
       solution%largest_move = answer%move
       solution%step_error = answer%step_error
       solution%too_long = answer%too_long

@@ -17,7 +17,8 @@ module test_doors
   use qsmpm_udsm, only: udsm_type, make_udsm
   use qsmpm_tensor, only: identity, pack_gradient
   use qsmpm_umat, only: umat_type, make_umat
-  use qsmpm_user_material, only: user_material_type, interface_umat, interface_udsm, model_tangent_consistent, &
+  use qsmpm_user_material, only: user_material_type, put_start, interface_umat, interface_udsm, &
+    model_tangent_consistent, &
     model_tangent_elastic, model_tangent_numerical
   use testing, only: tests_type
   implicit none
@@ -55,6 +56,7 @@ contains
     call check_loading(tests)
     call check_traits(tests)
     call check_missing_constants(tests)
+    call check_levels(tests)
     call check_by_gradient(tests)
   end subroutine collect_doors
 
@@ -96,6 +98,8 @@ contains
     increment%moment%step_of_phase = 9
     increment%moment%start = 0.25_wp
     increment%moment%duration = 0.125_wp
+    increment%moment%phase_start = 100.0_wp
+    increment%moment%phase_time = 8.0_wp
     increment%point = 42
     increment%cell = 24
     increment%place = [1.5_wp, 2.5_wp, 3.5_wp]
@@ -147,7 +151,7 @@ contains
     call tests%check('STRAN', same(r(31:36), increment%strain_start))
     call tests%check('DSTRAN', same(r(41:46), increment%strain))
     call tests%check('TIME, DTIME, TEMP, DTEMP, PREDEF, DPRED', same(r(51:57), &
-      [0.25_wp, 2.25_wp, 0.125_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
+      [2.0_wp, 102.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp]))
     call tests%check('PROPS', same(r(61:63), [31.0_wp, 32.0_wp, 33.0_wp]))
     call tests%check('COORDS', same(r(71:73), increment%place))
     call tests%check('PNEWDT, CELENT', same(r(74:75), [1.0_wp, 0.75_wp]))
@@ -226,8 +230,8 @@ contains
     call tests%check('dEps: the increment', same(r(21:26), increment%strain(swapped)))
     call tests%check('dEps: the strain at the start', same(r(27:32), increment%strain_start(swapped)))
     call tests%check('Props as task 1 has left them', same(r([41, 42, 43, 60]), [31.0_wp, 32.0_wp, 0.0_wp, 20.0_wp]))
-    call tests%check('X, Y, Z, Time0, dTime, Swp0, BulkW', same(r(91:97), [1.5_wp, 2.5_wp, 3.5_wp, 2.25_wp, &
-      0.125_wp, 0.0_wp, 0.0_wp]))
+    call tests%check('X, Y, Z, Time0, dTime, Swp0, BulkW', same(r(91:97), [1.5_wp, 2.5_wp, 3.5_wp, 102.0_wp, &
+      1.0_wp, 0.0_wp, 0.0_wp]))
     call tests%check('StVar0', same(r(101:102), [7.0_wp, 8.0_wp]))
     call tests%check('D of task 6 is handed to task 2', same(r(111:146:7), [1001.0_wp, 1002.0_wp, 1003.0_wp, &
       1004.0_wp, 1005.0_wp, 1006.0_wp]))
@@ -574,6 +578,29 @@ contains
     call tests%check('the tangent of a law by the deformation gradient', compared > 100 .and. largest < 2.0e-3_wp)
   end subroutine check_by_gradient
 
+  !> State variables at the start that differ along an axis.
+  subroutine check_levels(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    real(wp) :: state(3)
+
+    user%start = [5.0_wp, 6.0_wp]
+    state = 9.0_wp
+    call put_start(user, [0.0_wp, 3.0_wp, 0.0_wp], state)
+    call tests%check('the same everywhere', same(state, [5.0_wp, 6.0_wp, 9.0_wp]))
+    user%along = 2
+    user%levels = [0.0_wp, 2.0_wp, 6.0_wp]
+    user%profile = reshape([1.0_wp, 10.0_wp, 3.0_wp, 20.0_wp, 7.0_wp, 0.0_wp], [2, 3])
+    call put_start(user, [4.0_wp, 1.0_wp, 5.0_wp], state)
+    call tests%check('linear between two levels', same(state, [2.0_wp, 15.0_wp, 9.0_wp]))
+    call put_start(user, [4.0_wp, 5.0_wp, 0.0_wp], state)
+    call tests%check('and between the next two', same(state, [6.0_wp, 5.0_wp, 9.0_wp]))
+    call put_start(user, [4.0_wp, -5.0_wp, 1.0_wp], state)
+    call tests%check('below the first level as there', same(state, [1.0_wp, 10.0_wp, 9.0_wp]))
+    call put_start(user, [4.0_wp, 60.0_wp, 1.0_wp], state)
+    call tests%check('above the last level as there', same(state, [7.0_wp, 0.0_wp, 9.0_wp]))
+  end subroutine check_levels
+
   !> A UMAT that reads more constants than there are finds no numbers there, every time the same.
   subroutine check_missing_constants(tests)
     type(tests_type), intent(inout) :: tests
@@ -593,17 +620,29 @@ contains
     type(user_material_type) :: user
     type(umat_type) :: umat
     type(udsm_type) :: udsm
+    type(c_funptr) :: address
     type(error_type), allocatable :: error
 
     user = user_of(interface_umat, 'elastic_umat', [1.0_wp, 0.0_wp], 0)
     user%symbol = 'nothing'
     call make_umat(user, 'soil', umat, error)
     call tests%check('a missing procedure', refused(error, "has no procedure 'nothing'"))
+    call load_procedure(plugin('traits'), 'Titles::titled', address, error)
+    call tests%check('a procedure of a module is found', .not. allocated(error))
     user%library = '/no/such/library.so'
     call make_umat(user, 'soil', umat, error)
     call tests%check('a missing library', refused(error, "there is no library '/no/such/library.so'"))
     call make_udsm(user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], 3), 'soil', udsm, error)
     call tests%check('another number of state variables', refused(error, 'the model has 1 state variables'))
+    call make_udsm(user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], -1), 'soil', udsm, error)
+    call tests%check('a model without a tangent is said to have none', allocated(udsm%advice))
+    if (allocated(udsm%advice)) call tests%check('and what makes one', index(udsm%advice, 'TANGENT=NUMERICAL') > 0)
+    user = user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], -1)
+    user%tangent = model_tangent_numerical
+    call make_udsm(user, 'soil', udsm, error)
+    call tests%check('unless it is made', .not. allocated(udsm%advice))
+    call make_udsm(user_of(interface_udsm, 'traits', [260.0_wp, 0.3_wp, 0.65_wp], -1), 'soil', udsm, error)
+    call tests%check('one that has a tangent needs none', .not. allocated(udsm%advice))
   end subroutine check_loading
 
   !> Whether an error is one of the user's material and says something.

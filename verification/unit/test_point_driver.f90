@@ -154,18 +154,26 @@ contains
   subroutine test_tables(tests)
     type(tests_type), intent(inout) :: tests
     integer, allocatable :: leads(:)
-    real(wp), allocatable :: targets(:, :)
+    real(wp), allocatable :: targets(:, :), times(:)
     type(error_type), allocatable :: error
 
     call parse_targets('a.csv', 'time [s], s11 [MPa],E22 [%]'//achar(13)//newline//'0, -0.1, 2'//achar(13)//newline// &
-      newline//'1, -0.2, 3', 'kN/m^2', leads, targets, error)
+      newline//'1, -0.2, 3', 'kN/m^2', leads, targets, times, error)
     call tests%check('a table is read', .not. allocated(error))
     if (allocated(error)) return
     call tests%check('its columns are found by name', all(leads == [lead_stress + 1, lead_strain + 2]))
     ! Products of two doubles: a few units of the last place.
     call tests%close('stresses come in the units of the deck', targets(1, 2), -200.0_wp, 1.0e-12_wp)
     call tests%close('strains in percent become numbers', targets(2, 1), 0.02_wp, 1.0e-16_wp)
+    call tests%check('times are read', all(abs(times - [0.0_wp, 1.0_wp]) <= 0.0_wp))
     call tests%check('a unit of another kind is refused', .not. abs(unit_factor('kPa', .false., 'kPa')) > 0.0_wp)
+    call parse_targets('a.csv', 'time,E22'//newline//'0,1'//newline//'2,2'//newline//'2,3', 'kPa', leads, targets, times, error)
+    call tests%check('a time that does not rise is refused', allocated(error))
+    if (allocated(error)) call tests%check('with its line', index(error%message, 'a.csv:4: the time') == 1)
+    call parse_targets('a.csv', 'time,E22'//newline//'-1,1', 'kPa', leads, targets, times, error)
+    call tests%check('one before the stage too', allocated(error))
+    call parse_targets('a.csv', 'E22'//newline//'1', 'kPa', leads, targets, times, error)
+    call tests%check('a table may have no times', .not. allocated(error) .and. .not. allocated(times))
   end subroutine test_tables
 
   subroutine crude_start(self, stress, state)

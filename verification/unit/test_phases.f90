@@ -1,0 +1,307 @@
+!> The step loop of the phases with scripted outcomes of the solves: load fractions and load factors of accepted
+!> steps, cuts, growth, the end of a phase, the next one, a run that is resumed, and how a run ends that cannot go on.
+module test_phases
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type, error_not_converged, error_user_material
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, error_stopped
+  use qsmpm_run_profile, only: run_profile_type
+  use scripted_solver, only: answer_type, script_type, listener_type
+  use state_samples, only: state_differences
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_phases
+
+  !> A run with all that belongs to it.
+  type :: run_type
+    type(model_type) :: model
+    type(march_type) :: march
+    type(listener_type) :: listener
+    type(error_type), allocatable :: error
+  contains
+    procedure :: to_end
+    procedure :: reached
+  end type run_type
+
+  real(wp), parameter :: rounding = 1.0e-14_wp
+
+contains
+
+  !> All tests.
+  subroutine collect_phases(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('phases')
+    call check_lengths(tests)
+    call check_two_phases(tests)
+    call check_cuts(tests)
+    call check_end(tests)
+    call check_limit(tests)
+    call check_resumed(tests)
+    call check_stop(tests)
+    call check_hold_test(tests)
+  end subroutine collect_phases
+
+  !> A run of two phases, four steps to load factor 8 and two steps to 3.
+  function new_run(answers, controls) result(run)
+    type(answer_type), intent(in) :: answers(:)
+    !> More parameters of the first phase's *CONTROLS, and lines behind it.
+    character(len=*), intent(in) :: controls
+    type(run_type) :: run
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    type(script_type) :: script
+    type(run_profile_type) :: profile
+    character(len=1), parameter :: nl = new_line('a')
+
+    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
+      'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
+      '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
+      '0, 1, 0, 0.8'//nl//'*HISTORY, NAME=s, QUANTITY=STRESS, COMPONENT=YY'//nl//'0.5, 0.4'//nl// &
+      '*PHASE, NAME=first, LOAD FACTOR=8'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
+      '*CONTROLS, STEPS=4, PROXIMAL=NO, FEW ITERATIONS=6, MANY ITERATIONS=12, SMALLEST STEP=0.25'//controls//nl// &
+      '*END PHASE'//nl//'*PHASE, NAME=second, LOAD FACTOR=3'//nl//'*GRAVITY'//nl//'0, -1'//nl//'*CONTROLS, STEPS=2'// &
+      nl//'*END PHASE'//nl, analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, run%model, error)
+    if (allocated(error)) error stop 'the deck of the phases suite is broken'
+    allocate (script%answers, source=answers)
+    allocate (run%march%solver, source=script)
+    call begin_march(run%model, profile, run%march)
+  end function new_run
+
+  !> Step until the run has ended or cannot go on.
+  subroutine to_end(self)
+    class(run_type), intent(inout) :: self
+    type(run_profile_type) :: profile
+
+    do while (.not. is_finished(self%model, self%march))
+      call march_step(self%model, self%march, self%listener, self%error)
+      if (allocated(self%error)) exit
+    end do
+    call end_march(self%march, profile)
+  end subroutine to_end
+
+  !> Whether the accepted steps ended at these load fractions.
+  pure logical function reached(self, fractions)
+    class(run_type), intent(in) :: self
+    real(wp), intent(in) :: fractions(:)
+
+    reached = self%listener%steps == size(fractions)
+    if (reached) reached = all(abs(self%listener%fraction - fractions) <= rounding)
+  end function reached
+
+  !> Solves that were asked for.
+  pure integer function asked(run)
+    type(run_type), intent(in) :: run
+
+    asked = 0
+    select type (solver => run%march%solver)
+    type is (script_type)
+      asked = size(solver%asked)
+    end select
+  end function asked
+
+  !> A solve that is lost.
+  pure type(answer_type) function lost()
+    lost = answer_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
+  end function lost
+
+  !> Steps that converge.
+  subroutine check_lengths(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([answer_type()], '')
+    call run%to_end()
+    call tests%check('steps that converge end on multiples of the first, phase after phase', &
+      run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+    call tests%check('with the load factors of their phases', &
+      all(abs(run%listener%load_factor - [2.0_wp, 4.0_wp, 6.0_wp, 8.0_wp, 1.5_wp, 3.0_wp]) <= rounding))
+    call tests%check('phases end at one exactly', all(abs(run%listener%fraction([4, 6]) - 1.0_wp) <= 0.0_wp))
+    call tests%check('the end of each phase is told once', run%listener%phases == 2)
+    call tests%check('one solve a step', asked(run) == 6)
+    run = new_run([answer_type(iterations=13), answer_type(iterations=9), answer_type(iterations=6), &
+      answer_type(iterations=6)], '')
+    call run%to_end()
+    call tests%check('a hard step halves the next one, easy ones let it grow to the first again', &
+      run%reached([0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+    run = new_run([answer_type(iterations=6)], ', STEP ERROR=0.01')
+    call run%to_end()
+    call tests%check('steps without error double, within the phase', &
+      run%reached([0.25_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+  end subroutine check_lengths
+
+  !> What a new phase begins with.
+  subroutine check_two_phases(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    integer :: k
+
+    run = new_run([answer_type(), answer_type(), answer_type(), answer_type(iterations=13), answer_type()], '')
+    do k = 1, 4
+      call march_step(run%model, run%march, run%listener, run%error)
+    end do
+    associate (progress => run%model%state%progress)
+      call tests%check('four steps end the first phase', progress%phase == 1 .and. progress%phase_steps == 4 .and. &
+        run%listener%phases == 1)
+      call march_step(run%model, run%march, run%listener, run%error)
+      call tests%check('the fifth is the first of the second', progress%phase == 2 .and. progress%phase_steps == 1 .and. &
+        progress%step == 5)
+    end associate
+    call tests%check('of the length of its own controls', run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp]))
+    call tests%check('its loads begin where the first ended', abs(run%model%loading%gravity_start(2) + 8.0_wp) <= 0.0_wp &
+      .and. abs(run%model%loading%gravity_final(2) + 3.0_wp) <= 0.0_wp)
+    call tests%check('the run is not finished', .not. is_finished(run%model, run%march))
+    call run%to_end()
+    call tests%check('until the observer knows that the last phase has ended', is_finished(run%model, run%march) .and. &
+      run%listener%phases == 2)
+  end subroutine check_two_phases
+
+  !> Steps that are lost.
+  subroutine check_cuts(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(answer_type) :: answer
+
+    run = new_run([lost(), answer_type()], '')
+    call run%to_end()
+    call tests%check('a lost step is halved, grows again and comes back to multiples', &
+      run%reached([0.125_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+    call tests%check('the cut is told with its reason', index(run%listener%text, 'step cut: the script says no') > 0)
+    call tests%check('and left no trace but a solve', asked(run) == 8 .and. &
+      abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
+    run = new_run([lost(), lost(), answer_type(iterations=9)], '')
+    call run%to_end()
+    call tests%check('steps of usual iterations stay cut', run%listener%steps == 16 + 2 .and. &
+      abs(run%listener%fraction(1) - 0.0625_wp) <= rounding)
+    answer = lost()
+    answer%share = 0.4_wp
+    run = new_run([answer, answer_type()], '')
+    call run%to_end()
+    call tests%close('a law is given the share it asks for', run%listener%fraction(1), 0.1_wp, rounding)
+    answer = lost()
+    answer%too_long = .true.
+    answer%step_error = 0.014_wp
+    run = new_run([answer, answer_type()], ', STEP ERROR=0.01')
+    call run%to_end()
+    call tests%close('a step too long is cut to what its error allows', run%listener%fraction(1), 0.125_wp, rounding)
+  end subroutine check_cuts
+
+  !> A run that cannot go on.
+  subroutine check_end(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(state_type) :: before
+    type(answer_type) :: broken
+
+    run = new_run([answer_type(), lost()], '')
+    call march_step(run%model, run%march, run%listener, run%error)
+    before = run%model%state
+    call run%to_end()
+    before%progress%next_step = run%model%state%progress%next_step
+    call tests%check('a step lost down to the smallest ends the run', allocated(run%error) .and. run%listener%steps == 1)
+    call tests%check('after the halves that there are', asked(run) == 4)
+    call tests%check('in the last accepted state', len(state_differences(before, run%model%state)) == 0)
+    call tests%check('with the code of its cause', run%error%code == error_not_converged)
+    call tests%check('phase, load, reason, residual and node are told: '//run%error%message, &
+      index(run%error%message, "phase 'first': equilibrium lost beyond load factor  2.000000E+00: the script says no; "// &
+      'out of balance  5.00E-01, most at node 7 at') == 1)
+    broken = lost()
+    broken%broken = .true.
+    broken%cause = error_user_material
+    run = new_run([answer_type(), broken], '')
+    call run%to_end()
+    call tests%check('a law that is out of order ends it at once', run%error%code == error_user_material .and. &
+      asked(run) == 2)
+    run = new_run([answer_type(), answer_type(fatal=.true.)], '')
+    call run%to_end()
+    call tests%check('so does an error that ends the run', allocated(run%error) .and. asked(run) == 2 .and. &
+      run%listener%steps == 1)
+  end subroutine check_end
+
+  !> A load fraction that no step goes beyond.
+  subroutine check_limit(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([answer_type()], '')
+    run%march%limit = 0.3_wp
+    call march_step(run%model, run%march, run%listener, run%error)
+    call march_step(run%model, run%march, run%listener, run%error)
+    run%march%limit = 1.0_wp
+    call run%to_end()
+    call tests%check('a step ends at the limit, and the next on a multiple', &
+      run%reached([0.25_wp, 0.3_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+  end subroutine check_limit
+
+  !> A run that is resumed in a phase, or at its end.
+  subroutine check_resumed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run, resumed
+    integer :: k, done
+
+    do done = 1, 5
+      run = new_run([lost(), answer_type(iterations=9)], '')
+      do k = 1, done
+        call march_step(run%model, run%march, run%listener, run%error)
+      end do
+      resumed = new_run([answer_type(iterations=9)], '')
+      resumed%model%state = run%model%state
+      call run%to_end()
+      call resumed%to_end()
+      call tests%check('a resumed run takes the steps of one that was not interrupted', run%listener%steps == &
+        done + resumed%listener%steps)
+      call tests%check('and ends in its state', len(state_differences(run%model%state, resumed%model%state)) == 0)
+    end do
+    run = new_run([answer_type()], '')
+    call run%to_end()
+    resumed = new_run([answer_type()], '')
+    resumed%model%state = run%model%state
+    call resumed%to_end()
+    call tests%check('at the end of the last phase only this is told', resumed%listener%steps == 0 .and. &
+      resumed%listener%phases == 1 .and. .not. allocated(resumed%error))
+  end subroutine check_resumed
+
+  !> A run that is stopped.
+  subroutine check_stop(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([answer_type()], '')
+    run%listener%stop_after = 2
+    call run%to_end()
+    call tests%check('a run stops between two steps', run%error%code == error_stopped .and. run%reached([0.25_wp, 0.5_wp]))
+    run%listener%stop_after = huge(1)
+    deallocate (run%error)
+    call run%to_end()
+    call tests%check('and can go on', run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
+  end subroutine check_stop
+
+  !> Hold tests leave the state as it is.
+  subroutine check_hold_test(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    character(len=*), parameter :: wanted = new_line('a')//'*HOLD TEST, REPEATS=3'//new_line('a')//'4'
+
+    run = new_run([answer_type()], wanted)
+    call run%to_end()
+    call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%listener%steps == 6)
+    call tests%check('tells how much the first history has grown', index(run%listener%text, &
+      'hold test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
+    call tests%close('and puts the state back', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    run = new_run([answer_type(), answer_type(), answer_type(), lost(), answer_type()], wanted)
+    call run%to_end()
+    call tests%check('one that is lost is told', index(run%listener%text, 'lost at re-solve 2 (the script says no)') > 0)
+    call tests%close('and put back too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    run = new_run([answer_type(), answer_type(), answer_type(), answer_type(fatal=.true.)], wanted)
+    call run%to_end()
+    call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
+      abs(run%model%state%points%stress(1, 1) - 2.0_wp) <= rounding)
+  end subroutine check_hold_test
+end module test_phases
