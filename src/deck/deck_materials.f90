@@ -78,7 +78,8 @@ contains
       'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
       'elasticity; it costs accuracy where the pressure varies smoothly.', handle_cure)
     call table%parameter('TYPE', kind_word, 'AUTO: uniform pressure when nu is above 0.45, for '// &
-      'Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', default=trim(cure_words(material%cure)), allowed=bar_list(cure_words))
+      'Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', &
+      default=trim(cure_words(material%cure)), allowed=bar_list(cure_words))
     call table%parameter('FACTOR', kind_real, 'resistance to volume changes inside a cell over '// &
       'the shear modulus; 0.5 on linear elements and 0.1 on others when not given', &
       range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
