@@ -234,7 +234,7 @@ def stopped_in_metis(checks: Checks, folder: pathlib.Path) -> None:
     subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(folder / "in_metis.c"), "-ldl"], check=True)
     (folder / "case.inp").write_text(block(width=2, columns=40, steps=5))
     done = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")], capture_output=True,
-                          text=True, timeout=LIMIT, env={**os.environ, "LD_PRELOAD": str(library)})
+                          text=True, timeout=PATIENCE, env={**os.environ, "LD_PRELOAD": str(library)})
     checks.check("SIGTERM within METIS ends with exit 143", done.returncode == 143 and "stopped on request" in done.stderr,
                  f"exit {done.returncode}: {done.stderr[-200:]}")
     checks.check("and the state is on disk", (folder / "out" / "restart.h5").exists())

@@ -68,6 +68,8 @@ contains
     end if
     history%unit = squeezed(card%value('UNIT'))
     history%scale = card%number('SCALE')
+    if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
+      "SCALE=0: the column '"//history%name//"' will be zero throughout")
     if (size(card%rows) > 0) history%at = [(number_at(card%rows(1), i), i=1, 3)]
     if (history%quantity == quantity_reaction) then
       history%set = squeezed(card%value('NSET'))

@@ -1,6 +1,6 @@
 !> Cards of materials: *MATERIAL and the properties that belong to the last one.
 module qsmpm_deck_materials
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, pi
   use qsmpm_analysis, only: material_type
   use qsmpm_text, only: squeezed
   use qsmpm_cards, only: card_type, number_at, word_at
@@ -16,6 +16,9 @@ module qsmpm_deck_materials
   private
 
   public :: add_material_keywords
+
+  !> Radians.
+  real(wp), parameter :: degree = pi/180.0_wp
 
 contains
 
@@ -74,8 +77,9 @@ contains
     call table%add('LOCKING CURE', in_material, once, 'Cure of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
       'elasticity; it costs accuracy where the pressure varies smoothly.', handle_cure)
-    call table%parameter('TYPE', kind_word, 'AUTO: uniform pressure when nu is above 0.45 or '// &
-      'phi = 0, else none', default=trim(cure_words(material%cure)), allowed=bar_list(cure_words))
+    call table%parameter('TYPE', kind_word, 'AUTO: uniform pressure when nu is above 0.45, for '// &
+      'Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', &
+      default=trim(cure_words(material%cure)), allowed=bar_list(cure_words))
     call table%parameter('FACTOR', kind_real, 'resistance to volume changes inside a cell over '// &
       'the shear modulus; 0.5 on linear elements and 0.1 on others when not given', &
       range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
@@ -127,6 +131,9 @@ contains
         if (word_at(card%rows(1), 4) /= 'NONE') &
           material%tensile_strength = number_at(card%rows(1), 4)
       end if
+      if (material%tensile_strength < huge(1.0_wp) .and. material%tensile_strength*sin(material%friction_angle*degree) &
+        > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(card%place), &
+        'MOHR COULOMB', 'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
       if (material%dilatancy_angle > material%friction_angle) call state%fault_at(card, &
         card%rows(1), 'the dilatancy angle psi is above the friction angle phi')
       if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%fault_at(card, &

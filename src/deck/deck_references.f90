@@ -3,7 +3,8 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
-    source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper
+    source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
+    phase_type
   use qsmpm_text, only: string_type, add_word
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
@@ -289,7 +290,7 @@ contains
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
     logical :: held
-    integer :: p
+    integer :: p, i
 
     held = .false.
     do p = 1, size(state%analysis%phases)
@@ -297,10 +298,39 @@ contains
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
+        if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
+          'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
+          abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
+        if (.not. any([(acts(state%analysis%phases(i)), i=1, p)])) then
+          call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
+        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
+            .or. phase%gravity%given .or. size(phase%hold_test%at) > 0)) then
+          call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
+        end if
       end associate
     end do
     if (.not. held .and. size(state%analysis%phases) > 0) &
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
       '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
+
+  !> Whether a phase puts a load on the model.
+  pure logical function acts(phase)
+    type(phase_type), intent(in) :: phase
+    integer :: i
+
+    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
+    do i = 1, size(phase%tractions)
+      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) > 0.0_wp
+    end do
+  end function acts
+
+  !> Whether gravity acts along y or z and upwards.
+  pure logical function rises(gravity)
+    real(wp), intent(in) :: gravity(3)
+    integer :: axis
+
+    axis = maxloc(abs(gravity), dim=1)
+    rises = axis > 1 .and. gravity(axis) > 0.0_wp
+  end function rises
 end module qsmpm_deck_references

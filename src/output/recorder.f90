@@ -69,6 +69,8 @@ module qsmpm_recorder
     !> Error of the stresses of a step, and which step that is, -1 for none.
     type(stress_error_type) :: estimate
     integer :: estimate_step = -1
+    !> Warnings so far, a line each; repeated at the end of the log.
+    character(len=:), allocatable :: warnings
     !> First failure of the log; told at the next accepted step.
     type(error_type), allocatable :: log_error
     !> Where the time went: the last but one line of the log.
@@ -339,7 +341,38 @@ contains
 
     call write_log(self, without_last_newline(text))
     call show_text(self%display, without_last_newline(text))
+    call keep_warnings(self, text)
   end subroutine note
+
+  !> Keep the lines of a text that are warnings, each once.
+  subroutine keep_warnings(recorder, text)
+    class(recorder_type), intent(inout) :: recorder
+    character(len=*), intent(in) :: text
+    integer :: start, last
+
+    if (.not. allocated(recorder%warnings)) recorder%warnings = ''
+    start = 1
+    do while (start <= len(text))
+      last = index(text(start:)//newline, newline) + start - 2
+      associate (line => text(start:last))
+        if (index(line, 'warning: ') > 0 .and. index(newline//recorder%warnings, newline//line//newline) == 0) &
+          recorder%warnings = recorder%warnings//line//newline
+      end associate
+      start = last + 2
+    end do
+  end subroutine keep_warnings
+
+  !> Say again at the end of the log what was warned of.
+  subroutine repeat_warnings(recorder)
+    type(recorder_type), intent(inout) :: recorder
+    integer :: i, n
+
+    if (.not. allocated(recorder%warnings)) return
+    n = count([(recorder%warnings(i:i) == newline, i=1, len(recorder%warnings))])
+    if (n == 0) return
+    call write_log(recorder, 'warnings of this run: '//integer_text(n))
+    call write_log(recorder, without_last_newline(recorder%warnings))
+  end subroutine repeat_warnings
 
   !> Whether a signal has asked the run to stop.
   logical function stop_requested(self)
@@ -370,6 +403,7 @@ contains
     type(error_type), allocatable :: log_error
 
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
+    call repeat_warnings(recorder)
     if (allocated(outcome)) then
       call keep_last_state(recorder, model, outcome, error)
       if (signal_received() == 0) call tell_stress_error(recorder, model)

@@ -11,7 +11,7 @@ module qsmpm_restart
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_model, only: model_type, state_type, progress_type
-  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_points, only: carried_type, points_type, watched_points_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
   use qsmpm_state_check, only: check_state, window_reason
@@ -21,7 +21,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 8
+  integer, parameter :: layout = 9
 
 contains
 
@@ -69,6 +69,10 @@ contains
     call put_array(image, '/surface/reaction', model%state%surface%reaction)
     call put_array(image, '/surface/released', model%state%surface%released)
     call put_carried(image, '/tracers', model%state%tracers)
+    call put_carried(image, '/watched', model%state%watched)
+    call put_array(image, '/watched/set', model%state%watched%set)
+    call put_array(image, '/watched/component', model%state%watched%component)
+    call put_array(image, '/watched/pushed', model%state%watched%pushed)
     call put_group(image, '/mesh')
     allocate (window, source=[model%state%window%first, model%state%window%last])
     call put_array(image, '/mesh/window', window)
@@ -173,6 +177,12 @@ contains
     call get_array(reader, '/surface/reaction', state%surface%reaction)
     call get_array(reader, '/surface/released', state%surface%released)
     call get_carried(reader, '/tracers', state%tracers)
+    ! As many as the phase in the file watches.
+    state%watched = watched_points_type()
+    call get_carried(reader, '/watched', state%watched)
+    call get_array(reader, '/watched/set', state%watched%set)
+    call get_array(reader, '/watched/component', state%watched%component)
+    call get_array(reader, '/watched/pushed', state%watched%pushed)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_array(reader, '/mesh/released', state%released)

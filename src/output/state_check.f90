@@ -8,7 +8,7 @@ module qsmpm_state_check
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_model, only: model_type, progress_type, state_type
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_points, only: carried_type, points_type, watched_points_type
   implicit none
   private
 
@@ -34,6 +34,7 @@ contains
     if (.not. (finite_table(state%surface%reaction) .and. finite_table(state%surface%released))) &
       reason = 'the surface points'
     if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
+    if (.not. watched_good(state%watched, cells, model)) reason = 'the watched places'
     if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
     if (.not. finite_table(state%released)) reason = 'the mesh'
     if (.not. finite([state%plate])) reason = 'the mesh'
@@ -90,6 +91,17 @@ contains
       all(carried%cell <= last_cell) .and. finite_table(carried%position) .and. &
       finite_table(carried%initial_position) .and. finite_table(carried%local)
   end function carried_good
+
+  !> Whether watched places are of sets and components that there are.
+  pure logical function watched_good(watched, last_cell, model)
+    type(watched_points_type), intent(in) :: watched
+    integer, intent(in) :: last_cell
+    type(model_type), intent(in) :: model
+
+    watched_good = carried_good(watched, 0, last_cell) .and. all(watched%set >= 1) .and. &
+      all(watched%set <= size(model%mesh%node_sets)) .and. all(watched%component >= 1) .and. &
+      all(watched%component <= model%mesh%dimension) .and. finite(watched%pushed)
+  end function watched_good
 
   !> Whether material points are of bodies and materials that there are, and their numbers finite.
   pure logical function points_good(points, model)

@@ -1,9 +1,14 @@
 !> Surface points on the bounds of a body: the edges of its outline in the plane, its facets in 3D.
+!>
+!> A box is wider than drawn by round-off, so that faces in its sides are in it; strips of the faces beside them are
+!> then in it too. Edges and facets of which the box holds no more than such a strip, or less than a millionth of the
+!> surface, are slivers and left out.
 module qsmpm_outline_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron
+  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, facet_normal
+  use qsmpm_plane_clip, only: planes_of_box, clip_facet, most_corners
   use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_facet_seeding, only: seed_facets
@@ -13,10 +18,17 @@ module qsmpm_outline_seeding
 
   public :: seed_outline
 
+  !> Share of a surface below which a cut edge or facet is a sliver.
+  real(wp), parameter :: sliver = 1.0e-6_wp
+  !> Width of a strip over the length by which the box is wider.
+  real(wp), parameter :: strip = 4.0_wp
+  !> What is cut is smaller than it was by more than rounding.
+  real(wp), parameter :: is_cut = 1.0_wp - 1.0e-12_wp
+
 contains
 
   !> Surface points on what of the bounds of a body is in a box.
-  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, degree, surface, list)
+  pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, slack, degree, surface, list, left_out)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
@@ -27,29 +39,84 @@ contains
     type(body_shape_type), intent(in) :: shape
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
+    !> Length by which the box is wider than drawn.
+    real(wp), intent(in) :: slack
     !> Degree of the functions over the bounds, for which the rules are exact.
     integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
     !> Seeds; `volume` is the area, `vector` the outward area vector.
     type(seed_list_type), intent(inout) :: list
+    !> Length or area of the slivers that were left out, strips of the width of the slack not counted.
+    real(wp), intent(out) :: left_out
     type(polyhedron_type) :: solid
-    real(wp) :: segment(4)
-    logical :: inside
+    real(wp) :: segment(4, size_of_outline(shape)), length(size(segment, 2)), whole
+    logical :: inside(size(segment, 2)), cut(size(segment, 2))
     integer :: i, n
 
     if (mesh%dimension == 3) then
       call bounds_of(mesh, shape, solid)
+      call drop_slivers(box, slack, solid, left_out)
       call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), degree, surface, list)
       return
     end if
-    n = size(shape%outline, 2)
+    n = size(segment, 2)
+    length = 0.0_wp
     do i = 1, n
-      segment = [shape%outline(:, i), shape%outline(:, mod(i, n) + 1)]
-      call cut_segment(box, segment, inside)
-      if (inside) call seed_segment(mesh, axisymmetric, occupied, .true., segment, degree, surface, list)
+      segment(:, i) = [shape%outline(:, i), shape%outline(:, mod(i, n) + 1)]
+      whole = norm2(segment(3:, i) - segment(:2, i))
+      call cut_segment(box, segment(:, i), inside(i))
+      if (inside(i)) length(i) = norm2(segment(3:, i) - segment(:2, i))
+      cut(i) = length(i) < is_cut*whole
+    end do
+    cut = cut .and. length <= max(sliver*sum(length), strip*slack)
+    left_out = sum(length, mask=cut .and. length > strip*slack)
+    do i = 1, n
+      if (inside(i) .and. .not. cut(i)) &
+        call seed_segment(mesh, axisymmetric, occupied, .true., segment(:, i), degree, surface, list)
     end do
   end subroutine seed_outline
+
+  !> Edges of an outline, 0 where there is none.
+  pure integer function size_of_outline(shape)
+    type(body_shape_type), intent(in) :: shape
+
+    size_of_outline = 0
+    if (allocated(shape%outline)) size_of_outline = size(shape%outline, 2)
+  end function size_of_outline
+
+  !> Leave out facets of which a box holds a sliver.
+  pure subroutine drop_slivers(box, slack, solid, left_out)
+    !> Lower and upper corner (3,2), and the length by which the box is wider than drawn.
+    real(wp), intent(in) :: box(3, 2), slack
+    type(polyhedron_type), intent(inout) :: solid
+    !> Area of what is left out.
+    real(wp), intent(out) :: left_out
+    real(wp) :: origins(3, 6), normals(3, 6), snap(6), polygon(3, most_corners), area(size(solid%facets, 3)), &
+      thin(size(area))
+    real(wp), allocatable :: kept(:, :, :)
+    logical :: cut(size(area))
+    integer :: f, i, n
+
+    call planes_of_box(box(:, 1), box(:, 2), origins, normals)
+    snap = 0.0_wp
+    area = 0.0_wp
+    do f = 1, size(area)
+      associate (facet => solid%facets(:, :, f))
+        call clip_facet(facet, origins, normals, snap, polygon, n)
+        do i = 2, n - 1
+          area(f) = area(f) + 0.5_wp*norm2(facet_normal(polygon(:, [1, i, i + 1])))
+        end do
+        cut(f) = area(f) < is_cut*0.5_wp*norm2(facet_normal(facet))
+        thin(f) = strip*slack*norm2(maxval(facet, dim=2) - minval(facet, dim=2))
+      end associate
+    end do
+    cut = cut .and. area > 0.0_wp .and. area <= max(sliver*sum(area), thin)
+    left_out = sum(area, mask=cut .and. area > thin)
+    if (.not. any(cut)) return
+    kept = solid%facets(:, :, pack([(f, f=1, size(area))], .not. cut))
+    call make_polyhedron(kept, solid)
+  end subroutine drop_slivers
 
   !> All facets of a body: those of its polyhedron, or of the prism over its outline. A prism that goes
   !> through all of z has walls only.

@@ -10,8 +10,8 @@ module qsmpm_points
   implicit none
   private
 
-  public :: carried_type, points_type, surface_points_type
-  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, copy_points, set_normals
+  public :: carried_type, points_type, surface_points_type, watched_points_type
+  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -58,6 +58,13 @@ module qsmpm_points
     !> changed exerted before: it falls to zero over the phase (dimension, count).
     real(wp), allocatable :: reaction(:, :), released(:, :)
   end type surface_points_type
+
+  !> Places on the faces of prescribed node sets that ride with the material (qsmpm_pushed_material).
+  type, extends(carried_type) :: watched_points_type
+    !> Node set and prescribed component of each, and the displacement prescribed so far (count).
+    integer, allocatable :: set(:), component(:)
+    real(wp), allocatable :: pushed(:)
+  end type watched_points_type
 
 contains
 
@@ -149,6 +156,19 @@ contains
     allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), &
       surface%reaction(dimension, count), surface%released(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
+
+  !> Allocate watched places of no set.
+  pure subroutine allocate_watched(watched, dimension, count)
+    type(watched_points_type), intent(out) :: watched
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of places.
+    integer, intent(in) :: count
+
+    call allocate_carried(watched, dimension, count)
+    allocate (watched%set(count), watched%component(count), source=0)
+    allocate (watched%pushed(count), source=0.0_wp)
+  end subroutine allocate_watched
 
   !> Take the present place and normal of surface points for those at which their support begins.
   pure subroutine set_normals(surface, chosen)

@@ -51,6 +51,7 @@ contains
     call turn_areas(model, step%activation, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
+    call move_carried(model, step, displacement, model%state%watched)
     call move_points(model, step, displacement)
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(model, step, displacement, error)
@@ -268,5 +269,7 @@ contains
     call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
     if (allocated(error)) return
     call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+    if (allocated(error)) return
+    call relocate(model%mesh, model%cell_size, model%state%watched, 'material in front of a prescribed set', error)
   end subroutine find_again
 end module qsmpm_convection

@@ -50,6 +50,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
+    !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
+    real(wp) :: least_load = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
     !> Coefficient of the proximal drag per volume and displacement; 0 in a static step.
@@ -232,7 +234,7 @@ contains
     imbalance = solution%external_force - step%evaluation%force - extra
     call gather(step%equations, imbalance, residual)
     call gather(step%equations, solution%external_force, load)
-    solution%load_norm = norm2(load)
+    solution%load_norm = max(norm2(load), goal%least_load)
     if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
       solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
       step%equations%constrained .and. spread(step%equations%active, 1, size(goal%force, 1)))))

@@ -27,6 +27,7 @@ module qsmpm_initialisation
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_moving_mesh_check, only: moving_mesh_check_type
   implicit none
   private
 
@@ -61,6 +62,8 @@ module qsmpm_initialisation
     integer :: usual_iterations = 0
     !> Part of the grid that all this is for, and the one that the observer knows of.
     type(window_type) :: window, told
+    !> What the rows of a moving mesh have done so far; outlives the step.
+    type(moving_mesh_check_type) :: rows
   end type step_type
 
 contains

@@ -24,6 +24,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
+  use qsmpm_pushed_material, only: note_push
   use qsmpm_supports, only: take_support_reactions
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
@@ -93,6 +94,7 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
+      call note_push(model, attempt%fraction - model%state%progress%fraction)
       model%state%progress%fraction = attempt%fraction
     end if
   end subroutine load_step
@@ -153,6 +155,7 @@ contains
     call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
     call add_pressure_force(step%pressures, still, force_before)
     call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
     call set_pressures(step%pressures, pressures_at(model%loading, fraction))
     allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
   end subroutine set_loads

@@ -10,7 +10,7 @@ module qsmpm_model
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_space, only: space_type
   use qsmpm_law, only: law_slot_type
-  use qsmpm_points, only: points_type, surface_points_type, carried_type
+  use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
   private
 
@@ -46,6 +46,7 @@ module qsmpm_model
     type(points_type) :: points
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
+    type(watched_points_type) :: watched
     !> Node coordinates: change only for FEM and moving meshes (dimension, node_count).
     real(wp), allocatable :: coordinates(:, :)
     !> Part of the grid that the mesh is; nodes and cells below are numbered in it. Unused for other meshes.

@@ -10,6 +10,9 @@ module qsmpm_model_bodies
   use qsmpm_points, only: allocate_points, carried_type, place_of
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
   use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_body_shape, only: body_shape_type
+  use qsmpm_polygon, only: polygon_area, polygon_centroid
+  use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_cell_measure, only: cell_volumes
   implicit none
   private
@@ -18,6 +21,9 @@ module qsmpm_model_bodies
 
   !> Cells may be filled beyond one by rounding only; more means that bodies overlap.
   real(wp), parameter :: overfull = 1.0_wp + 1.0e-6_wp
+
+  !> Share of a body outside of the mesh that is worth a warning.
+  real(wp), parameter :: outside = 1.0e-3_wp
 
 contains
 
@@ -45,6 +51,8 @@ contains
           call add_fault(faults, body%where, '*BODY', error%message)
         else if (list%count == before) then
           call add_fault(faults, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
+        else
+          call tell_outside(model, model%shapes(b), body%name, sum(list%volume(before + 1:list%count)))
         end if
       end associate
     end do
@@ -64,6 +72,35 @@ contains
     if (model%analysis%model == axisymmetric .and. .not. model%space%domains) places = seed_gauss
     if (model%analysis%method%basis == basis_fem) places = seed_fem
   end function places_for
+
+  !> Note that a part of a body lies outside of the mesh.
+  subroutine tell_outside(model, shape, name, held)
+    type(model_type), intent(inout) :: model
+    type(body_shape_type), intent(in) :: shape
+    character(len=*), intent(in) :: name
+    !> Volume of its material points.
+    real(wp), intent(in) :: held
+    real(wp) :: drawn, high, low, middle(3)
+    character(len=12) :: share
+
+    drawn = held
+    if (allocated(shape%solid)) then
+      call polyhedron_volume(shape%solid%facets, drawn, middle)
+    else if (allocated(shape%outline)) then
+      drawn = polygon_area(shape%outline)
+      middle(:2) = polygon_centroid(shape%outline)
+      if (model%analysis%model == axisymmetric) drawn = drawn*middle(1)
+      if (model%mesh%dimension == 3) then
+        low = merge(model%mesh%bounds(3, 1), shape%low, shape%low <= -huge(1.0_wp))
+        high = merge(model%mesh%bounds(3, 2), shape%high, shape%high >= huge(1.0_wp))
+        drawn = drawn*(high - low)
+      end if
+    end if
+    if (held > (1.0_wp - outside)*drawn) return
+    write (share, '(f0.1)') 100.0_wp*(1.0_wp - held/drawn)
+    model%notes = model%notes//"warning: body '"//name//"': "//trim(share)// &
+      ' % of it lies outside of the mesh and is left out'//new_line('a')
+  end subroutine tell_outside
 
   !> Material points from the seeds: unstressed, at their places.
   subroutine points_from_seeds(model, list)

@@ -6,7 +6,7 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    cure_none, cure_auto, initial_k0, cure_uniform_pressure, usual_factor, mesh_grid
+    basis_gimp, cure_none, cure_auto, initial_k0, cure_uniform_pressure, usual_factor, mesh_grid
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
@@ -17,6 +17,7 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_points, only: allocate_watched
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -167,21 +168,27 @@ contains
     end associate
   end function usual_stress
 
-  !> Resolve the cures of locking and tell the log which materials have one.
+  !> Resolve the treatment of locking and tell the log which materials have one, and which may want one.
   subroutine choose_cures(model)
     !> The model.
     type(model_type), intent(inout) :: model
-    real(wp) :: factor
+    logical :: smooth, linear
     integer :: m
 
-    factor = linear_factor
-    if (any(element_order(model%mesh%cell_kind) > 1)) factor = smooth_factor
-    if (all(model%analysis%method%basis /= [basis_standard, basis_fem])) factor = smooth_factor
+    smooth = all(model%analysis%method%basis /= [basis_standard, basis_fem])
+    linear = all(element_order(model%mesh%cell_kind) == 1) .and. &
+      (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
-        if (material%cure == cure_auto) material%cure = merge(cure_uniform_pressure, cure_none, locks(material))
+        if (material%cure == cure_auto) then
+          material%cure = merge(cure_uniform_pressure, cure_none, locks(material, linear))
+          if (material%cure == cure_none .and. material%mohr_coulomb) model%notes = model%notes//"material '"// &
+            material%name//"': no treatment of locking; loads near failure come out too high on coarse cells "// &
+            '(*LOCKING CURE)'//new_line('a')
+        end if
         if (material%cure == cure_none) cycle
-        if (material%cure_factor < 0.0_wp) material%cure_factor = factor
+        if (material%cure_factor < 0.0_wp) material%cure_factor = merge(smooth_factor, linear_factor, &
+          smooth .or. any(element_order(model%mesh%cell_kind) > 1))
         model%laws(m)%pressure_factor = material%cure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
           'locking, factor '//real_text(material%cure_factor)//new_line('a')
@@ -189,13 +196,16 @@ contains
     end do
   end subroutine choose_cures
 
-  !> Whether a material nearly keeps its volume, in elasticity or when it flows.
-  pure logical function locks(material)
+  !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
+  !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
+  pure logical function locks(material, linear)
     !> The material.
     type(material_type), intent(in) :: material
+    !> Displacements are linear in a cell.
+    logical, intent(in) :: linear
 
     locks = material%poisson > locking_poisson &
-      .or. (material%mohr_coulomb .and. material%friction_angle <= 0.0_wp)
+      .or. (material%mohr_coulomb .and. (linear .or. material%friction_angle <= 0.0_wp))
   end function locks
 
   !> Fields of the state that start from what was built.
@@ -207,6 +217,7 @@ contains
     model%state%coordinates = model%mesh%coordinates
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count

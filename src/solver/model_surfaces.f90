@@ -10,6 +10,7 @@ module qsmpm_model_surfaces
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_surface_seeding, only: seed_faces, seed_segment
   use qsmpm_outline_seeding, only: seed_outline
+  use qsmpm_text, only: real_text
   use qsmpm_mesh_sets, only: faces_in_box, cuts_faces, set_tolerance
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   implicit none
@@ -89,6 +90,17 @@ contains
       'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
   end subroutine tell_cut_faces
 
+  !> Note that a box holds slivers of the faces beside the surface.
+  subroutine tell_slivers(model, surface, left_out)
+    type(model_type), intent(inout) :: model
+    type(surface_type), intent(in) :: surface
+    !> Their length or area.
+    real(wp), intent(in) :: left_out
+
+    model%notes = model%notes//"warning: surface '"//surface%name//"': slivers of neighbouring faces in its box, "// &
+      real_text(left_out)//' in all, are left out'//new_line('a')
+  end subroutine tell_slivers
+
   !> A surface that slides on its plane must be plane.
   subroutine check_planes(model, faults)
     !> The model.
@@ -136,24 +148,25 @@ contains
   !> Surface points on the bounds of a body; the deck has checked that it exists.
   subroutine outline_points(model, surface, number, list)
     !> The model.
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> The surface and its number.
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: number
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    real(wp) :: box(3, 2)
+    real(wp) :: box(3, 2), slack, left_out
     logical :: occupied(model%mesh%cell_count)
     integer :: b, d, p
 
     d = model%mesh%dimension
+    slack = set_tolerance(model%mesh)
     box(:, 1) = -1.0_wp
     box(:, 2) = 1.0_wp
     box(:d, 1) = box(:d, 1) + model%mesh%bounds(:, 1)
     box(:d, 2) = box(:d, 2) + model%mesh%bounds(:, 2)
     if (surface%boxed) then
-      box(:, 1) = surface%box(:, 1) - set_tolerance(model%mesh)
-      box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)
+      box(:, 1) = surface%box(:, 1) - slack
+      box(:, 2) = surface%box(:, 2) + slack
     end if
     do b = 1, size(model%analysis%bodies)
       if (model%analysis%bodies(b)%name /= surface%body) cycle
@@ -162,7 +175,8 @@ contains
         if (model%state%points%body(p) == b) occupied(model%state%points%cell(p)) = .true.
       end do
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
-        model%shapes(b), box, surface_degree(model), number, list)
+        model%shapes(b), box, slack, surface_degree(model), number, list, left_out)
+      if (left_out > 0.0_wp) call tell_slivers(model, surface, left_out)
     end do
   end subroutine outline_points
 

@@ -44,6 +44,7 @@ contains
     call add_carried(model, grid, model%state%points, needed, any_point)
     call add_carried(model, grid, model%state%surface, needed, any_point)
     call add_carried(model, grid, model%state%tracers, needed, any_point)
+    call add_carried(model, grid, model%state%watched, needed, any_point)
     if (.not. any_point) return
     a = least_margin(model%analysis)
     if (holds(model%state%window, widen(needed, [a, a, a], whole))) return
@@ -94,6 +95,7 @@ contains
     call add(model%state%points)
     call add(model%state%surface)
     call add(model%state%tracers)
+    call add(model%state%watched)
 
   contains
 
@@ -132,6 +134,7 @@ contains
     call carry_cells(model%state%points)
     call carry_cells(model%state%surface)
     call carry_cells(model%state%tracers)
+    call carry_cells(model%state%watched)
     call carry_nodal(model, labels, reactions, released)
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
@@ -185,6 +188,7 @@ contains
     call copy_points(state%points, model%state%points)
     model%state%surface = state%surface
     model%state%tracers = state%tracers
+    model%state%watched = state%watched
     model%state%coordinates = state%coordinates
     model%state%reactions = state%reactions
     model%state%released = state%released

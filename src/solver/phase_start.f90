@@ -10,6 +10,7 @@ module qsmpm_phase_start
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals
+  use qsmpm_pushed_material, only: watch_sets
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
@@ -34,6 +35,7 @@ contains
     end associate
     call resume_phase(model)
     call release(model)
+    call watch_sets(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%reset_displacements) then
         model%state%points%initial_position = model%state%points%position

@@ -8,7 +8,10 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
-  use qsmpm_model, only: model_type
+  use qsmpm_moving_mesh_check, only: check_moving_mesh
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_pushed_material, only: check_following
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type
@@ -44,6 +47,8 @@ module qsmpm_phases
     logical :: begun = .false.
     !> The observer knows that the present phase has ended.
     logical :: told = .false.
+    !> The observer knows that the material does not follow a set of the present phase.
+    logical :: warned = .false.
     !> Share of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
@@ -172,6 +177,7 @@ contains
     integer :: beyond
 
     call start_phase(model)
+    march%warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_k0) return
       call check_initial_balance(model, march%step, phase, observer, error)
@@ -215,6 +221,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
+    type(state_type) :: before
     real(wp) :: length, last
 
     if (.not. model%state%progress%next_step > 0.0_wp) &
@@ -226,10 +233,13 @@ contains
       end if
       length = model%state%progress%next_step
       record = step_record_type()
+      if (model%state%watched%count > 0) before = model%state
       last = min(march%limit, end_of_step(phase%controls, model%state%progress%fraction, length))
       call take_step(model, march%step, march%solver, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
+        call follow_sets(model, march, phase, before, observer, error)
+        if (allocated(error)) return
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call report_step(model, march, phase, observer, record, error)
         call watch_share(model, march, observer, record%stabilisation%share)
@@ -239,6 +249,25 @@ contains
       if (allocated(error)) return
     end do
   end subroutine reach_step
+
+  !> A step after which the material has lost a prescribed set is not kept.
+  subroutine follow_sets(model, march, phase, before, observer, error)
+    type(model_type), intent(inout) :: model
+    type(march_type), intent(inout) :: march
+    type(phase_type), intent(in) :: phase
+    !> State before the step.
+    type(state_type), intent(in) :: before
+    class(observer_type), intent(inout) :: observer
+    !> error_not_converged; the state is then that before the step.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: warning
+
+    call check_following(model, phase, warning, error)
+    if (allocated(error)) call restore(before, model)
+    if (allocated(error) .or. len(warning) == 0 .or. march%warned) return
+    call observer%note(warning)
+    march%warned = .true.
+  end subroutine follow_sets
 
   !> Tell the observer, and test how well the state holds where the deck asks for it.
   subroutine report_step(model, march, phase, observer, record, error)
@@ -269,6 +298,7 @@ contains
       call take_histories(model, record%histories)
       step%profile%steps = step%profile%steps + 1
       call turn_to(step%profile%watch, part_output)
+      if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
       call tell_window(model, step, observer)
       call observer%accepted(model, record, error)
       call turn_to(step%profile%watch, part_control)

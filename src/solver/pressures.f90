@@ -81,12 +81,23 @@ contains
         n = place(k)%count
         pressures%shape(:n, k) = place(k)%shape(:n)
         pressures%gradient(:d, :n, k) = place(k)%gradient(:d, :n)
-        if (model%analysis%model == axisymmetric) &
-          pressures%gradient(3, :n, k) = place(k)%shape(:n)/surface%position(1, points(k))
+        if (model%analysis%model == axisymmetric) pressures%gradient(3, :n, k) = &
+          hoop_gradient(place(k)%shape(:n), place(k)%gradient(1, :n), surface%position(1, points(k)))
         pressures%area(:d, k) = surface%area_vector(:, points(k))
       end do
     end associate
   end subroutine gather_points
+
+  !> N/r of the hoop direction; on the axis, where no radial displacement is left, its limit N,r.
+  pure function hoop_gradient(shape, slope, radius) result(hoop)
+    !> Basis functions and their derivative by the radius (nodes).
+    real(wp), intent(in) :: shape(:), slope(:)
+    real(wp), intent(in) :: radius
+    real(wp) :: hoop(size(shape))
+
+    hoop = slope
+    if (radius > 0.0_wp) hoop = shape/radius
+  end function hoop_gradient
 
   !> Put the pressures of the surfaces in force.
   pure subroutine set_pressures(pressures, value)

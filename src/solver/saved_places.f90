@@ -6,7 +6,7 @@
 module qsmpm_saved_places
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, progress_type
-  use qsmpm_points, only: surface_points_type, carried_type
+  use qsmpm_points, only: surface_points_type, carried_type, watched_points_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: return_to_window, place_mesh
   implicit none
@@ -21,6 +21,7 @@ module qsmpm_saved_places
     integer, allocatable :: cell(:)
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
+    type(watched_points_type) :: watched
     !> Node coordinates, reactions and released forces (dimension, nodes), plate of a moving mesh.
     real(wp), allocatable :: coordinates(:, :), reactions(:, :), released(:, :)
     real(wp) :: plate = 0.0_wp
@@ -42,6 +43,7 @@ contains
       saved%cell = points%cell
       saved%surface = state%surface
       saved%tracers = state%tracers
+      saved%watched = state%watched
       saved%coordinates = state%coordinates
       saved%reactions = state%reactions
       saved%released = state%released
@@ -63,6 +65,7 @@ contains
       points%cell = saved%cell
       state%surface = saved%surface
       state%tracers = saved%tracers
+      state%watched = saved%watched
       state%coordinates = saved%coordinates
       state%reactions = saved%reactions
       state%released = saved%released

@@ -88,7 +88,9 @@ contains
     type(step_share_type), intent(inout) :: step
 
     step%internal_work = step%internal_work + solve%internal_work
-    step%share = max(solve%force_share, quotient(solve%work, step%internal_work))
+    step%share = quotient(solve%work, step%internal_work)
+    ! The larger one; what is not a number stays.
+    if (.not. solve%force_share <= step%share) step%share = solve%force_share
   end subroutine add_solve
 
   !> A part of a whole; of nothing any part is as large as can be.

@@ -28,8 +28,11 @@ contains
     call check_points(model%state%points, error)
     call check_surface(model%state%surface, error)
     call check_carried(model%state%tracers, 'tracer', error)
+    call check_carried(model%state%watched, 'watched place', error)
+    call check(model%state%watched%pushed, 'push', 'watched place', error)
     call check(model%state%coordinates, 'position', 'node', error)
     call check(model%state%reactions, 'reaction', 'node', error)
+    call check(model%state%released, 'released force', 'node', error)
     call check_progress(model%state%plate, model%state%progress, error)
   end subroutine check_state
 
@@ -59,6 +62,8 @@ contains
     call check(surface%area, 'area', noun, error)
     call check(surface%area_vector, 'area vector', noun, error)
     call check(surface%normal, 'normal', noun, error)
+    call check(surface%reaction, 'reaction', noun, error)
+    call check(surface%released, 'released force', noun, error)
   end subroutine check_surface
 
   !> Positions of what rides on the mesh.

@@ -34,6 +34,7 @@ program run_unit_tests
   use test_checkpoint, only: collect_checkpoint
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
+  use test_load_step, only: collect_load_step
   use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
   use test_plan_items, only: collect_plan_items
@@ -55,6 +56,7 @@ program run_unit_tests
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
   use test_overburden, only: collect_overburden
+  use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
   use test_stabilisation, only: collect_stabilisation
@@ -72,6 +74,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
+  use test_locking_choice, only: collect_locking_choice
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
   use test_domains, only: collect_domains
@@ -129,6 +132,7 @@ program run_unit_tests
   call register('checkpoint', collect_checkpoint)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
+  call register('load_step', collect_load_step)
   call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
   call register('plan_items', collect_plan_items)
@@ -150,6 +154,7 @@ program run_unit_tests
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
   call register('overburden', collect_overburden)
+  call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)
   call register('stabilisation', collect_stabilisation)
@@ -167,6 +172,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
+  call register('locking_choice', collect_locking_choice)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)
   call register('domains', collect_domains)

@@ -26,6 +26,10 @@ contains
     call alter_points(state%points)
     call alter_surface(state%surface)
     call alter_carried(state%tracers)
+    call alter_carried(state%watched)
+    call alter(state%watched%set)
+    call alter(state%watched%component)
+    call alter(state%watched%pushed)
     call alter(state%coordinates)
     call alter(state%reactions)
     call alter(state%released)
@@ -132,7 +136,10 @@ contains
     character(len=:), allocatable :: names
 
     names = points_differences(a%points, b%points)//surface_differences(a%surface, b%surface)// &
-      carried_differences('tracers', a%tracers, b%tracers)
+      carried_differences('tracers', a%tracers, b%tracers)//carried_differences('watched', a%watched, b%watched)
+    call note(names, 'set', same_integers(a%watched%set, b%watched%set))
+    call note(names, 'component', same_integers(a%watched%component, b%watched%component))
+    call note(names, 'pushed', same_reals(a%watched%pushed, b%watched%pushed))
     call note(names, 'coordinates', same_shape(shape(a%coordinates), shape(b%coordinates)))
     if (size(a%coordinates) == size(b%coordinates)) &
       call note(names, 'coordinates', same_reals([a%coordinates], [b%coordinates]))

@@ -17,11 +17,13 @@ module test_checkpoint
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_model_window, only: fit_window, restore
+  use qsmpm_house_keeping, only: relocate
+  use qsmpm_model_window, only: fit_window, follow_material, place_mesh, restore
   use qsmpm_phase_start, only: start_phase
   use qsmpm_phases, only: march_type
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
+  use qsmpm_space, only: node_position
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back
   use deck_samples, only: joined
   use plugin_paths, only: plugin
@@ -33,8 +35,8 @@ module test_checkpoint
 
   public :: collect_checkpoint
 
-  character(len=12), parameter :: kinds(6) = [character(len=12) :: 'plane', 'averaged', 'solid', 'moving mesh', &
-    'user state', 'carried mesh']
+  character(len=14), parameter :: kinds(7) = [character(len=14) :: 'plane', 'averaged', 'solid', 'moving mesh', &
+    'moving splines', 'user state', 'carried mesh']
   !> What the checkpoint of places may leave: what convection changes last, and what no step changes.
   character(len=*), parameter :: not_places = 'points%initial_position body material volume initial_volume weight '// &
     'stress state plastic half_size deformation_gradient '
@@ -58,6 +60,8 @@ contains
       call check_snapshot(tests, trim(kinds(k)))
     end do
     call check_window(tests, directory)
+    call check_leaders(tests)
+    call check_rows(tests)
     call check_lost_points(tests, 'averaged')
     call check_lost_points(tests, 'plane')
     call check_coverage(tests, all_names)
@@ -91,12 +95,14 @@ contains
     text = text//'*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=top, BOX|0, 1, 1, 1'//trim(merge(', 0, 1', '      ', solid))
     text = text//'|*SURFACE, NAME=side, TYPE=OUTLINE, BODY=block, BOX|0.9, 1.1, 0, 1'// &
       trim(merge(', 0, 1', '      ', solid))
-    if (kind == 'moving mesh') text = text//'|*MOVING MESH, NSET=top, AXIS=Y, BASE=0'
+    if (index(kind, 'moving') == 1) text = text//'|*MOVING MESH, NSET=top, AXIS=Y, BASE=0'
     text = text//'|*MATERIAL, NAME=soil|'//material(kind)//'|*UNIT WEIGHT|18'
     text = text//'|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1'//trim(merge(', 0, 1', '      ', solid))
     select case (kind)
     case ('averaged')
       text = text//'|*METHOD, BASIS=SPLINE2G'
+    case ('moving splines')
+      text = text//'|*METHOD, BASIS=SPLINE2'
     case ('carried mesh')
       text = text//'|*METHOD, BASIS=FEM'
     case ('user state')
@@ -128,22 +134,40 @@ contains
     type(model_type), target :: model
     type(state_type) :: before
     type(c_ptr) :: place
-    real(wp), allocatable :: coordinates(:, :)
+    real(wp), allocatable :: coordinates(:, :), nodes(:, :), bounds(:, :)
 
     call build(kind, model)
     allocate (coordinates, source=model%mesh%coordinates)
+    allocate (nodes, source=node_positions(model))
+    allocate (bounds, source=model%mesh%bounds)
     before = model%state
     call tests%check(kind//': a saved state is the state', len(state_differences(before, model%state)) == 0)
     call alter_state(model%state)
     all_names = all_names//state_differences(before, model%state)
-    model%mesh%coordinates = model%state%coordinates
+    model%state%coordinates = 1.3_wp*coordinates
+    call place_mesh(model)
     place = c_loc(model%state%points%stress)
     call restore(before, model)
     call same(tests, kind//': a restored state is the one saved', state_differences(before, model%state))
     call tests%check(kind//': the nodes of the mesh are restored', same_reals([coordinates], [model%mesh%coordinates]))
+    call tests%check(kind//': and those of the functions', same_reals([nodes], [node_positions(model)]))
+    call tests%check(kind//': and the bounds of the mesh', same_reals([bounds], [model%mesh%bounds]))
     call tests%check(kind//': the stresses stay where they are in memory', &
       c_associated(place, c_loc(model%state%points%stress)))
   end subroutine check_state
+
+  !> Where the nodes of the space are.
+  function node_positions(model) result(x)
+    type(model_type), intent(in) :: model
+    !> (dimension, nodes)
+    real(wp), allocatable :: x(:, :)
+    integer :: a
+
+    allocate (x(model%mesh%dimension, model%space%node_count))
+    do a = 1, size(x, 2)
+      x(:, a) = node_position(model%space, model%mesh, a)
+    end do
+  end function node_positions
 
   !> What a step has moved is restored, and nothing else touched.
   subroutine check_places(tests, kind)
@@ -209,6 +233,9 @@ contains
       state%points%body = before%points%body
       state%points%material = before%points%material
       state%surface%surface = before%surface%surface
+      state%watched%cell = before%points%cell(:state%watched%count)
+      state%watched%set = 1
+      state%watched%component = 2
       state%points%plastic = 1
       ! A restart file with a volume that is none is refused.
       state%points%volume = 0.125_wp + abs(state%points%volume)
@@ -334,6 +361,83 @@ contains
     end subroutine check_part
   end subroutine check_window
 
+  !> The part of the grid follows whatever leads, and holds the cells that anything is still booked in.
+  subroutine check_leaders(tests)
+    type(tests_type), intent(inout) :: tests
+    integer, parameter :: far = 11
+    type(model_type) :: model
+    type(error_type), allocatable :: error
+
+    call build('plane', model)
+    model%state%tracers%position(1, :) = 5.1_wp
+    call follow_material(model)
+    call tests%check('a tracer that leads takes the window along', model%state%window%last(1) >= far + 2 .and. &
+      model%state%window%first(1) == 1)
+    call build('plane', model)
+    model%state%surface%position(1, 1) = 5.1_wp
+    call follow_material(model)
+    call tests%check('a surface point that leads takes the window along', model%state%window%last(1) >= far + 2)
+    call build('plane', model)
+    model%state%points%position(1, 1) = 5.1_wp
+    call follow_material(model)
+    call tests%check('a material point that leads takes the window along', model%state%window%last(1) >= far + 2)
+    ! All but the surface points arrive; then all go on, and the surface points are still booked at the start.
+    model%state%points%position(1, :) = 5.1_wp
+    model%state%tracers%position(1, :) = 5.1_wp
+    call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+    call tests%check('they are found there', .not. allocated(error))
+    model%state%points%position(1, :) = 12.1_wp
+    model%state%tracers%position(1, :) = 12.1_wp
+    model%state%surface%position(1, :) = 12.1_wp
+    call follow_material(model)
+    call tests%check('cells that a surface point is booked in stay in the window', model%state%window%first(1) == 1 .and. &
+      model%state%window%last(1) >= 27)
+    call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    model%state%tracers%position(1, :) = 1.1_wp
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+    call tests%check('and so they are found in the end', .not. allocated(error))
+    model%state%tracers%position(1, :) = 14.9_wp
+    model%state%points%position(1, :) = 14.9_wp
+    model%state%surface%position(1, :) = 14.9_wp
+    call follow_material(model)
+    call tests%check('cells that a tracer is booked in stay in the window', model%state%window%first(1) <= 3)
+  end subroutine check_leaders
+
+  !> Rows of a moving mesh are where they were when another part of the grid is looked at.
+  subroutine check_rows(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    real(wp), allocatable :: before(:, :)
+    integer, allocatable :: labels(:)
+    integer :: i, k, found
+    real(wp) :: off
+
+    call build('moving mesh', model)
+    model%state%coordinates(2, :) = 1.1_wp*model%state%coordinates(2, :)
+    model%mesh%coordinates = model%state%coordinates
+    allocate (before, source=model%state%coordinates)
+    allocate (labels, source=model%mesh%node_label)
+    model%state%tracers%position(1, :) = 5.1_wp
+    call follow_material(model)
+    found = 0
+    off = 0.0_wp
+    do i = 1, model%mesh%node_count
+      do k = 1, size(labels)
+        if (labels(k) /= model%mesh%node_label(i)) cycle
+        found = found + 1
+        off = max(off, maxval(abs(before(:, k) - model%state%coordinates(:, i))))
+      end do
+    end do
+    call tests%check('a window of a moving mesh that is moved keeps its nodes', found == size(labels) .and. &
+      model%mesh%node_count > found)
+    call tests%close('rows of a moving mesh stay where they were', off, 0.0_wp, 0.0_wp)
+    call tests%close('those of new columns with them', maxval(model%state%coordinates(2, :)), 2.2_wp, 1.0e-12_wp)
+    call tests%close('the bounds of the mesh are those of its rows', model%mesh%bounds(2, 2), 2.2_wp, 1.0e-12_wp)
+    call tests%check('mesh and state agree', same_reals([model%mesh%coordinates], [model%state%coordinates]))
+  end subroutine check_rows
+
   !> A step that pushes points out of the mesh is not taken, and leaves no trace.
   subroutine check_lost_points(tests, kind)
     type(tests_type), intent(inout) :: tests
@@ -369,7 +473,8 @@ contains
       'points%local', 'points%cell', 'body', 'material', 'volume', 'initial_volume', 'weight', 'stress', 'state', &
       'plastic', 'half_size', 'deformation_gradient', 'surface%position', 'surface%initial_position', &
       'surface%local', 'surface%cell', 'surface', 'area', 'area_vector', 'normal', 'reaction', 'surface%released', &
-      'released', 'release_left', 'tracers%position', &
+      'released', 'release_left', 'watched%position', 'watched%initial_position', 'watched%local', 'watched%cell', &
+      'set', 'component', 'pushed', 'tracers%position', &
       'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
       'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
       'proximal', 'external_work', 'internal_work']

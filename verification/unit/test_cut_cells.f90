@@ -68,7 +68,7 @@ contains
     type(seed_list_type) :: list, surface
     type(error_type), allocatable :: error
     real(wp), allocatable :: defect(:, :), places(:, :), weights(:)
-    real(wp) :: box(3, 2), held
+    real(wp) :: box(3, 2), held, left_out
     logical, allocatable :: occupied(:)
     integer :: c, k
 
@@ -79,7 +79,7 @@ contains
     occupied(list%cell(:list%count)) = .true.
     box(:, 1) = -1.0_wp
     box(:, 2) = 2.0_wp
-    call seed_outline(mesh, .false., occupied, shape, box, 4, 1, surface)
+    call seed_outline(mesh, .false., occupied, shape, box, 0.0_wp, 4, 1, surface, left_out)
     allocate (defect(mesh%dimension, mesh%node_count), source=0.0_wp)
     do c = 1, mesh%cell_count
       held = sum(list%volume(:list%count), mask=list%cell(:list%count) == c)

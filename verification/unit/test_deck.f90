@@ -32,6 +32,7 @@ contains
     call echoes(tests)
     call messages(tests)
     call many_messages(tests)
+    call warnings(tests)
     call odd_bytes(tests)
     call includes(tests)
     call help(tests)
@@ -195,6 +196,57 @@ contains
     end associate
     call tests%check(name//' deck: the comparison sees one bit', len(difference(first, second)) > 0)
   end subroutine echo_check
+
+  !> What looks like an oversight is read and warned of.
+  subroutine warnings(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 1, 2| Y, 0, 1, 2|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1e3, 0.3|*MOHR COULOMB| 1, 45, 0, 1|'// &
+      '*UNIT WEIGHT| 20|*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|'// &
+      '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y, SCALE=-1| 0.5, 1|*PHASE, NAME=one|*FIX| base, ALL|'// &
+      '*GRAVITY| 0, -1|*END PHASE|'
+    character(len=*), parameter :: again = '*PHASE, NAME=two|*END PHASE|'
+
+    call silent(block)
+    call warned('', '*GRAVITY| 0, -1|', '', 'PHASE', "phase 'one' has no load: nothing changes in it")
+    call warned('', ' 0, -1|', ' 0, 0|', 'PHASE', "phase 'one' has no load: nothing changes in it")
+    call warned(again, '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
+    call silent(block//'*PHASE, NAME=two|*FIX| base, FREE|*END PHASE|')
+    call silent(block//'*PHASE, NAME=two|*HOLD TEST, REPEATS=2| 1|*END PHASE|')
+    call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
+    call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
+    call warned('', '45, 0, 1|', '45, 0, 1.01|', 'MOHR COULOMB', &
+      'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
+    call warned('', 'SCALE=-1', 'SCALE=0', 'HISTORY', "SCALE=0: the column 'u' will be zero throughout")
+
+  contains
+
+    !> A deck without any message.
+    subroutine silent(text)
+      character(len=*), intent(in) :: text
+      type(analysis_type) :: analysis
+      character(len=:), allocatable :: report
+      logical :: good
+
+      call read_text(joined(text), analysis, report, good)
+      call tests%check('nothing to warn of; found: '//report, good .and. len(report) == 0)
+    end subroutine silent
+
+    !> The deck with more behind it and one text in the place of another has one message, a warning.
+    subroutine warned(more, old, new, keyword, sentence)
+      character(len=*), intent(in) :: more, old, new, keyword, sentence
+      type(analysis_type) :: analysis
+      character(len=:), allocatable :: report, text
+      logical :: good
+
+      text = joined(block//more)
+      if (len(old) > 0) text = changed(text, old, new)
+      call read_text(text, analysis, report, good)
+      call tests%check('warned of: '//sentence//'; found: '//report, good .and. &
+        index(report, ': warning: *'//keyword//': '//sentence) > 0 .and. &
+        index(report, new_line('a')) == len(report))
+    end subroutine warned
+  end subroutine warnings
 
   !> Form, order and number of messages.
   subroutine messages(tests)

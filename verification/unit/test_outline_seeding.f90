@@ -119,13 +119,13 @@ contains
     real(wp), intent(in) :: area, volume
     type(seed_list_type) :: body, list
     type(error_type), allocatable :: error
-    real(wp) :: box(3, 2), found, vector(mesh%dimension), flux
+    real(wp) :: box(3, 2), found, vector(mesh%dimension), flux, left_out
     logical :: occupied(mesh%cell_count)
 
     call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
     occupied = cells_of(mesh, body)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .false., occupied, shape, box, 4, 1, list)
+    call seed_outline(mesh, .false., occupied, shape, box, 0.0_wp, 4, 1, list, left_out)
     call sums_of(mesh, list, found, vector, flux)
     call tests%close(name//': all of the surface', found, area, 1.0e-10_wp)
     call tests%close(name//': it is closed', norm2(vector), 0.0_wp, rounding)
@@ -235,7 +235,7 @@ contains
       type(body_shape_type) :: shape
       type(seed_list_type) :: body, list
       type(error_type), allocatable :: error
-      real(wp) :: limits(3, 2), area, found(2), flux
+      real(wp) :: limits(3, 2), area, found(2), flux, left_out
 
       allocate (shape%outline, source=comb)
       call sample_grid('QUAD4', 7, 0.0_wp, mesh)
@@ -244,7 +244,7 @@ contains
       ! As wide as the tolerance of sets of a mesh of size one.
       limits(:2, 1) = box(:, 1) - 1.0e-8_wp
       limits(:2, 2) = box(:, 2) + 1.0e-8_wp
-      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, 4, 1, list)
+      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, 1.0e-8_wp, 4, 1, list, left_out)
       call sums_of(mesh, list, area, found, flux)
       call tests%close('length of outline in a box', area, length, 1.0e-7_wp)
       call tests%close('its area vector', norm2(found - vector), 0.0_wp, 1.0e-7_wp)
@@ -283,13 +283,13 @@ contains
     type(body_shape_type) :: shape
     type(seed_list_type) :: body, list
     type(error_type), allocatable :: error
-    real(wp) :: box(3, 2), area, vector(2), flux
+    real(wp) :: box(3, 2), area, vector(2), flux, left_out
 
     allocate (shape%outline, source=reshape([0.0_wp, 0.1_wp, 0.9_wp, 0.1_wp, 0.0_wp, 0.8_wp], [2, 3]))
     call sample_grid('TRI6', 6, 0.1_wp, mesh)
     call seed_body(mesh, .true., shape, 1, 0, seed_even, 0, body, error)
     box = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 2.0_wp, 2.0_wp, 2.0_wp], [3, 2])
-    call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 4, 1, list)
+    call seed_outline(mesh, .true., cells_of(mesh, body), shape, box, 0.0_wp, 4, 1, list, left_out)
     call sums_of(mesh, list, area, vector, flux)
     call tests%close('base and mantle of a cone per radian', area, &
       0.5_wp*0.9_wp*(0.9_wp + norm2([0.9_wp, 0.7_wp])), 1.0e-10_wp)

@@ -14,7 +14,7 @@ module test_output
   use qsmpm_number_text, only: real_text, short_text, duration_text, numbered
   use qsmpm_observer, only: step_record_type
   use qsmpm_pictures, only: write_points_picture
-  use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points
+  use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points, allocate_watched
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
   use scratch_folder, only: make_folder, remove_folder
@@ -343,6 +343,7 @@ contains
     model%analysis%histories(2)%quantity = quantity_stress
     call allocate_points(model%state%points, 2, 3, 4, 2)
     call allocate_surface_points(model%state%surface, 2, 2)
+    call allocate_watched(model%state%watched, 2, 0)
     model%state%surface%surface = 1
     model%state%surface%area = 0.5_wp
     call allocate_carried(model%state%tracers, 2, 0)

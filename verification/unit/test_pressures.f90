@@ -89,7 +89,8 @@ contains
     else
       text = text//'*SURFACE, NAME=top| 1, 3, 2, 2|*SURFACE, NAME=side| 3, 3, 0, 2|'
     end if
-    text = text//'*PHASE, NAME=load|*FIX|base, Y|*PRESSURE, SURFACE=top|'//load//'|*PRESSURE, SURFACE=side|1|*END PHASE|'
+    text = text//'*PHASE, NAME=load|*FIX|base, Y|*PRESSURE, SURFACE=top|'//load// &
+      '|*PRESSURE, SURFACE=side|1|*END PHASE|'
     call parse_deck('test.inp', joined(text), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the test is not good'

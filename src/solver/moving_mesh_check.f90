@@ -1,0 +1,162 @@
+!> What goes wrong when the rows of a moving mesh pass through material that stands behind, as warnings.
+!>
+!> Rows that are closer to each other than the material points hold no point at a time: deformation gathers in
+!> them that no point sees, and the resistance falls the farther the mesh moves. Up to one point a row there is no
+!> such error, so an empty cell with material before and behind it tells. And points that see the functions of
+!> one element carry a stress that jumps when they cross its faces. Figures: docs/methods/moving_mesh.md.
+module qsmpm_moving_mesh_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: integer_text
+  use qsmpm_analysis, only: basis_standard, integrate_points
+  use qsmpm_element, only: corner_count
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_points, only: points_type
+  use qsmpm_model, only: model_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_observer, only: observer_type
+  implicit none
+  private
+
+  public :: moving_mesh_check_type, check_moving_mesh, empty_cells, crossing_points
+
+  !> Share of the points that may have crossed faces before it is told.
+  real(wp), parameter :: few_crossings = 0.01_wp
+
+  !> What has been seen and told so far.
+  type :: moving_mesh_check_type
+    !> Number of empty cells last told.
+    integer :: empty_told = 0
+    !> Points that have come into another cell, counted each time; whether that is told.
+    integer :: crossings = 0
+    logical :: crossings_told = .false.
+  end type moving_mesh_check_type
+
+contains
+
+  !> Look at the cells and points after a step.
+  subroutine check_moving_mesh(model, activation, check, observer)
+    !> The model, at the end of a step.
+    type(model_type), intent(in) :: model
+    !> Cells and points at the start of the step.
+    type(activation_type), intent(in) :: activation
+    !> Follows.
+    type(moving_mesh_check_type), intent(inout) :: check
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+
+    if (.not. model%analysis%moving_mesh%active) return
+    call warn_of_empty_cells(model, activation, check, observer)
+    associate (method => model%analysis%method)
+      if (method%basis /= basis_standard .or. method%integration /= integrate_points .or. check%crossings_told) return
+    end associate
+    check%crossings = check%crossings + crossing_points(model%state%points, activation)
+    check%crossings_told = check%crossings > few_crossings*model%state%points%count
+    if (check%crossings_told) call observer%note('warning: material points come into other cells of *MOVING MESH, '// &
+      'and with BASIS=STANDARD at points their stresses jump there: resistance may be far too low; take BASIS=GIMP '// &
+      'or SPLINE2, or INTEGRATION=CELL')
+  end subroutine check_moving_mesh
+
+  !> Warn when cells have just lost their last point amid material: once, and again when there are twice as many.
+  subroutine warn_of_empty_cells(model, activation, check, observer)
+    !> As for `check_moving_mesh`.
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    type(moving_mesh_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    logical :: active(model%mesh%cell_count)
+    integer, allocatable :: cells(:)
+    character(len=40) :: place
+
+    active = .false.
+    active(model%state%points%cell) = .true.
+    allocate (cells, source=empty_cells(model%mesh, model%analysis%moving_mesh%axis, active))
+    if (size(cells) < max(1, 2*check%empty_told)) return
+    if (.not. any(activation%active_number(cells) > 0)) return
+    check%empty_told = size(cells)
+    write (place, '(3es12.4)') centre_of(model%mesh, cells(1))
+    call observer%note('warning: cells amid material that hold no material point: '//integer_text(size(cells))// &
+      ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, and '// &
+      'results may drift from here on: give *GRID lines whose distances change little from one to the next, or more '// &
+      'points a cell')
+  end subroutine warn_of_empty_cells
+
+  !> Number of points that are in another cell than at the start of a step.
+  pure integer function crossing_points(points, activation) result(number)
+    !> The material points, found again.
+    type(points_type), intent(in) :: points
+    !> Cells and points at the start of the step.
+    type(activation_type), intent(in) :: activation
+    integer :: k
+
+    number = 0
+    do k = 1, activation%active_count
+      number = number + count(points%cell(activation%point(activation%first(k):activation%first(k + 1) - 1)) &
+        /= activation%active_cell(k))
+    end do
+  end function crossing_points
+
+  !> Cells without points that have active cells before and behind them along an axis.
+  pure function empty_cells(mesh, axis, active) result(cells)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Axis along which rows move.
+    integer, intent(in) :: axis
+    !> Cells that hold points (cell_count).
+    logical, intent(in) :: active(:)
+    integer, allocatable :: cells(:)
+    logical :: empty(mesh%cell_count)
+    integer :: c
+
+    do c = 1, mesh%cell_count
+      empty(c) = is_amid(mesh, axis, active, c)
+    end do
+    allocate (cells, source=pack([(c, c=1, mesh%cell_count)], empty))
+  end function empty_cells
+
+  !> Whether a cell without points has active neighbours in its own column on both sides.
+  pure logical function is_amid(mesh, axis, active, cell) result(amid)
+    !> As for `empty_cells`.
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: axis
+    logical, intent(in) :: active(:)
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: extent(mesh%dimension), away(mesh%dimension), along
+    logical :: before, behind
+    integer :: k, n
+
+    amid = .false.
+    if (active(cell)) return
+    before = .false.
+    behind = .false.
+    associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(cell): &
+      mesh%cell_first(cell) + corner_count(mesh%cell_kind(cell)) - 1)))
+      extent = maxval(corners, dim=2) - minval(corners, dim=2)
+    end associate
+    do k = mesh%vertex_first(cell), mesh%vertex_first(cell + 1) - 1
+      n = mesh%vertex_neighbour(k)
+      if (.not. active(n)) cycle
+      away = (centre_of(mesh, n) - centre_of(mesh, cell))/extent
+      along = away(axis)
+      away(axis) = 0.0_wp
+      if (any(abs(away) > 0.5_wp)) cycle
+      before = before .or. along < -0.25_wp
+      behind = behind .or. along > 0.25_wp
+    end do
+    amid = before .and. behind
+  end function is_amid
+
+  !> Mean of the corners of a cell.
+  pure function centre_of(mesh, cell) result(centre)
+    !> The mesh.
+    type(mesh_type), intent(in) :: mesh
+    !> Number of the cell.
+    integer, intent(in) :: cell
+    real(wp) :: centre(mesh%dimension)
+    integer :: first, n
+
+    first = mesh%cell_first(cell)
+    n = corner_count(mesh%cell_kind(cell))
+    centre = sum(mesh%coordinates(:, mesh%cell_nodes(first:first + n - 1)), dim=2)/n
+  end function centre_of
+end module qsmpm_moving_mesh_check

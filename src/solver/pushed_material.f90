@@ -1,0 +1,222 @@
+!> Whether the material in front of prescribed node sets follows them.
+!>
+!> A fixed grid keeps its nodes where they are: a set that is pushed against material moves it away from the set, whose
+!> next step then acts on a cell that is less full. After half a cell the material follows by four fifths of the push
+!> and the reaction belongs to another problem. So places on the faces of a set, on the side of the material that it is
+!> pushed against, ride with the material; over all of them
+!>
+!>   lag = 1 - sum(displacement along the push)/sum(displacement prescribed)
+!>
+!> Only the component normal to the faces is watched, in compression: sets that shear or draw away lose nothing. A grid
+!> whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) needs no watch.
+module qsmpm_pushed_material
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type, basis_fem
+  use qsmpm_element, only: face_count, face_corners
+  use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_search, only: inverse_map
+  use qsmpm_mesh_sets, only: find_set
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: watched_points_type, allocate_watched
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: watch_sets, note_push, check_following, lag_of
+
+  !> Lag that is worth a warning, and that is refused.
+  real(wp), parameter :: worth_a_warning = 0.05_wp, refused = 0.2_wp
+  !> A face whose corners differ along an axis by less than this share of its size is normal to it.
+  real(wp), parameter :: flat = 1.0e-6_wp
+  character(len=1), parameter :: axis_name(3) = ['X', 'Y', 'Z']
+
+contains
+
+  !> Watch the sets that the model's current phase pushes against material. Sets that go on in the direction of the
+  !> phase before keep the places they have.
+  subroutine watch_sets(model)
+    type(model_type), intent(inout) :: model
+    type(watched_points_type) :: before
+    integer :: i, s
+
+    before = model%state%watched
+    call allocate_watched(model%state%watched, model%mesh%dimension, 0)
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      do i = 1, size(phase%prescriptions)
+        associate (prescription => phase%prescriptions(i))
+          if (.not. abs(prescription%value) > 0.0_wp .or. follows(model, prescription%component)) cycle
+          s = find_set(model%mesh%node_sets, prescription%set)
+          associate (same => before%set == s .and. before%component == prescription%component .and. &
+              before%pushed*prescription%value > 0.0_wp)
+            if (any(same)) then
+              call keep_places(before, same, model%state%watched)
+            else
+              call add_faces(model, s, prescription%component, prescription%value, model%state%watched)
+            end if
+          end associate
+        end associate
+      end do
+    end associate
+  end subroutine watch_sets
+
+  !> Whether the grid goes along with what is pushed along an axis.
+  pure logical function follows(model, axis)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis
+
+    follows = model%analysis%method%basis == basis_fem .or. &
+      (model%analysis%moving_mesh%active .and. model%analysis%moving_mesh%axis == axis)
+  end function follows
+
+  !> Add places that are there.
+  subroutine keep_places(from, chosen, watched)
+    type(watched_points_type), intent(in) :: from
+    !> (places)
+    logical, intent(in) :: chosen(:)
+    type(watched_points_type), intent(inout) :: watched
+    integer :: i
+
+    do i = 1, from%count
+      if (chosen(i)) call add_place(watched, from%position(:, i), from%initial_position(:, i), from%local(:, i), &
+        from%cell(i), from%set(i), from%component(i), from%pushed(i))
+    end do
+  end subroutine keep_places
+
+  !> Add the middles of the faces of a set that bound cells with material in front of them.
+  subroutine add_faces(model, set, component, value, watched)
+    type(model_type), intent(in) :: model
+    !> Node set, axis of the push and its direction.
+    integer, intent(in) :: set, component
+    real(wp), intent(in) :: value
+    type(watched_points_type), intent(inout) :: watched
+    logical :: in_set(model%mesh%node_count), occupied(model%mesh%cell_count), ok
+    real(wp), dimension(model%mesh%dimension) :: middle, local
+    integer :: c, f
+
+    in_set = .false.
+    in_set(model%mesh%node_sets(set)%items) = .true.
+    occupied = .false.
+    occupied(model%state%points%cell) = .true.
+    do c = 1, model%mesh%cell_count
+      if (.not. occupied(c)) cycle
+      do f = 1, face_count(model%mesh%cell_kind(c))
+        associate (nodes => model%mesh%cell_nodes(model%mesh%cell_first(c) - 1 &
+            + face_corners(model%mesh%cell_kind(c), f)))
+          if (.not. all(in_set(nodes))) cycle
+          if (.not. is_pushed(model%mesh, c, nodes, component, value)) cycle
+          middle = sum(model%mesh%coordinates(:, nodes), dim=2)/size(nodes)
+          call inverse_map(model%mesh, c, middle, local, ok)
+          if (ok) call add_place(watched, middle, middle, local, c, set, component, 0.0_wp)
+        end associate
+      end do
+    end do
+  end subroutine add_faces
+
+  !> Whether a face is normal to an axis and its cell in front of it.
+  pure logical function is_pushed(mesh, cell, nodes, axis, value)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    !> Corners of the face.
+    integer, intent(in) :: nodes(:)
+    integer, intent(in) :: axis
+    !> Above 0 for a push along the axis, below against it.
+    real(wp), intent(in) :: value
+    real(wp) :: extent(mesh%dimension), middle
+
+    extent = maxval(mesh%coordinates(:, nodes), dim=2) - minval(mesh%coordinates(:, nodes), dim=2)
+    associate (all_nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
+      middle = sum(mesh%coordinates(axis, all_nodes))/size(all_nodes)
+    end associate
+    is_pushed = extent(axis) <= flat*maxval(extent) .and. &
+      (middle - mesh%coordinates(axis, nodes(1)))*value > 0.0_wp
+  end function is_pushed
+
+  !> Add one place.
+  subroutine add_place(watched, position, start, local, cell, set, component, pushed)
+    type(watched_points_type), intent(inout) :: watched
+    !> Present and first position, local coordinates (dimension).
+    real(wp), intent(in) :: position(:), start(:), local(:)
+    integer, intent(in) :: cell, set, component
+    !> Displacement that has been prescribed so far.
+    real(wp), intent(in) :: pushed
+    integer :: n, d
+
+    d = size(position)
+    n = watched%count + 1
+    watched%count = n
+    watched%position = reshape([watched%position, position], [d, n])
+    watched%initial_position = reshape([watched%initial_position, start], [d, n])
+    watched%local = reshape([watched%local, local], [d, n])
+    watched%cell = [watched%cell, cell]
+    watched%set = [watched%set, set]
+    watched%component = [watched%component, component]
+    watched%pushed = [watched%pushed, pushed]
+  end subroutine add_place
+
+  !> Add what a step prescribes to what has been prescribed so far.
+  subroutine note_push(model, share)
+    type(model_type), intent(inout) :: model
+    !> Share of the phase that the step is long.
+    real(wp), intent(in) :: share
+    integer :: i, s
+
+    associate (phase => model%analysis%phases(model%state%progress%phase), watched => model%state%watched)
+      do i = 1, size(phase%prescriptions)
+        s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
+        where (watched%set == s .and. watched%component == phase%prescriptions(i)%component) &
+          watched%pushed = watched%pushed + share*phase%load_factor*phase%prescriptions(i)%value
+      end do
+    end associate
+  end subroutine note_push
+
+  !> Lag of the material in front of the set of one watched place; 0 before it is pushed.
+  pure real(wp) function lag_of(watched, place) result(lag)
+    type(watched_points_type), intent(in) :: watched
+    integer, intent(in) :: place
+    real(wp) :: pushed
+
+    associate (c => watched%component(place), &
+        same => watched%set == watched%set(place) .and. watched%component == watched%component(place))
+      pushed = sum(watched%pushed, mask=same)
+      lag = 0.0_wp
+      if (abs(pushed) > 0.0_wp) lag = 1.0_wp &
+        - sum(watched%position(c, :) - watched%initial_position(c, :), mask=same)/pushed
+    end associate
+  end function lag_of
+
+  !> Warn of material that does not follow, refuse what has lost its set.
+  subroutine check_following(model, phase, warning, error)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    !> Sentence, empty when there is nothing to warn of.
+    character(len=:), allocatable, intent(out) :: warning
+    !> error_not_converged
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    real(wp) :: lag, largest
+    integer :: i
+
+    warning = ''
+    text = ''
+    largest = worth_a_warning
+    associate (watched => model%state%watched)
+      do i = 1, watched%count
+        lag = lag_of(watched, i)
+        if (.not. lag > largest) cycle
+        largest = lag
+        text = "phase '"//phase%name//"': the material in front of set '"//model%mesh%node_sets(watched%set(i))%name// &
+          "' follows it by "//real_text(real(nint(1000.0_wp*(1.0_wp - lag)), wp)/1000.0_wp)//' of its displacement '// &
+          'only: the nodes of a fixed grid stay where they are. Take *MOVING MESH, NSET='// &
+          model%mesh%node_sets(watched%set(i))%name//', AXIS='//axis_name(watched%component(i))// &
+          ', or *METHOD, BASIS=FEM, or push by *TRACTION'
+      end do
+    end associate
+    if (.not. largest > worth_a_warning) return
+    if (largest > refused) then
+      call fail(error, error_not_converged, text)
+    else
+      warning = 'warning: '//text
+    end if
+  end subroutine check_following
+end module qsmpm_pushed_material

@@ -1,0 +1,259 @@
+!> Tests of one step with nothing scripted: what it leaves in the state, what it tells the laws and whoever controls
+!> it, and that a step not taken leaves no trace.
+module test_load_step
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_type, error_left_mesh
+  use qsmpm_hold_test, only: test_hold
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_stopwatch, only: start_stopwatch, part_control, part_convection, part_initialisation, part_step_error
+  use deck_samples, only: joined
+  use scripted_solver, only: listener_type, script_type, answer_type
+  use state_samples, only: state_differences
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_load_step
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_load_step(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('load_step')
+    call check_taken(tests)
+    call check_second(tests)
+    call check_too_far(tests)
+    call check_lost_point(tests)
+    call check_too_long(tests)
+    call check_hold_due(tests)
+  end subroutine collect_load_step
+
+  !> A block under its weight, pulled by a prescribed head; its phase has begun and its stopwatch runs.
+  subroutine build(more, model, step)
+    !> Cards of the phase.
+    character(len=*), intent(in) :: more
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=every, BOX|0, 2, 0, 2|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
+      '*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*METHOD, BASIS=STANDARD|'// &
+      '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|0.5, 0.9|*PHASE, NAME=one, LOAD FACTOR=2|'//more// &
+      '|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the load step suite is broken'
+    call start_phase(model)
+    call start_stopwatch(step%profile%watch, part_control)
+  end subroutine build
+
+  !> Solve to a share of the phase.
+  subroutine go(model, step, fraction, largest_move, solution, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    real(wp), intent(in) :: fraction, largest_move
+    type(solution_type), intent(out) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(load_step_type) :: solver
+
+    call solver%solve(model, step, model%analysis%phases(1)%controls, &
+      attempt_type(fraction, 1.0e-9_wp, largest_move=largest_move), solution, error)
+  end subroutine go
+
+  !> A step that is taken: reactions carry the weight, work is the mean load times the path, the parts have their time.
+  subroutine check_taken(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(state_type) :: before
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: path
+
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    before = model%state
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%check('a step is taken', solution%converged .and. .not. allocated(error))
+    call tests%close('the share of the phase is reached', model%state%progress%fraction, 0.25_wp, 0.0_wp)
+    ! Weight 18 times load factor 2 times a quarter.
+    call tests%close('reactions carry the weight', sum(model%state%reactions(2, :)), 9.0_wp, 1.0e-7_wp)
+    call tests%close('and nothing sideways', sum(model%state%reactions(1, :)), 0.0_wp, 1.0e-7_wp)
+    ! The load grows from nothing to 0.5 a weight: half of it times what the weights sink.
+    path = sum(before%points%weight*(before%points%position(2, :) - model%state%points%position(2, :)))
+    call tests%close('external work is the mean load times the path', model%state%progress%external_work, &
+      0.25_wp*path, 1.0e-9_wp*path)
+    call tests%close('and the internal work is the same but for the stabilisation', model%state%progress%internal_work, &
+      model%state%progress%external_work, 0.02_wp*model%state%progress%external_work)
+    call tests%check('the body has sunk and is stressed', path > 0.0_wp .and. &
+      minval(model%state%points%stress(2, :)) < -5.0_wp)
+    associate (calls => step%profile%watch%calls)
+      call tests%check('initialisation and convection have their time', calls(part_initialisation) >= 1 .and. &
+        calls(part_convection) == 1)
+      call start_again(calls(part_control))
+    end associate
+    call end_system(step%system)
+
+  contains
+
+    !> Control is what the watch has gone back to.
+    subroutine start_again(control)
+      use qsmpm_kinds, only: long
+      integer(long), intent(in) :: control
+
+      call tests%check('and control comes between them', control >= 3)
+    end subroutine start_again
+  end subroutine check_taken
+
+  !> The second step is told where it stands and goes on from the loads of the first.
+  subroutine check_second(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(state_type) :: before
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: path
+
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    model%state%progress%step = 7
+    model%state%progress%phase_steps = 4
+    model%state%progress%external_work = 0.0_wp
+    before = model%state
+    call go(model, step, 0.75_wp, 1.0_wp, solution, error)
+    call tests%check('a second step is taken', solution%converged .and. .not. allocated(error))
+    associate (moment => step%evaluation%moment)
+      call tests%check('the laws know phase and step', moment%phase == 1 .and. moment%step == 8 .and. &
+        moment%step_of_phase == 5)
+      call tests%check('and the times of the step', abs(moment%start - 0.25_wp) <= 0.0_wp .and. &
+        abs(moment%duration - 0.5_wp) <= 0.0_wp)
+    end associate
+    path = sum(before%points%weight*(before%points%position(2, :) - model%state%points%position(2, :)))
+    ! From half a weight to one and a half.
+    call tests%close('its work is that of the mean of both loads', model%state%progress%external_work, path, &
+      1.0e-9_wp*path)
+    call tests%close('reactions are those of its end', sum(model%state%reactions(2, :)), 27.0_wp, 1.0e-7_wp)
+    call end_system(step%system)
+  end subroutine check_second
+
+  !> A step that moves a node too far is not taken; one that may go as far as it does is.
+  subroutine check_too_far(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(state_type) :: before
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: move
+
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    before = model%state
+    call go(model, step, 1.0_wp, 1.0e-6_wp, solution, error)
+    move = solution%largest_move
+    call tests%check('a step that moves a node too far is not taken', .not. solution%converged .and. &
+      .not. allocated(error))
+    call tests%check('and says so', index(solution%reason, 'moves a node too far') > 0)
+    call tests%check('and leaves the state as it was', len(state_differences(before, model%state)) == 0)
+    call go(model, step, 1.0_wp, 0.999_wp*move, solution, error)
+    call tests%check('nor is one that goes a thousandth too far', .not. solution%converged)
+    call go(model, step, 1.0_wp, move, solution, error)
+    call tests%check('one that goes as far as it may is taken', solution%converged)
+    call end_system(step%system)
+  end subroutine check_too_far
+
+  !> A step that pushes points out of the mesh has the reason and the cause of that.
+  subroutine check_lost_point(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(state_type) :: before
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+
+    call build('*PRESCRIBE|every, X, -0.4|every, Y, 0.01', model, step)
+    before = model%state
+    call go(model, step, 1.0_wp, 10.0_wp, solution, error)
+    call tests%check('a step out of the mesh is not taken', .not. solution%converged .and. .not. allocated(error))
+    call tests%check('its reason is the point', index(solution%reason, 'left the mesh') > 0)
+    call tests%check('its cause is that a point left the mesh', solution%cause == error_left_mesh)
+    call tests%check('it leaves no trace', len(state_differences(before, model%state)) == 0)
+    call tests%check('the watch is back at control', step%profile%watch%calls(part_convection) == 1)
+    call end_system(step%system)
+  end subroutine check_lost_point
+
+  !> Where the error of a step is bounded, one that is too long is refused and the smallest one taken.
+  subroutine check_too_long(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: phase = '*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=4, SMALLEST STEP=0.5, '
+    type(model_type) :: model
+    type(step_type) :: step
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+
+    call build(phase//'STEP ERROR=1e-9', model, step)
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%check('a step longer than its error allows is not taken', .not. solution%converged .and. solution%too_long &
+      .and. solution%step_error > 1.0e-9_wp)
+    call tests%check('and says so', index(solution%reason, 'longer than its error allows') > 0)
+    call tests%check('its error has its time', step%profile%watch%calls(part_step_error) == 1)
+    call go(model, step, 0.125_wp, 1.0_wp, solution, error)
+    call tests%check('the smallest step is taken all the same', solution%converged .and. .not. solution%too_long)
+    call end_system(step%system)
+    call build(phase//'STEP ERROR=0.5', model, step)
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%check('a step within its error is taken, and its error told', solution%converged .and. &
+      solution%step_error > 0.0_wp .and. solution%step_error < 0.5_wp)
+    call end_system(step%system)
+  end subroutine check_too_long
+
+  !> Hold tests are done once each, when their load factor is reached up to rounding, and leave the state alone.
+  subroutine check_hold_due(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(script_type) :: script
+    type(listener_type) :: listener
+    type(state_type) :: before
+    type(error_type), allocatable :: error
+
+    call build('*FIX|base, ALL|*GRAVITY|0, -1|*HOLD TEST, REPEATS=3|0.5, 1.5', model, step)
+    script%answers = [answer_type()]
+    allocate (script%asked(0))
+    listener%text = ''
+    model%state%progress%load_factor = 0.5_wp*(1.0_wp - 1.0e-7_wp)
+    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call tests%check('a hold test waits for its load factor', size(script%asked) == 0)
+    model%state%progress%load_factor = 0.5_wp*(1.0_wp - 1.0e-12_wp)
+    model%state%progress%fraction = 0.25_wp
+    model%state%tracers%position(2, :) = model%state%tracers%position(2, :) - 0.1_wp
+    before = model%state
+    before%progress%hold_tests_done = 1
+    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call tests%check('it is done when that is reached up to rounding', size(script%asked) == 3)
+    if (size(script%asked) == 3) call tests%check('at the load that is there', &
+      all(abs(script%asked%fraction - 0.25_wp) <= 0.0_wp))
+    call tests%check('it says how much the first history has grown', index(listener%text, 're-solves u has grown') > 0)
+    call tests%check('the state is that of before', len(state_differences(before, model%state)) == 0)
+    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call tests%check('it is done once', size(script%asked) == 3)
+    model%state%progress%load_factor = 2.0_wp
+    script%answers = [answer_type(), answer_type(converged=.false.)]
+    script%asked = script%asked(:0)
+    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call tests%check('a hold that is lost ends the test and is told', size(script%asked) == 2 .and. &
+      index(listener%text, 'lost at re-solve 2') > 0)
+  end subroutine check_hold_due
+end module test_load_step

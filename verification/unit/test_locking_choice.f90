@@ -1,0 +1,61 @@
+!> Which materials are treated against locking unasked, on which elements and bases, and with which factor.
+module test_locking_choice
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_locking_choice
+
+contains
+
+  !> All checks.
+  subroutine collect_locking_choice(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('locking_choice')
+    ! Linear functions lock in any flow, those of higher order in flow without friction.
+    call check(tests, 'QUAD4', 'STANDARD', '0.3', '1, 20, 0', 0.5_wp)
+    call check(tests, 'QUAD4', 'STANDARD', '0.3', '1, 20, 20', 0.5_wp)
+    call check(tests, 'TRI3', 'FEM', '0.3', '1, 20, 0', 0.5_wp)
+    call check(tests, 'QUAD4', 'GIMP', '0.3', '1, 20, 0', 0.1_wp)
+    call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 20, 0', 0.0_wp)
+    call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 20, 0', 0.0_wp)
+    call check(tests, 'TRI6', 'STANDARD', '0.3', '1, 0, 0', 0.1_wp)
+    call check(tests, 'QUAD4', 'SPLINE2G', '0.3', '1, 0, 0', 0.1_wp)
+    ! Elasticity: what nearly keeps its volume, on every element.
+    call check(tests, 'QUAD4', 'STANDARD', '0.45', '', 0.0_wp)
+    call check(tests, 'QUAD4', 'STANDARD', '0.46', '', 0.5_wp)
+    call check(tests, 'TRI6', 'STANDARD', '0.46', '', 0.1_wp)
+  end subroutine collect_locking_choice
+
+  !> The factor of a material; 0 where it is not treated.
+  subroutine check(tests, element, basis, poisson, strength, factor)
+    type(tests_type), intent(inout) :: tests
+    !> Words of the deck; no strength for an elastic material.
+    character(len=*), intent(in) :: element, basis, poisson, strength
+    real(wp), intent(in) :: factor
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(model_type) :: model
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: plastic
+
+    plastic = ''
+    if (len(strength) > 0) plastic = '*MOHR COULOMB|'//strength//'|'
+    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//element// &
+      '|X, 0, 1, 2|Y, 0, 1, 2|*METHOD, BASIS='//basis//'|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|100, '//poisson//'|'// &
+      plastic//'*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|'// &
+      '*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the deck of the test is not good'
+    call tests%close(element//' '//basis//', nu = '//poisson//', c, phi, psi = '//strength, &
+      model%laws(1)%pressure_factor, factor, 0.0_wp)
+  end subroutine check
+end module test_locking_choice
