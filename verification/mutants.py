@@ -199,7 +199,7 @@ def mutations_of_expression(text: str) -> list[tuple[str, str]]:
         found.append(("logical", replaced(text, m, ".false." if m[0] == ".true." else ".true.")))
     for m in re.finditer(r"\b(min|max)(val|loc)?(?=\()", clean):
         found.append(("bound", replaced(text, m, ("max" if m[1] == "min" else "min") + (m[2] or ""))))
-    for m in re.finditer(r"\b\d+\.\d*(e[+-]?\d+)?_wp", clean):
+    for m in re.finditer(r"\b(?!0+\.0*_wp)\d+\.\d*(e[+-]?\d+)?_wp", clean):
         found.append(("times ten", replaced(text, m, f"(10.0_wp*{m[0]})")))
     for m in re.finditer(r"(?<![\w.%+\-])\d+(?![\w.])", clean):
         for by in (-1, 1):

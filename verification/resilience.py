@@ -464,12 +464,12 @@ def strange_library(checks: Checks, folder: pathlib.Path) -> None:
     deck.write_text(block(steps=1).replace("*ELASTIC\n100, 0.3\n", "*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libmodel.so\n 1\n"))
     for words, loads in ((["check"], False), (["plan"], False), (["check", "--plugins"], True), (["plan", "--plugins"], True)):
         mark.unlink(missing_ok=True)
-        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=LIMIT)
+        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=PATIENCE)
         checks.check(f"{' '.join(words)} ends well", run.returncode == 0, run.stderr[-300:])
         checks.check(f"{' '.join(words)} {'loads' if loads else 'does not load'} a library", mark.exists() == loads)
         checks.check(f"{' '.join(words)} {'has nothing to say' if loads else 'says so'}", ("is not loaded" in run.stderr) != loads, run.stderr[-300:])
     library.unlink()
-    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=LIMIT)
+    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=PATIENCE)
     checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
 
 

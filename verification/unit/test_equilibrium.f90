@@ -18,7 +18,7 @@ module test_equilibrium
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_stopwatch, only: start_stopwatch, part_assembly, part_control, part_evaluation, part_factorisation, &
     part_solves
-  use qsmpm_supports, only: add_support_force
+  use qsmpm_supports, only: add_support_force, take_support_reactions
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -192,6 +192,11 @@ contains
     call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%load_norm)
     call tests%close('the internal force holds the springs', &
       maxval(abs(solution%internal_force - step%evaluation%force - springs)), 0.0_wp, 1.0e-10_wp*solution%load_norm)
+    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
+    call tests%check('surface points hold the reactions of their springs', maxval(abs(model%state%surface%reaction)) > 0.0_wp)
+    step%supports%patches%count = 0
+    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
+    call tests%check('and none without springs', maxval(abs(model%state%surface%reaction)) <= 0.0_wp)
     call end_system(step%system)
   end subroutine check_supported
 

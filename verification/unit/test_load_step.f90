@@ -102,19 +102,9 @@ contains
     associate (calls => step%profile%watch%calls)
       call tests%check('initialisation and convection have their time', calls(part_initialisation) >= 1 .and. &
         calls(part_convection) == 1)
-      call start_again(calls(part_control))
+      call tests%check('and control comes between them', calls(part_control) >= 3)
     end associate
     call end_system(step%system)
-
-  contains
-
-    !> Control is what the watch has gone back to.
-    subroutine start_again(control)
-      use qsmpm_kinds, only: long
-      integer(long), intent(in) :: control
-
-      call tests%check('and control comes between them', control >= 3)
-    end subroutine start_again
   end subroutine check_taken
 
   !> The second step is told where it stands and goes on from the loads of the first.

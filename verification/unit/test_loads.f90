@@ -196,12 +196,30 @@ contains
     call measure(model, step, 1.0_wp, total, moments)
     call tests%close('at the end a load has its new value, the weight that of before', &
       norm2(total - [0.0_wp, -1.0_wp - 32.0_wp]), 0.0_wp, rounding*40.0_wp)
+    call check_start_in_balance(tests)
     call tests%check('a freed set holds nothing, nor does the corner it shares, but for what is prescribed', &
       count(model%loading%constrained(1, :)) == count(model%loading%constrained(2, :)) + 1)
     call tests%close('a prescribed displacement has the load factor', maxval(model%loading%prescribed(1, :)), 0.2_wp, &
       rounding)
     call tests%close('the other component is held where it is', maxval(abs(model%loading%prescribed(2, :))), 0.0_wp, 0.0_wp)
   end subroutine check_phases
+
+  !> A phase with initial stresses begins with all of its loads: the stresses are those under them.
+  subroutine check_start_in_balance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    character(len=:), allocatable :: message
+    real(wp) :: total(2), moments(2, 2)
+
+    call build(deck('PLANE STRAIN', 'STANDARD', '*SURFACE, NAME=top, TYPE=SEGMENT|1, 0.8, 0, 0.8|'// &
+      '*PHASE, NAME=one, LOAD FACTOR=2|*INITIAL, TYPE=K0|0.8, 0.5|*FIX|base, ALL|side, X|*GRAVITY|0, -1|'// &
+      '*TRACTION, SURFACE=top|0, -4|*END PHASE|'), model, step, message)
+    call tests%check('the deck of initial stresses is good', len(message) == 0)
+    if (len(message) > 0) return
+    call measure(model, step, 0.0_wp, total, moments)
+    call tests%close('a phase with initial stresses begins with all of its loads', total(2), -8.0_wp - 32.0_wp, 1.0e-9_wp)
+  end subroutine check_start_in_balance
 
   !> Every way to choose a surface takes the length it should.
   subroutine check_surfaces(tests)

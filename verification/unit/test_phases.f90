@@ -126,6 +126,7 @@ contains
     call tests%check('phases end at one exactly', all(abs(run%listener%fraction([4, 6]) - 1.0_wp) <= 0.0_wp))
     call tests%check('the end of each phase is told once', run%listener%phases == 2)
     call tests%check('one solve a step', asked(run) == 6)
+    call tests%check('the profile of the run counts the steps', run%march%step%profile%steps == 6)
     run = new_run([answer_type(iterations=13), answer_type(iterations=9), answer_type(iterations=6), &
       answer_type(iterations=6)], '')
     call run%to_end()

@@ -210,6 +210,9 @@ contains
     call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
       size(it%script%asked) == 3)
     it = trial()
+    call it%go([answer_type(converged=.false., move=9.0_wp), damped(0.5_wp, 5, 0.1_wp), answer_type(undamped=9.0e-7_wp)])
+    call tests%close('the largest move of a step is that of solves that were taken', it%record%largest_move, 0.1_wp, 0.0_wp)
+    it = trial()
     call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), answer_type(undamped=1.1e-6_wp, damping_share=1.0e-9_wp)])
     call tests%check('a residual above the tolerance is not accepted however small the damping', it%is_restored())
     call tests%check('all sub-steps are tried', size(it%script%asked) == 7)
@@ -362,13 +365,26 @@ contains
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
       all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
       all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
+    call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
+    it = trial()
+    it%controls%hold_fade = 0.5_wp
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
+      answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('or one that fades from hold to hold', &
+      all(abs(it%script%asked%stabilisation - [1.0_wp, 0.5_wp, 0.25_wp]) <= 0.0_wp))
+    it = trial()
+    it%controls%hold_fade = 1.0e-4_wp
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
+      answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('down to a millionth', abs(it%script%asked(3)%stabilisation - 1.0e-6_wp) <= 0.0_wp)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.011_wp)])
     call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%holds == 3 .and. &
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%hopeless)
+    call tests%check('in the log, too', index(it%listener%text, 'holding does not bring it below') > 0)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
