@@ -50,8 +50,9 @@ contains
     plastic = ''
     if (len(strength) > 0) plastic = '*MOHR COULOMB|'//strength//'|'
     call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//element// &
-      '|X, 0, 1, 2|Y, 0, 1, 2|*METHOD, BASIS='//basis//'|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|100, '//poisson//'|'// &
-      plastic//'*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|'// &
+      '|X, 0, 1, 2|Y, 0, 1, 2|*METHOD, BASIS='//basis//'|*NSET, NSET=base, PLANE=Y|0|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|100, '//poisson//'|'//plastic// &
+      '*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|'// &
       '*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the test is not good'
