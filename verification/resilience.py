@@ -232,7 +232,7 @@ def stopped_in_metis(checks: Checks, folder: pathlib.Path) -> None:
     (folder / "in_metis.c").write_text(IN_METIS)
     library = folder / "in_metis.so"
     subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(folder / "in_metis.c"), "-ldl"], check=True)
-    (folder / "case.inp").write_text(block(width=2, columns=40, steps=5))
+    (folder / "case.inp").write_text(block(width=2, columns=40, steps=5, method="STABILISATION=GHOST\n*SOLVER, TYPE=MUMPS"))
     done = subprocess.run([checks.binary, "run", str(folder / "case.inp"), "--out", str(folder / "out")], capture_output=True,
                           text=True, timeout=PATIENCE, env={**os.environ, "LD_PRELOAD": str(library)})
     checks.check("SIGTERM within METIS ends with exit 143", done.returncode == 143 and "stopped on request" in done.stderr,
@@ -464,12 +464,12 @@ def strange_library(checks: Checks, folder: pathlib.Path) -> None:
     deck.write_text(block(steps=1).replace("*ELASTIC\n100, 0.3\n", "*USER MATERIAL, INTERFACE=UMAT, LIBRARY=libmodel.so\n 1\n"))
     for words, loads in ((["check"], False), (["plan"], False), (["check", "--plugins"], True), (["plan", "--plugins"], True)):
         mark.unlink(missing_ok=True)
-        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=LIMIT)
+        run = subprocess.run([checks.binary, words[0], str(deck), *words[1:]], capture_output=True, text=True, timeout=PATIENCE)
         checks.check(f"{' '.join(words)} ends well", run.returncode == 0, run.stderr[-300:])
         checks.check(f"{' '.join(words)} {'loads' if loads else 'does not load'} a library", mark.exists() == loads)
         checks.check(f"{' '.join(words)} {'has nothing to say' if loads else 'says so'}", ("is not loaded" in run.stderr) != loads, run.stderr[-300:])
     library.unlink()
-    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=LIMIT)
+    run = subprocess.run([checks.binary, "check", str(deck)], capture_output=True, text=True, timeout=PATIENCE)
     checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
 
 

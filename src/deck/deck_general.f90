@@ -71,8 +71,8 @@ contains
     call table%example('*SOLVER, TYPE=MUMPS')
 
     call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
-      'and plate are scaled, rows beyond the plate are shifted. The points stay where they are.', &
-      handle_moving)
+      'and plate are scaled, rows beyond the plate are shifted. The points stay where they are. No row may come to '// &
+      'be narrower than the points it passes stand apart: the run warns where one does.', handle_moving)
     call table%parameter('NSET', kind_name, 'node set of the plate', required=.true.)
     call table%parameter('AXIS', kind_word, 'direction in which the rows move', &
       default=trim(axis_words(moving%axis)), allowed=bar_list(axis_words))
@@ -128,7 +128,8 @@ contains
     call table%advise('undrained, phi = 0 or nu > 0.45', 'BASIS=SPLINE2, 9 points a cell; the '// &
       'pressure of a cell is then uniform by itself (*LOCKING CURE)')
     call table%advise('penetration by a moving grid', 'BASIS=SPLINE2 or GIMP at points, FACTOR=5E-4, '// &
-      'with *MOVING MESH')
+      'with *MOVING MESH and lines whose distances change little from one to the next: where rows come to pass '// &
+      'points that stand farther apart than they do, the resistance falls')
     call table%advise('unstructured meshes', 'BASIS=STANDARD, INTEGRATION=CELL on TRI6 with 12 '// &
       'points or WEDGE15 with 18, STABILISATION=GHOST for accuracy, BACKGROUND for rough work')
     call table%advise('bodies that do not fit the grid', 'a grid and BASIS=SPLINE2G with CELL; hold '// &

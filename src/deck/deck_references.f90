@@ -298,6 +298,7 @@ contains
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
+        if (state%messages%error_count() > 0) cycle
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')

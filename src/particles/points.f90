@@ -11,7 +11,8 @@ module qsmpm_points
   private
 
   public :: carried_type, points_type, surface_points_type, watched_points_type
-  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, set_normals
+  public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, &
+    set_normals
 
   !> Places that move with the material.
   type :: carried_type

@@ -75,9 +75,9 @@ contains
     check%empty_told = size(cells)
     write (place, '(3es12.4)') centre_of(model%mesh, cells(1))
     call observer%note('warning: cells amid material that hold no material point: '//integer_text(size(cells))// &
-      ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, and '// &
-      'results may drift from here on: give *GRID lines whose distances change little from one to the next, or more '// &
-      'points a cell')
+      ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, '// &
+      'and results may drift from here on: give *GRID lines whose distances change little from one to the next, or '// &
+      'more points a cell')
   end subroutine warn_of_empty_cells
 
   !> Number of points that are in another cell than at the start of a step.

@@ -137,8 +137,8 @@ def empty(bench: Bench) -> Result:
     steps = (("STEPS=50", "STEPS=5"),) if bench.quick else ()
     cells = 4 if bench.quick else 10
     pairs = {
-        "cantilever": (scene("cantilever", *steps),
-                       Deck("cantilever, large", TOP / "input" / "cantilever.inp",
+        "cantilever": (scene("cantilever", *steps, file="cantilever_paper.inp"),
+                       Deck("cantilever, large", TOP / "input" / "cantilever_paper.inp",
                             (("X, 0, 11, 44", "X, 0, 35, 140"), ("Y, -9.5, 1.5, 44", "Y, -31.5, 3.5, 140"), *steps))),
         "cube, 3D": (block("cube", "3D", cells, 8, "BASIS=GIMP, INTEGRATION=POINTS", 3, wide=1.5),
                      block("cube, large", "3D", cells, 8, "BASIS=GIMP, INTEGRATION=POINTS", 3, wide=3.2)),

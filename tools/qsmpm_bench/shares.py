@@ -29,7 +29,7 @@ def scenes(bench: Bench) -> list[Deck]:
     if bench.quick:
         return [scene("oedometer"), first_steps("slope, grid", "slope_grid.inp", 4),
                 first_steps(SLICE, "slope_e200_coarse.inp", 2, ("Z, 0, 0.25, 1", "Z, 0, 0.25, 3"))]
-    return [scene("cantilever"), scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
+    return [scene("cantilever", file="cantilever_paper.inp"), scene("slope, grid", NO_HOLD, file="slope_grid.inp"),
             scene("slope, coarse wedge 15", NO_HOLD, file="slope_e200_coarse.inp"), scene("footing"),
             first_steps("3D slice, one layer", "slope_e200_fine.inp", 20),
             first_steps("3D slice, three layers", "slope_e200_fine.inp", 5, THREE_LAYERS),

@@ -56,6 +56,24 @@ def uniform_stress_error(points: Points, component: int, stress: float) -> float
     return float(np.abs(points.field("stress")[:, component - 1] - stress).max() / abs(stress))
 
 
+def _pressure_error(points: Points, pressure: float, components: list[int]) -> Array:
+    stress = points.field("stress")[:, np.array(components) - 1]
+    return np.asarray((stress + pressure * (np.array(components) <= 3)) / pressure)
+
+
+def uniform_pressure_error(points: Points, pressure: float, components: list[int]) -> float:
+    """Largest error of stress components under a uniform pressure, shear included, over all points [-].
+
+    Components count 1 = 11, 2 = 22, 3 = 33, 4 = 12 ...; |s + p| / p of normal stresses, |s| / p of shear.
+    """
+    return float(np.abs(_pressure_error(points, pressure, components)).max())
+
+
+def uniform_pressure_rms(points: Points, pressure: float, components: list[int]) -> float:
+    """Root mean square of the same error over points and components [-]."""
+    return float(np.sqrt(np.mean(_pressure_error(points, pressure, components) ** 2)))
+
+
 def confined_strain_error(points: Points, strain: float) -> float:
     """Largest error of the strain over all points in confined compression, |1 - V/V0 - e| / e [-]."""
     own = 1 - points.field("volume") / points.field("initial_volume")
@@ -101,6 +119,8 @@ MEASURES: dict[str, Measure] = {
         column_stress_error,
         column_position_error,
         uniform_stress_error,
+        uniform_pressure_error,
+        uniform_pressure_rms,
         confined_strain_error,
         pressure_scatter,
     )

@@ -80,6 +80,7 @@ program run_unit_tests
   use test_domains, only: collect_domains
   use test_integration, only: collect_integration
   use test_axisymmetry, only: collect_axisymmetry
+  use test_moving_mesh_check, only: collect_moving_mesh_check
   use test_spline_ghost, only: collect_spline_ghost
   use test_stabilisation_share, only: collect_stabilisation_share
   use test_model_space, only: collect_model_space
@@ -178,6 +179,7 @@ program run_unit_tests
   call register('domains', collect_domains)
   call register('integration', collect_integration)
   call register('axisymmetry', collect_axisymmetry)
+  call register('moving_mesh_check', collect_moving_mesh_check)
   call register('spline_ghost', collect_spline_ghost)
   call register('stabilisation_share', collect_stabilisation_share)
   call register('model_space', collect_model_space)

@@ -365,7 +365,19 @@ contains
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
       all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
       all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
+    call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
+    it = trial()
+    it%controls%hold_fade = 0.5_wp
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
+      answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('or one that fades from hold to hold', &
+      all(abs(it%script%asked%stabilisation - [1.0_wp, 0.5_wp, 0.25_wp]) <= 0.0_wp))
+    it = trial()
+    it%controls%hold_fade = 1.0e-4_wp
+    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
+      answer_type(stabilisation_share=0.005_wp)])
+    call tests%check('down to a millionth', abs(it%script%asked(3)%stabilisation - 1.0e-6_wp) <= 0.0_wp)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.011_wp)])
     call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%holds == 3 .and. &

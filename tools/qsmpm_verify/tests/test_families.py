@@ -4,6 +4,7 @@ import math
 import tempfile
 import unittest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -159,6 +160,12 @@ class Measures(unittest.TestCase):
         points = self.points(stress=[[0, -9, 0], [0, -9.9, 0]], volume=[0.1, 0.4], initial_volume=[1, 2])
         self.assertAlmostEqual(MEASURES["uniform_stress_error"](points, component=2, stress=-9.0), 0.1, 12)
         self.assertAlmostEqual(MEASURES["confined_strain_error"](points, strain=0.9), 0.1 / 0.9, 12)
+
+    def test_uniform_pressure_counts_normal_stress_and_shear(self) -> None:
+        points = self.points(stress=[[-2, -2, 0, 0.1], [-2, -1.6, 0, 0]])
+        arguments: dict[str, Any] = {"pressure": 2.0, "components": [1, 2, 4]}
+        self.assertAlmostEqual(MEASURES["uniform_pressure_error"](points, **arguments), 0.2, 12)
+        self.assertAlmostEqual(MEASURES["uniform_pressure_rms"](points, **arguments), ((0.2**2 + 0.05**2) / 6) ** 0.5, 12)
 
 
 class Page(unittest.TestCase):
