@@ -12,7 +12,7 @@ from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.measures import pressure_scatter
 from qsmpm_verify.results import Points, ResultError
 from qsmpm_verify.runner import Run
-from qsmpm_verify.traces import hold_growth, jitter, knee, warnings
+from qsmpm_verify.traces import hold_growth, jitter, knee, log_lines
 
 LOG = """qsmpm
 hold test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
@@ -67,16 +67,13 @@ class Traces(unittest.TestCase):
         with self.assertRaisesRegex(ResultError, "there are 30, 100"):
             hold_growth(self.folder, 50.0)
 
-    def test_warnings_are_counted_by_what_they_are_about(self) -> None:
-        (self.folder / "job.log").write_text(
-            "warning: cells hold no material point: 1\nwarning: stresses differ\ncells hold no material point\n",
-            encoding="utf-8",
-        )
-        self.assertEqual(warnings(self.folder, "hold no material point"), 1.0)
-        self.assertEqual(warnings(self.folder, "equilibrium"), 0.0)
+    def test_lines_of_the_log_are_counted_by_what_they_hold(self) -> None:
+        (self.folder / "job.log").write_text("warning: cells hold no point: 1\nwarning: stresses differ\n", encoding="utf-8")
+        self.assertEqual(log_lines(self.folder, "hold no point"), 1.0)
+        self.assertEqual(log_lines(self.folder, "equilibrium"), 0.0)
         (self.folder / "job.log").unlink()
         with self.assertRaises(ResultError):
-            warnings(self.folder, "stresses")
+            log_lines(self.folder, "stresses")
 
     def test_jitter_is_the_mean_second_difference_beyond_a_place(self) -> None:
         self.curves((0.1, 9.0), (0.2, 1.0), (0.3, 2.0), (0.4, 2.5), (0.5, 3.5))
