@@ -210,7 +210,7 @@ contains
     end associate
     if (len(share) == 0) return
     model%notes = model%notes//'warning: a body ends inside elements, where this method does not hold a uniform '// &
-      'stress: up to '//share//' off at the edge of a block turned in its grid; SPLINE2G, INTEGRATION=CELL with '// &
+      'stress: '//share//' off at the edge of a block turned in its grid; SPLINE2G, INTEGRATION=CELL with '// &
       'splines, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
   end subroutine tell_inexact
 end module qsmpm_model_bodies

