@@ -27,7 +27,8 @@ module test_equilibrium
   public :: collect_equilibrium
 
   !> An elastic material, and one that yields under the weight.
-  character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0'
+  character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', &
+    yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0|*LOCKING CURE, TYPE=NONE'
 
 contains
 
