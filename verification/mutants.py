@@ -237,7 +237,9 @@ def mutations_of(statement: Statement) -> list[tuple[str, str]]:
         left, right = text[:sign].rstrip(), text[sign + 1:].strip()
         found = [("assignment deleted", "")]
         found += [(operator, f"{left} = {new}") for operator, new in mutations_of_expression(right)]
-        if re.search(r"[*+/\-]|_wp", masked(right)) and not re.search(r"'|\.(and|or|not)\.|==|[<>]", masked(right)):
+        clean = masked(right)
+        if not re.fullmatch(r"0+\.0*_wp", clean) and re.search(r"[*+/\-]|_wp", clean) and \
+                not re.search(r"'|\.(and|or|not)\.|==|[<>]", clean):
             found.append(("times ten", f"{left} = 10*({right})"))
     elif kind == "call":
         found = [("call deleted", "")]

@@ -146,6 +146,8 @@ contains
     all_names = all_names//state_differences(before, model%state)
     model%state%coordinates = 1.3_wp*coordinates
     call place_mesh(model)
+    if (kind == 'moving splines') call tests%check(kind//': the functions follow the nodes', &
+      .not. same_reals([nodes], [node_positions(model)]))
     place = c_loc(model%state%points%stress)
     call restore(before, model)
     call same(tests, kind//': a restored state is the one saved', state_differences(before, model%state))
@@ -367,10 +369,13 @@ contains
     integer, parameter :: far = 11
     type(model_type) :: model
     type(error_type), allocatable :: error
+    integer, allocatable :: labels(:)
 
     call build('plane', model)
     model%state%tracers%position(1, :) = 5.1_wp
+    allocate (labels, source=booked(model))
     call follow_material(model)
+    call tests%check('all keep their cells', all(labels == booked(model)) .and. size(labels) > 20)
     call tests%check('a tracer that leads takes the window along', model%state%window%last(1) >= far + 2 .and. &
       model%state%window%first(1) == 1)
     call build('plane', model)
@@ -384,26 +389,42 @@ contains
     ! All but the surface points arrive; then all go on, and the surface points are still booked at the start.
     model%state%points%position(1, :) = 5.1_wp
     model%state%tracers%position(1, :) = 5.1_wp
+    model%state%watched%position(1, :) = 5.1_wp
     call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%watched, 'watched place', error)
     if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
     call tests%check('they are found there', .not. allocated(error))
     model%state%points%position(1, :) = 12.1_wp
     model%state%tracers%position(1, :) = 12.1_wp
+    model%state%watched%position(1, :) = 12.1_wp
     model%state%surface%position(1, :) = 12.1_wp
     call follow_material(model)
     call tests%check('cells that a surface point is booked in stay in the window', model%state%window%first(1) == 1 .and. &
       model%state%window%last(1) >= 27)
     call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
     if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%watched, 'watched place', error)
     model%state%tracers%position(1, :) = 1.1_wp
     if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
     call tests%check('and so they are found in the end', .not. allocated(error))
     model%state%tracers%position(1, :) = 14.9_wp
+    model%state%watched%position(1, :) = 14.9_wp
     model%state%points%position(1, :) = 14.9_wp
     model%state%surface%position(1, :) = 14.9_wp
     call follow_material(model)
     call tests%check('cells that a tracer is booked in stay in the window', model%state%window%first(1) <= 3)
   end subroutine check_leaders
+
+  !> Labels of the cells that anything is booked in.
+  function booked(model) result(labels)
+    type(model_type), intent(in) :: model
+    integer, allocatable :: labels(:)
+
+    associate (state => model%state)
+      allocate (labels, source=model%mesh%cell_label([state%points%cell, state%surface%cell, &
+        state%tracers%cell, state%watched%cell]))
+    end associate
+  end function booked
 
   !> Rows of a moving mesh are where they were when another part of the grid is looked at.
   subroutine check_rows(tests)
