@@ -42,7 +42,7 @@ class Ended:
         """The end in words."""
         if self.code is None:
             return self.reason
-        return f"signal {-self.code}" if self.code < 0 else f"exit code {self.code}"
+        return f"stopped by signal {-self.code}" if self.code < 0 else f"exit code {self.code}"
 
 
 def run_limited(

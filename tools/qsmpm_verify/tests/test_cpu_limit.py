@@ -37,7 +37,7 @@ class CpuLimit(unittest.TestCase):
 
     def test_a_signal_is_told(self) -> None:
         ended = run_limited(["sh", "-c", "kill -SEGV $$"], 5.0)
-        self.assertEqual((ended.code, ended.how), (-11, "signal 11"))
+        self.assertEqual((ended.code, ended.how), (-11, "stopped by signal 11"))
 
     def test_both_streams_go_into_a_file(self) -> None:
         with tempfile.TemporaryFile() as output:

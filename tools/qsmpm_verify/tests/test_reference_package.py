@@ -94,6 +94,8 @@ class Doors(unittest.TestCase):
     def test_minimum_that_is_not_found_is_refused(self):
         self.assertAlmostEqual(numerics.minimum(lambda x: (x[0] - 1) ** 2 + x[1] ** 2 + 3, [0, 1]), 3, 10)
         self.assertRaises(ArithmeticError, numerics.minimum, lambda x: -x[0] - x[1], [0, 1])
+        # y' = y^2 from 1 is at infinity at x = 1
+        self.assertRaises(ArithmeticError, numerics.end_of_path, lambda x, y: [y[0] ** 2], 0, 2, [1])
 
 
 if __name__ == "__main__":
