@@ -99,8 +99,9 @@ contains
     type(model_type), intent(in) :: model
 
     watched_good = carried_good(watched, 0, last_cell) .and. all(watched%set >= 1) .and. &
-      all(watched%set <= size(model%mesh%node_sets)) .and. all(watched%component >= 1) .and. &
-      all(watched%component <= model%mesh%dimension) .and. finite(watched%pushed)
+      all(watched%component >= 1) .and. all(watched%component <= model%mesh%dimension) .and. finite(watched%pushed)
+    if (allocated(model%mesh%node_sets)) &
+      watched_good = watched_good .and. all(watched%set <= size(model%mesh%node_sets))
   end function watched_good
 
   !> Whether material points are of bodies and materials that there are, and their numbers finite.

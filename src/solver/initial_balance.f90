@@ -129,6 +129,7 @@ contains
     integer :: g, q, n, m, b, d, first, last
 
     force = 0.0_wp
+    stress = 0.0_wp
     d = size(force, 1)
     m = integration%directions
     do g = 1, integration%group_count

@@ -80,9 +80,11 @@ contains
     call measure(terms, 1.0_wp, spread(0.0_wp, 1, 5), 0.0_wp, solve)
     call add_solve(solve, step)
     call tests%check('all of nothing', step%share > 1.0_wp)
+    call tests%put_off_traps()
     call measure(terms, ieee_value(1.0_wp, ieee_quiet_nan), spread(1.0_wp, 1, 5), 1.0_wp, solve)
     call add_solve(solve, step)
     call tests%check('not a number is no small share', .not. step%share <= 1.0_wp)
+    call tests%trap_again()
   end subroutine check_nothing
 
   !> Force share for internal forces at the nodes (5).

@@ -61,7 +61,9 @@ contains
     call check_holds(tests)
     call check_lost_holds(tests)
     call check_fatal(tests)
+    call tests%put_off_traps()
     call check_not_numbers(tests)
+    call tests%trap_again()
   end subroutine collect_stepping
 
   !> Try the step to a quarter of the phase.

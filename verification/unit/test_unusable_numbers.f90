@@ -3,7 +3,6 @@
 !> an error that names the place; no step is accepted with it, and the state stays that of the last accepted step.
 module test_unusable_numbers
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
-  use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
   use qsmpm, only: wp, error_type, problem_type, simulation_type, soil_model_type, soil_increment_type, &
     soil_answer_type, error_user_material
   use qsmpm_finite, only: is_usable, all_usable
@@ -29,16 +28,14 @@ module test_unusable_numbers
 
 contains
 
-  !> All tests; floating-point traps of a debug build would end them at the first NaN.
+  !> All tests.
   subroutine collect_unusable_numbers(tests)
     type(tests_type), intent(inout) :: tests
     real(wp) :: values(4)
-    logical :: halting(size(ieee_all))
     integer :: i
 
     call tests%start('unusable_numbers')
-    call ieee_get_halting_mode(ieee_all, halting)
-    call ieee_set_halting_mode(ieee_all, .false.)
+    call tests%put_off_traps()
     values = [ieee_value(1.0_wp, ieee_quiet_nan), ieee_value(1.0_wp, ieee_positive_inf), &
       ieee_value(1.0_wp, ieee_negative_inf), 1.0e300_wp]
     call check_bound(tests, values)
@@ -48,7 +45,7 @@ contains
       call check_states(tests, values(i))
       call check_progress(tests, values(i))
     end do
-    call ieee_set_halting_mode(ieee_all, halting)
+    call tests%trap_again()
   end subroutine collect_unusable_numbers
 
   !> The bound itself, alone and among many.

@@ -6,6 +6,7 @@
 module testing
   use, intrinsic :: iso_fortran_env, only: output_unit
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
   use qsmpm_kinds, only: wp
   implicit none
   private
@@ -23,14 +24,33 @@ module testing
     character(len=:), allocatable, private :: suite
     integer, private :: pass_before = 0
     integer, private :: fail_before = 0
+    !> Floating-point traps that the program was built with, while they are put off.
+    logical, private :: traps(size(ieee_all)) = .false.
   contains
     procedure :: start
+    procedure :: put_off_traps
+    procedure :: trap_again
     procedure :: check
     procedure :: close => check_close
     procedure :: summary
   end type tests_type
 
 contains
+
+  !> From here on numbers that are none may be met: the traps of a debug build would end the tests at the first.
+  subroutine put_off_traps(self)
+    class(tests_type), intent(inout) :: self
+
+    call ieee_get_halting_mode(ieee_all, self%traps)
+    call ieee_set_halting_mode(ieee_all, .false.)
+  end subroutine put_off_traps
+
+  !> Trap as before.
+  subroutine trap_again(self)
+    class(tests_type), intent(in) :: self
+
+    call ieee_set_halting_mode(ieee_all, self%traps)
+  end subroutine trap_again
 
   !> Begin a suite; the summary of the one before is written.
   subroutine start(self, name)
