@@ -45,6 +45,7 @@ contains
     call check_resumed(tests)
     call check_stop(tests)
     call check_hold_test(tests)
+    call check_lost_set(tests)
   end subroutine collect_phases
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
@@ -61,8 +62,9 @@ contains
     character(len=1), parameter :: nl = new_line('a')
 
     call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
-      'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
-      '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
+      'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=side, PLANE=X'//nl//'1'//nl// &
+      '*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'1000, 0.3'//nl// &
+      '*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
       '0, 1, 0, 0.8'//nl//'*HISTORY, NAME=s, QUANTITY=STRESS, COMPONENT=YY'//nl//'0.5, 0.4'//nl// &
       '*PHASE, NAME=first, LOAD FACTOR=8'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
       '*CONTROLS, STEPS=4, PROXIMAL=NO, FEW ITERATIONS=6, MANY ITERATIONS=12, SMALLEST STEP=0.25'//controls//nl// &
@@ -305,4 +307,40 @@ contains
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
       abs(run%model%state%points%stress(1, 1) - 2.0_wp) <= rounding)
   end subroutine check_hold_test
+
+  !> A prescribed set that the material does not follow: warned of once, then the step is put back and the run ends.
+  subroutine check_lost_set(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(state_type) :: before
+
+    run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    call march_step(run%model, run%march, run%listener, run%error)
+    call tests%check('the face behind a pushed set is watched', run%model%state%watched%count > 0 .and. &
+      .not. allocated(run%error))
+    call fall_behind(0.1_wp)
+    call march_step(run%model, run%march, run%listener, run%error)
+    call march_step(run%model, run%march, run%listener, run%error)
+    call tests%check('a lag of a tenth is warned of', index(run%listener%text, "set 'side' follows it by 0.9 ") > 0 .and. &
+      run%listener%steps == 3)
+    call tests%check('once', index(run%listener%text, "set 'side'") == index(run%listener%text, "set 'side'", back=.true.))
+    call fall_behind(0.25_wp)
+    before = run%model%state
+    call march_step(run%model, run%march, run%listener, run%error)
+    call tests%check('one of a quarter ends the run', allocated(run%error))
+    if (allocated(run%error)) call tests%check('as a step that is not taken', run%error%code == error_not_converged)
+    call tests%check('with the state before the step', len(state_differences(before, run%model%state)) == 0)
+
+  contains
+
+    !> The set has been pushed by one, the material by less.
+    subroutine fall_behind(lag)
+      real(wp), intent(in) :: lag
+
+      associate (watched => run%model%state%watched)
+        watched%pushed = -1.0_wp
+        watched%position(1, :) = watched%initial_position(1, :) - (1.0_wp - lag)
+      end associate
+    end subroutine fall_behind
+  end subroutine check_lost_set
 end module test_phases
