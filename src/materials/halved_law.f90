@@ -4,7 +4,7 @@
 !> stress rate otherwise.
 !>
 !> The displacement is halved: F_1 = 1 + (F - 1)/2, then F_2 = F F_1^-1, and the stress of the end is
-!> referred to the start of the whole step, Q = J sigma F^-T with J = det F. There is no tangent.
+!> referred to the start of the whole step, Q = J sigma F^-T with J = det F.
 module qsmpm_halved_law
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
@@ -43,23 +43,28 @@ contains
     halved%shear_scale = law%shear_scale
   end subroutine make_halved_law
 
-  !> Update a batch in two halves, without a tangent.
+  !> Update a batch in two halves. A tangent that is asked for is that of the whole step: who balances pressures by it
+  !> (qsmpm_pressure_balance) needs a slope, not an exact one.
   subroutine update(self, batch, tangent)
     class(halved_law_type), intent(in) :: self
     !> The points.
     type(batch_type), intent(inout) :: batch
-    !> Not looked at: there is no tangent.
+    !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
     type(batch_type) :: half
     integer :: p
 
+    if (tangent /= tangent_none) then
+      call self%law%update(batch, tangent)
+      if (any(batch%status(:batch%count) /= status_ok)) return
+    end if
     half = batch
     half%moment%duration = 0.5_wp*batch%moment%duration
     do p = 1, batch%count
       if (determinant(unpack_gradient(batch%gradient(:, p))) > 0.0_wp) &
         call pack_gradient(first_half(batch%gradient(:, p)), half%gradient(:, p))
     end do
-    call self%law%update(half, min(tangent, tangent_none))
+    call self%law%update(half, tangent_none)
     do p = 1, batch%count
       if (half%status(p) /= status_ok) cycle
       call start_second_half(batch%gradient(:, p), batch%volume_ratio(p), half, p)

@@ -40,17 +40,22 @@ contains
   end subroutine collect_load_step
 
   !> A block under its weight, pulled by a prescribed head; its phase has begun and its stopwatch runs.
-  subroutine build(more, model, step)
+  subroutine build(more, model, step, material)
     !> Cards of the phase.
     character(len=*), intent(in) :: more
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Modulus, Poisson's ratio and further cards of the material.
+    character(len=*), intent(in), optional :: material
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
+    character(len=:), allocatable :: soil
 
+    soil = '1000, 0.3'
+    if (present(material)) soil = material
     call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
-      '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=every, BOX|0, 2, 0, 2|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=every, BOX|0, 2, 0, 2|*MATERIAL, NAME=soil|*ELASTIC|'//soil//'|'// &
       '*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*METHOD, BASIS=STANDARD|'// &
       '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|0.5, 0.9|*PHASE, NAME=one, LOAD FACTOR=2|'//more// &
       '|*END PHASE|'), analysis, messages, error)
@@ -203,6 +208,11 @@ contains
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
     call tests%check('a step within its error is taken, and its error told', solution%converged .and. &
       solution%step_error > 0.0_wp .and. solution%step_error < 0.5_wp)
+    call end_system(step%system)
+    call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*LOCKING CURE, TYPE=UNIFORM PRESSURE')
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%check('halves of an elastic step have the pressure of their cell too', solution%converged .and. &
+      solution%step_error < 1.0e-9_wp)
     call end_system(step%system)
   end subroutine check_too_long
 
