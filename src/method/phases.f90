@@ -14,7 +14,7 @@ module qsmpm_phases
   use qsmpm_pushed_material, only: check_following
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_linear_system, only: end_system
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_stepping, only: outcome_type, take_step
   use qsmpm_step_length, only: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
   use qsmpm_step_solver, only: step_solver_type
@@ -24,6 +24,8 @@ module qsmpm_phases
   use qsmpm_hold_test, only: test_hold
   use qsmpm_loose_pieces, only: describe_loose_pieces
   use qsmpm_grid_window, only: cells_of, operator(==)
+  use qsmpm_soil_points, only: inaccurate_points
+  use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -84,12 +86,13 @@ contains
   !> Make ready to step on from where the model stands.
   subroutine begin_march(model, profile, march)
     !> The model.
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> Time and work so far.
     type(run_profile_type), intent(in) :: profile
     !> The run.
     type(march_type), intent(inout) :: march
 
+    call begin_analysis(model, march%step)
     march%step%told = model%state%window
     march%step%profile = profile
     march%begun = .false.
@@ -242,7 +245,7 @@ contains
         if (allocated(error)) return
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call report_step(model, march, phase, observer, record, error)
-        call watch_share(model, march, observer, record%stabilisation%share)
+        call watch_share(model, march, observer, share_named(record%shares, stabilisation_share))
         return
       end if
       call cut_step(model, march%step, phase, last - model%state%progress%fraction, outcome, observer, error)
@@ -292,7 +295,7 @@ contains
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
       model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-      record%inaccurate_points = step%inaccurate_points
+      record%inaccurate_points = inaccurate_points(step%terms)
       record%plastic_points = sum(model%state%points%plastic)
       record%equations = step%equations%count
       call take_histories(model, record%histories)
