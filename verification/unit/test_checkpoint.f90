@@ -242,8 +242,9 @@ contains
       state%watched%set = 1
       state%watched%component = 2
       state%points%plastic = 1
-      ! A restart file with a volume that is none is refused.
+      ! A restart file with a volume or a stretch that is none is refused.
       state%points%volume = 0.125_wp + abs(state%points%volume)
+      state%points%left_cauchy_green = 0.125_wp + abs(state%points%left_cauchy_green)
       state%progress%phase = before%progress%phase
     end associate
   end subroutine make_valid
