@@ -1,0 +1,89 @@
+!> Volumetric locking as a state shows it: pressures that alternate from point to point in material that yields.
+!>
+!>   scatter = sqrt( sum V (p - p*)^2 / sum V tau^2 ),   tau^2 = s : s/2
+!>
+!> over the points of a material that yield in shear; p* is the pressure of the smooth stress (qsmpm_smooth_stress).
+!> Flow ties the volume of every point to its shear. Functions that cannot follow at all points of a cell leave
+!> pressures there that no load asks for, as large as the strength, and the load on the body rises with them. A body
+!> that does not lock has a scatter of a tenth to a third, whatever its weight: what is linear over the cells around
+!> a node is no scatter. Figures: docs/methods/uniform_pressure.md.
+module qsmpm_locking_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: cure_none
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type
+  use qsmpm_smooth_stress, only: smooth_stress_type, fit_smooth_stress, smooth_stress_at
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: check_locking, pressure_scatter
+
+  !> Scatter that is worth a warning: bodies that lock have 0.8 to 1.6, others up to 0.3.
+  real(wp), parameter :: worth_a_warning = 0.5_wp
+  !> Points whose shear stress is a smaller share of their pressure yield in compression.
+  real(wp), parameter :: least_shear = 0.05_wp
+
+contains
+
+  !> Warn of each material without treatment whose pressures scatter.
+  subroutine check_locking(model, observer)
+    type(model_type), intent(in) :: model
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: scatter
+    integer :: m
+
+    do m = 1, size(model%laws)
+      associate (material => model%analysis%materials(m))
+        if (material%cure /= cure_none) cycle
+        scatter = pressure_scatter(model, m)
+        if (scatter > worth_a_warning) call observer%note("warning: material '"//material%name// &
+          "' locks: pressures of neighbouring points that yield differ by "// &
+          real_text(real(nint(100.0_wp*scatter), wp)/100.0_wp)//' of their shear stress, and the load at failure '// &
+          'may be a tenth to a third too high; ask for *LOCKING CURE, TYPE=UNIFORM PRESSURE')
+      end associate
+    end do
+  end subroutine check_locking
+
+  !> Scatter of the pressure in a material, over the shear stress; 0 where nothing yields in shear.
+  pure real(wp) function pressure_scatter(model, material) result(scatter)
+    type(model_type), intent(in) :: model
+    !> Number of the material.
+    integer, intent(in) :: material
+    type(smooth_stress_type) :: smooth
+    real(wp) :: stress(size(model%state%points%stress, 1)), spread, shear
+    integer :: p
+
+    scatter = 0.0_wp
+    associate (points => model%state%points)
+      if (.not. any(points%material == material .and. points%plastic > 0)) return
+      call fit_smooth_stress(model%mesh, model%state%coordinates, points, material, smooth)
+      spread = 0.0_wp
+      shear = 0.0_wp
+      do p = 1, points%count
+        if (points%material(p) /= material .or. points%plastic(p) == 0) cycle
+        if (shear_square(points%stress(:, p)) <= (least_shear*pressure(points%stress(:, p)))**2) cycle
+        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), points%position(:, p), stress)
+        spread = spread + points%volume(p)*pressure(points%stress(:, p) - stress)**2
+        shear = shear + points%volume(p)*shear_square(points%stress(:, p))
+      end do
+    end associate
+    if (shear > 0.0_wp) scatter = sqrt(spread/shear)
+  end function pressure_scatter
+
+  !> Mean stress.
+  pure real(wp) function pressure(stress)
+    !> 11, 22, 33, 12[, 13, 23].
+    real(wp), intent(in) :: stress(:)
+
+    pressure = sum(stress(:3))/3.0_wp
+  end function pressure
+
+  !> Second invariant of the deviator, s : s/2.
+  pure real(wp) function shear_square(stress)
+    !> 11, 22, 33, 12[, 13, 23].
+    real(wp), intent(in) :: stress(:)
+
+    shear_square = 0.5_wp*sum((stress(:3) - pressure(stress))**2) + sum(stress(4:)**2)
+  end function shear_square
+end module qsmpm_locking_check
