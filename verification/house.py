@@ -10,7 +10,8 @@ import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-FLOORS = ["base", "elements", "mesh", "materials", "particles", "basis", "deck", "scene", "solver", "output", "api"]
+FLOORS = ["base", "elements", "geometry", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
+          "method", "reduction", "deck", "output", "laboratory", "api"]
 LONGEST_LINE = 120
 LONGEST_FILE = 600
 FORBIDDEN = {
@@ -70,8 +71,8 @@ def unnamed_state() -> list[str]:
     """Components of the state that the tests of checkpoint and restart do not alter or do not compare."""
     samples = (TOP / "verification/unit/state_samples.f90").read_text()
     altering, comparing = samples.split("function state_differences", 1)
-    types = [("src/solver/model.f90", "state_type"), ("src/solver/model.f90", "progress_type")]
-    types += [("src/particles/points.f90", kind) for kind in ("carried_type", "points_type", "surface_points_type")]
+    types = [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type")]
+    types += [("src/points/points.f90", kind) for kind in ("carried_type", "points_type", "surface_points_type")]
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
     for path, kind in types:
