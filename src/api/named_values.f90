@@ -5,6 +5,7 @@ module qsmpm_named_values
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_model, only: model_type
+  use qsmpm_phase_times, only: phase_start_time
   use qsmpm_points, only: place_of
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, nearest_word, integer_text
@@ -15,12 +16,12 @@ module qsmpm_named_values
 
   integer, parameter :: name_length = 24
   !> What there is; those up to `view_count` can be viewed.
-  character(len=name_length), parameter , public :: value_names(30) = [character(len=name_length) :: &
+  character(len=name_length), parameter , public :: value_names(31) = [character(len=name_length) :: &
     'point_position', 'point_initial_position', 'point_stress', 'point_state', 'point_volume', &
     'point_initial_volume', 'point_weight', &
     'point_displacement', 'point_force', 'point_plastic', 'point_body', 'point_material', &
     'node_position', 'node_reaction', 'gravity', 'histories', &
-    'stage', 'step', 'share', 'load_factor', 'finished', 'coming_stage', 'dimension', &
+    'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
   integer, parameter :: view_count = 7
@@ -148,6 +149,9 @@ contains
         value = progress%fraction
       case ('load_factor')
         value = progress%load_factor
+      case ('time')
+        value = phase_start_time(simulation%model%analysis%phases, progress%phase) &
+          + progress%fraction*simulation%model%analysis%phases(progress%phase)%duration
       case ('finished')
         value = merge(1.0_wp, 0.0_wp, simulation%finished())
       case ('coming_stage')
