@@ -97,8 +97,13 @@ def main() -> int:
         "one module a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
         "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
         f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
-        "the tests of the checkpoint know every component of the state", *FORBIDDEN]}
+        "the tests of the checkpoint know every component of the state",
+        "every room has its place in the order of use and a README of at most ten lines", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
+    rooms = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
+    breaches["every room has its place in the order of use and a README of at most ten lines"] = [
+        f"src/{name}" for name in rooms if name not in FLOORS or not (TOP / "src" / name / "README.md").is_file()
+        or len((TOP / "src" / name / "README.md").read_text().splitlines()) > 10]
     for path in sources:
         text, name = path.read_text(), str(path.relative_to(TOP))
         library = path.name != "main.f90"
