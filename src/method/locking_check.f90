@@ -19,7 +19,7 @@ module qsmpm_locking_check
 
   public :: check_locking, pressure_scatter
 
-  !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this one by less than a tenth.
+  !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this by less than a tenth.
   real(wp), parameter :: worth_a_warning = 0.5_wp
   !> Points whose shear stress is a smaller share of their pressure yield in compression.
   real(wp), parameter :: least_shear = 0.05_wp
