@@ -4,6 +4,7 @@ module qsmpm_named_values
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_histories, only: take_histories
+  use qsmpm_limit_load, only: limit_loads, relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
   use qsmpm_simulation, only: simulation_type
@@ -15,14 +16,14 @@ module qsmpm_named_values
 
   integer, parameter :: name_length = 24
   !> What there is; those up to `view_count` can be viewed.
-  character(len=name_length), parameter , public :: value_names(30) = [character(len=name_length) :: &
+  character(len=name_length), parameter , public :: value_names(32) = [character(len=name_length) :: &
     'point_position', 'point_initial_position', 'point_stress', 'point_state', 'point_volume', &
     'point_initial_volume', 'point_weight', &
     'point_displacement', 'point_force', 'point_plastic', 'point_body', 'point_material', &
     'node_position', 'node_reaction', 'gravity', 'histories', &
     'stage', 'step', 'share', 'load_factor', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
-    'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
+    'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', 'limit_load']
   integer, parameter :: view_count = 7
 
 contains
@@ -63,7 +64,7 @@ contains
       case ('node_reaction')
         rows = model%mesh%dimension
         columns = model%space%node_count
-      case ('gravity')
+      case ('gravity', 'limit_load')
         rows = 3
       case ('histories')
         columns = size(model%analysis%histories)
@@ -121,6 +122,8 @@ contains
       case ('gravity')
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
+      case ('limit_load')
+        values = limit_load_of(simulation%model)
       case ('histories')
         call take_histories(simulation%model, histories)
         values = histories
@@ -129,6 +132,17 @@ contains
       end select
     end associate
   end subroutine get_values
+
+  !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
+  pure function limit_load_of(model) result(loads)
+    !> The model.
+    type(model_type), intent(in) :: model
+    real(wp) :: loads(3)
+
+    associate (progress => model%state%progress)
+      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+    end associate
+  end function limit_load_of
 
   !> A value that is one number.
   real(wp) function single_value(simulation, name) result(value)
@@ -168,6 +182,8 @@ contains
         value = real(last%rejected, wp)
       case ('step_error')
         value = last%step_error
+      case ('compliance')
+        value = relative_compliance(progress%limit)
       end select
     end associate
   end function single_value

@@ -498,7 +498,8 @@ contains
       'set', 'component', 'pushed', 'tracers%position', &
       'tracers%initial_position', 'tracers%local', 'tracers%cell', 'coordinates', 'reactions', 'plate', 'phase', &
       'step', 'phase_steps', 'hold_tests_done', 'whole_corrections', 'fraction', 'load_factor', 'next_step', &
-      'proximal', 'external_work', 'internal_work']
+      'proximal', 'external_work', 'internal_work', 'limit%first', 'limit%last', 'limit%middle', 'limit%refused', &
+      'limit%refused_compliance', 'limit%refused_middle', 'limit%knee']
     character(len=:), allocatable :: missing
     integer :: i
 
