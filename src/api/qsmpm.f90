@@ -19,7 +19,7 @@ module qsmpm
   use qsmpm_problem, only: problem_type
   use qsmpm_simulation, only: simulation_type
   use qsmpm_snapshot, only: snapshot_type
-  use qsmpm_named_values, only: value_names, value_shape, get_values, view_values, set_values
+  use qsmpm_named_values, only: list_value_names, value_shape, get_values, view_values, set_values
   use qsmpm_program_name, only: program_name, has_feature, api_version
   use qsmpm_version, only: version
   implicit none
@@ -29,7 +29,7 @@ module qsmpm
     error_user_material, error_stopped
   public :: problem_type, simulation_type, snapshot_type, analysis_type, phase_type, controls_type, model_type
   public :: observer_type, silent_observer_type, step_record_type
-  public :: value_names, value_shape, get_values, view_values, set_values
+  public :: list_value_names, value_shape, get_values, view_values, set_values
   public :: law_type, batch_type, moment_type, status_ok, status_cut, status_failed, status_broken, &
     tangent_none, tangent_consistent, tangent_elastic
   public :: soil_model_type, soil_increment_type, soil_answer_type

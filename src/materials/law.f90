@@ -117,6 +117,8 @@ module qsmpm_law
     procedure(to_fields_interface), deferred :: to_fields
     !> And back.
     procedure(from_fields_interface), deferred :: from_fields
+    !> Elastic shear modulus at a stress, by which results tell elastic from plastic strain.
+    procedure :: shear_modulus => usual_shear_modulus
   end type law_type
 
   !> One law; an array of these is the model's materials.
@@ -184,4 +186,15 @@ contains
     end associate
     call self%start(stress, state)
   end subroutine start_anywhere
+
+  !> That of linear elasticity; of a user's model the one that scales stabilisation.
+  pure real(wp) function usual_shear_modulus(self, stress) result(modulus)
+    class(law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+
+    associate (unused => stress)
+    end associate
+    modulus = self%shear_scale
+  end function usual_shear_modulus
 end module qsmpm_law

@@ -4,8 +4,10 @@ module test_simulation
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use testing, only: tests_type
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
-    value_shape, value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
+    value_shape, list_value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
     error_user_material, status_broken, law_type
+  use qsmpm_field_list, only: field_name_length
+  use qsmpm_points, only: start_strains
   use qsmpm_posix, only: remove_file
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
@@ -359,17 +361,20 @@ contains
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :)
     real(wp), allocatable :: values(:)
+    character(len=field_name_length), allocatable :: names(:)
     integer :: i, rows, columns, bad
 
     call begin(run, '1, 4')
+    call start_strains(run%model%state%points)
     call run%run(error)
     bad = 0
-    do i = 1, size(value_names)
-      call value_shape(run, trim(value_names(i)), rows, columns, error)
+    call list_value_names(names)
+    do i = 1, size(names)
+      call value_shape(run, trim(names(i)), rows, columns, error)
       if (allocated(error)) bad = bad + 1
       if (allocated(values)) deallocate (values)
       allocate (values(rows*columns))
-      call get_values(run, trim(value_names(i)), values, error)
+      call get_values(run, trim(names(i)), values, error)
       if (allocated(error)) bad = bad + 1
     end do
     call tests%check('all names have values', bad == 0)
