@@ -22,6 +22,7 @@ module qsmpm_equilibrium
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_evaluation, only: evaluate_step, complete_matrix, linear_force
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term_sums, only: sum_transient, measure_shares, find_unusable
@@ -43,6 +44,8 @@ module qsmpm_equilibrium
   type :: target_type
     !> Displacement of the step at constrained components (dimension, node_count). The loads are in force already.
     real(wp), allocatable :: prescribed(:, :)
+    !> Increment of the loads from the start of the step, on the body as the solve finds it (dimension, node_count).
+    real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
@@ -70,6 +73,8 @@ module qsmpm_equilibrium
     real(wp) :: load_norm = 0.0_wp
     !> What the terms carry that have a share.
     type(solve_share_type), allocatable :: shares(:)
+    !> What the load increment does; set by whoever knows it.
+    type(compliance_type) :: compliance
     real(wp) :: largest_move = 0.0_wp
     !> Share of the step's displacements and stresses that is due to its length, and whether that is why
     !> it was not taken; set by whoever looks at it.

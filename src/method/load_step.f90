@@ -18,10 +18,12 @@ module qsmpm_load_step
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   use qsmpm_pushed_material, only: note_push
+  use qsmpm_equations, only: gather
   use qsmpm_term, only: increment_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
   use qsmpm_text, only: integer_text
@@ -95,6 +97,7 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
+    solution%compliance = compliance_in(step, goal%increment, solution%displacement)
     call take_reactions_and_work(model, step, force_before, solution, error)
     call turn_to(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
@@ -154,7 +157,7 @@ contains
     type(target_type), intent(inout) :: goal
     !> A load or a prescribed displacement is not a number.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: still(model%mesh%dimension, model%space%node_count), load(size(still, 1), size(still, 2))
+    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, start_of_step
 
     associate (progress => model%state%progress)
       call begin_terms(step%terms, increment_type(moment_type(phase=progress%phase, step=progress%step + 1, &
@@ -162,12 +165,12 @@ contains
         duration=attempt%fraction - progress%fraction, &
         phase_start=phase_start_time(model%analysis%phases, progress%phase), &
         phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
-      allocate (force_before, mold=still)
-      still = 0.0_wp
-      call set_loads(step%terms, model, step%configuration_type, progress%fraction)
-      call sum_forces(step%terms, role_external, still, force_before)
-      call set_loads(step%terms, model, step%configuration_type, attempt%fraction)
-      call sum_forces(step%terms, role_external, still, load)
+      allocate (force_before, mold=load)
+      call put_in_force(model, step, progress%fraction, force_before)
+      start_of_step = force_before
+      if (attempt%start < progress%fraction) call put_in_force(model, step, attempt%start, start_of_step)
+      call put_in_force(model, step, attempt%fraction, load)
+      goal%increment = load - start_of_step
       allocate (goal%prescribed, source=(attempt%fraction - progress%fraction)*model%loading%prescribed)
     end associate
     goal%tolerance = attempt%tolerance
@@ -175,6 +178,33 @@ contains
     call check_nodes(model, 'load', load, error)
     if (.not. allocated(error)) call check_nodes(model, 'prescribed displacement', goal%prescribed, error)
   end subroutine set_goal
+
+  !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
+  subroutine put_in_force(model, step, fraction, load)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    real(wp), intent(in) :: fraction
+    !> (dimension, node_count)
+    real(wp), intent(out) :: load(:, :)
+    real(wp) :: still(size(load, 1), size(load, 2))
+
+    still = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, fraction)
+    call sum_forces(step%terms, role_external, still, load)
+  end subroutine put_in_force
+
+  !> What a load increment does by a displacement, at the free components.
+  pure type(compliance_type) function compliance_in(step, increment, displacement)
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> (dimension, node_count)
+    real(wp), intent(in) :: increment(:, :), displacement(:, :)
+    real(wp) :: load(step%equations%count), move(step%equations%count)
+
+    call gather(step%equations, increment, load)
+    call gather(step%equations, displacement, move)
+    compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
+  end function compliance_in
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
   subroutine check_nodes(model, name, values, error)

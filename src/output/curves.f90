@@ -9,6 +9,7 @@ module qsmpm_curves
     quantity_displacement, quantity_position, quantity_stress, quantity_reaction
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
+  use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, real_text
   use qsmpm_observer, only: step_record_type
@@ -115,7 +116,8 @@ contains
           row = row//','//real_text(record%shares(i)%share)
         end do
       end if
-      row = row//','//integer_text(record%inaccurate_points)//','//real_text(record%step_error)
+      row = row//','//integer_text(record%inaccurate_points)//','//real_text(record%step_error)//','// &
+        real_text(relative_compliance(progress%limit))
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)
           row = row//','//real_text(record%histories(i))
@@ -136,7 +138,7 @@ contains
     character(len=:), allocatable :: header
     integer :: i
 
-    header = 'phase,step,load_factor,iterations,out_of_balance'//shares//',inaccurate_points,step_error'
+    header = 'phase,step,load_factor,iterations,out_of_balance'//shares//',inaccurate_points,step_error,compliance'
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &

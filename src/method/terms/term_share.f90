@@ -17,7 +17,7 @@ module qsmpm_term_share
   implicit none
   private
 
-  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, quotient
+  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, load_share_named
 
   !> Columns of curves.csv that step control asks for.
   character(len=*), parameter, public :: drag_share = 'drag_share', stabilisation_share = 'stabilisation_share'
@@ -141,6 +141,18 @@ contains
       if (steps(i)%name == name) share = steps(i)%share
     end do
   end function share_named
+
+  !> Share of the load in a solve, of a name; 0 where there is none.
+  pure real(wp) function load_share_named(solves, name) result(share)
+    type(solve_share_type), intent(in) :: solves(:)
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    share = 0.0_wp
+    do i = 1, size(solves)
+      if (solves(i)%name == name) share = solves(i)%load_share
+    end do
+  end function load_share_named
 
   !> A part of a whole; of nothing any part is as large as can be.
   elemental real(wp) function quotient(part, whole)
