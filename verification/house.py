@@ -68,20 +68,25 @@ def components_of(path: str, kind: str) -> list[str]:
 
 
 def unnamed_state() -> list[str]:
-    """Components of the state that the tests of checkpoint and restart do not alter or do not compare."""
+    """Components of the state that the tests of checkpoint and restart do not alter or do not compare: they know the
+    fields of what rides on the mesh by the lists of src/points/points.f90, and name the others."""
     samples = (TOP / "verification/unit/state_samples.f90").read_text()
+    lists = (TOP / "src/points/points.f90").read_text().split("contains\n\n", 1)[1]
     altering, comparing = samples.split("function state_differences", 1)
-    types = [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type")]
-    types += [("src/points/points.f90", kind) for kind in ("carried_type", "points_type", "surface_points_type")]
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
-    for path, kind in types:
+    for path, kind in [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type")]:
         names = components_of(path, kind)
         found += [] if names else [f"{path}: no type {kind}"]
         found += [f"{path}: {kind}%{name} is not altered" for name in names
                   if name not in apart and not re.search(rf"%{name}\b", altering)]
         found += [f"{path}: {kind}%{name} is not compared" for name in names
                   if len(re.findall(rf"\b[ab]%{name}\b", comparing)) < 2]
+    for kind in ("carried_type", "points_type", "surface_points_type", "watched_points_type"):
+        names = components_of("src/points/points.f90", kind)
+        found += [] if names else [f"src/points/points.f90: no type {kind}"]
+        found += [f"src/points/points.f90: {kind}%{name} is in no list of fields" for name in names
+                  if name not in apart and not re.search(rf"list%add\('\w+', self%{name},", lists)]
     return found
 
 

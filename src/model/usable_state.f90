@@ -5,17 +5,13 @@ module qsmpm_usable_state
   use qsmpm_finite, only: all_usable, is_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, progress_type
-  use qsmpm_points, only: carried_type, points_type, surface_points_type
+  use qsmpm_field_list, only: field_list_type
+  use qsmpm_points, only: carried_type
   use qsmpm_text, only: integer_text
   implicit none
   private
 
   public :: check_state
-
-  !> Looks at numbers that belong to points; does nothing where there is an error already.
-  interface check
-    procedure check_scalars, check_vectors
-  end interface check
 
 contains
 
@@ -25,56 +21,31 @@ contains
     !> error_other
     type(error_type), allocatable, intent(out) :: error
 
-    call check_points(model%state%points, error)
-    call check_surface(model%state%surface, error)
+    call check_carried(model%state%points, 'material point', error)
+    call check_carried(model%state%surface, 'surface point', error)
     call check_carried(model%state%tracers, 'tracer', error)
     call check_carried(model%state%watched, 'watched place', error)
-    call check(model%state%watched%pushed, 'push', 'watched place', error)
     call check(model%state%coordinates, 'position', 'node', error)
     call check(model%state%reactions, 'reaction', 'node', error)
     call check(model%state%released, 'released force', 'node', error)
     call check_progress(model%state%plate, model%state%progress, error)
   end subroutine check_state
 
-  !> The material points.
-  subroutine check_points(points, error)
-    type(points_type), intent(in) :: points
-    type(error_type), allocatable, intent(inout) :: error
-    character(len=*), parameter :: noun = 'material point'
-
-    call check_carried(points, noun, error)
-    call check(points%volume, 'volume', noun, error)
-    call check(points%initial_volume, 'initial volume', noun, error)
-    call check(points%weight, 'weight', noun, error)
-    call check(points%half_size, 'domain', noun, error)
-    call check(points%stress, 'stress', noun, error)
-    call check(points%state, 'state', noun, error)
-    call check(points%deformation_gradient, 'deformation gradient', noun, error)
-  end subroutine check_points
-
-  !> The points of loaded and supported surfaces.
-  subroutine check_surface(surface, error)
-    type(surface_points_type), intent(in) :: surface
-    type(error_type), allocatable, intent(inout) :: error
-    character(len=*), parameter :: noun = 'surface point'
-
-    call check_carried(surface, noun, error)
-    call check(surface%area, 'area', noun, error)
-    call check(surface%area_vector, 'area vector', noun, error)
-    call check(surface%normal, 'normal', noun, error)
-    call check(surface%reaction, 'reaction', noun, error)
-    call check(surface%released, 'released force', noun, error)
-  end subroutine check_surface
-
-  !> Positions of what rides on the mesh.
+  !> All fields of what rides on the mesh.
   subroutine check_carried(carried, noun, error)
-    class(carried_type), intent(in) :: carried
+    class(carried_type), intent(in), target :: carried
     character(len=*), intent(in) :: noun
     type(error_type), allocatable, intent(inout) :: error
+    type(field_list_type) :: list
+    integer :: i
 
-    call check(carried%position, 'position', noun, error)
-    call check(carried%initial_position, 'initial position', noun, error)
-    call check(carried%local, 'local coordinate', noun, error)
+    if (allocated(error)) return
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (associated(field%reals)) call check(field%reals, field%spoken(), noun, error)
+      end associate
+    end do
   end subroutine check_carried
 
   !> Where the analysis stands, and the plate of a moving mesh.
@@ -91,21 +62,8 @@ contains
       call fail(error, error_other, 'the steps so far have a work'//unusable)
   end subroutine check_progress
 
-  !> One number a point.
-  subroutine check_scalars(values, name, noun, error)
-    real(wp), intent(in) :: values(:)
-    !> What it is and of what.
-    character(len=*), intent(in) :: name, noun
-    type(error_type), allocatable, intent(inout) :: error
-
-    if (allocated(error)) return
-    if (all_usable(size(values), values)) return
-    call fail(error, error_other, noun//' '//integer_text(findloc(is_usable(values), .false., dim=1))// &
-      ' has a '//name//unusable)
-  end subroutine check_scalars
-
-  !> Several numbers a point (numbers, points).
-  subroutine check_vectors(values, name, noun, error)
+  !> Numbers of points (numbers, points); nothing is done where there is an error already.
+  subroutine check(values, name, noun, error)
     real(wp), intent(in) :: values(:, :)
     !> What they are and of what.
     character(len=*), intent(in) :: name, noun
@@ -115,5 +73,5 @@ contains
     if (all_usable(size(values), values)) return
     call fail(error, error_other, noun//' '//integer_text(findloc(all(is_usable(values), dim=1), .false., dim=1))// &
       ' has a '//name//unusable)
-  end subroutine check_vectors
+  end subroutine check
 end module qsmpm_usable_state

@@ -365,7 +365,7 @@ module qsmpm_analysis
     type(body_type), allocatable :: bodies(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
-    !> Why the deck has this method when it names none.
+    !> Method that is recommended for a deck that names none, and why.
     character(len=:), allocatable :: method_reason
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving_mesh

@@ -33,7 +33,7 @@ contains
     method%stabilisation = open_stabilisation
   end function undecided_method
 
-  !> Decide what is open, and say why in `method_reason` where the basis was.
+  !> Decide what is open, and say in `method_reason` what and why where the basis was.
   pure subroutine decide_method(analysis)
     !> The analysis, read to its end.
     type(analysis_type), intent(inout) :: analysis
@@ -42,9 +42,10 @@ contains
     if (analysis%mesh%kind == mesh_grid .and. is_spline_grid(analysis)) then
       call decide_splines(analysis)
     else
-      call take(analysis%method, basis_standard, integrate_cells, stabilise_background, analysis%method%stabilisation_factor)
-      analysis%method_reason = 'elements with their own functions, full cells integrated by Gauss points: '// &
-        'averaged functions and splines need a *GRID of QUAD4 or HEX8 that is not perturbed'
+      call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
+        analysis%method%stabilisation_factor)
+      analysis%method_reason = 'BASIS=STANDARD, INTEGRATION=CELL (averaged functions and splines need a *GRID '// &
+        'of QUAD4 or HEX8 that is not perturbed)'
     end if
   end subroutine decide_method
 
@@ -55,14 +56,15 @@ contains
 
     if (analysis%moving_mesh%active) then
       call take(analysis%method, basis_spline2, integrate_points, stabilise_ghost, factor_of_push)
-      analysis%method_reason = 'quadratic splines seen by the points: the grid moves'
+      analysis%method_reason = 'BASIS=SPLINE2, INTEGRATION=POINTS, FACTOR=5E-4 (the grid moves)'
     else if (any(can_yield(analysis%materials))) then
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, factor_of_flow)
-      analysis%method_reason = 'averaged quadratic splines on a grid, weak stabilisation: a material can yield'
+      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.005 (a grid, and a material '// &
+        'can yield)'
     else
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, &
         analysis%method%stabilisation_factor)
-      analysis%method_reason = 'averaged quadratic splines on a grid: elastic work'
+      analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL (a grid, elastic materials)'
     end if
     do b = 1, size(analysis%bodies)
       if (analysis%bodies(b)%points_per_element == 0) analysis%bodies(b)%points_per_element = &
