@@ -21,7 +21,7 @@ from qsmpm_verify.cpu_limit import run_limited  # noqa: E402
 
 # A deck as it was written for an earlier version: old words in any case, over lines, in an included file, with CRLF.
 OLD = """*HEADING\r
- *Controls of a block, max holds
+ Controls of a block, max holds=3,
 *UNITS, LENGTH=m, FORCE=kN
 *model, type=plane strain\r
 *GRID, ELEMENT=QUAD4
