@@ -49,16 +49,19 @@ contains
     call table%parameter('STABILISATION SHARE', kind_real, 'share of the load that '// &
       'stabilisation may carry; a step is brought to equilibrium again at constant load until it is below', &
       default=real_text(c%stabilisation_share), range='(0, 1]')
-    call table%parameter('MAX REEQUILIBRATIONS', kind_integer, 're-equilibrations of a step at constant load, at most', &
+    call table%parameter('MAX REEQUILIBRATIONS', kind_integer, &
+      're-equilibrations of a step at constant load, at most', &
       default=integer_text(c%max_holds), range='[0, inf)')
-    call table%parameter('STABILISATION FADE', kind_real, 'factor on the stabilisation from one re-equilibration to '// &
-      'the next; 1 keeps it, 0.1 saves most of them near a limit load', default=real_text(c%hold_fade), range='(0, 1]')
+    call table%parameter('STABILISATION FADE', kind_real, 'factor on the stabilisation from one re-equilibration '// &
+      'to the next; 1 keeps it, 0.1 saves most of them near a limit load', &
+      default=real_text(c%hold_fade), range='(0, 1]')
     call table%parameter('LIMIT COMPLIANCE', kind_real, 'the phase ends at its limit load, where a step is so many '// &
       'times as compliant as the first one: such a step is refused, the load bisected down to SMALLEST STEP, '// &
       'and the limit load told; 10 is a good value, 0 asks for no such end', default=real_text(c%limit_compliance), &
       range='[0, inf)')
     call table%parameter('DAMPING', kind_word, 'sub-steps with pseudo-transient (proximal) damping when the '// &
-      'static step is lost; a static solve at TOLERANCE ends them', default=answer(c%proximal), allowed=bar_list(answer_words))
+      'static step is lost; a static solve at TOLERANCE ends them', &
+      default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DAMPING SHARE', kind_real, 'share of the load below which the damping of the '// &
       'sub-steps is left out', default=real_text(c%drag_share), range='(0, 1]', needs='DAMPING=YES')
     call table%parameter('MAX SUBSTEPS', kind_integer, 'sub-steps before a step is given up', &

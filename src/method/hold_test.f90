@@ -72,7 +72,8 @@ contains
     call restore(before, model)
     if (allocated(error)) return
     if (solution%converged) then
-      write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'constant load test at load factor ', before%progress%load_factor, ': after ', &
+      write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'constant load test at load factor ', &
+        before%progress%load_factor, ': after ', &
         phase%hold_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &
         100.0_wp*(final(1)/start(1) - 1.0_wp), ' %'
     else
