@@ -9,7 +9,7 @@ module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_analysis, only: basis_fem, integrate_cells
-  use qsmpm_law, only: tangent_none
+  use qsmpm_law, only: law_slot_type, tangent_none
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_integration, only: integration_type, measure_cells
@@ -19,7 +19,8 @@ module qsmpm_convection
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, point_displacement
   use qsmpm_pressures, only: turn_areas
-  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_point_strain, only: add_strains
+  use qsmpm_points, only: carried_type, points_type, carries_strains
   use qsmpm_house_keeping, only: relocate
   use qsmpm_recovered_gradient, only: recover_gradients
   use qsmpm_model_window, only: follow_material
@@ -61,7 +62,7 @@ contains
       call find_again(model, error)
     end if
     if (allocated(error)) return
-    call take_stresses(step, model%state%points)
+    call take_stresses(step, model%laws, model%state%points)
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect
@@ -114,7 +115,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     character(len=100) :: text
 
-    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., evaluation)
+    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., evaluation, &
+      carries_strains(model%state%points))
     call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, evaluation)
     if (evaluation%ok) return
     write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
@@ -123,9 +125,11 @@ contains
   end subroutine evaluate_points
 
   !> Give the material points the results of the last evaluation.
-  subroutine take_stresses(step, points)
+  subroutine take_stresses(step, laws, points)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
+    !> Laws of the materials.
+    type(law_slot_type), intent(in) :: laws(:)
     !> The material points.
     type(points_type), intent(inout) :: points
 
@@ -142,6 +146,7 @@ contains
       integer :: p, q
 
       associate (results => step%evaluation%results)
+        if (carries_strains(points)) call add_strains(results, source, laws, points)
         !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
         do q = 1, size(source)
           p = source(q)

@@ -26,6 +26,7 @@ module qsmpm_initialisation
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_assembly, only: evaluation_type, prepare_evaluation
+  use qsmpm_points, only: carries_strains
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type
   implicit none
@@ -117,10 +118,10 @@ contains
     call note_sizes(model, step)
     if (step%separate) then
       call prepare_evaluation(step%integration, model%mesh%dimension, model%space%node_count, step%updates_points, &
-        .false., step%evaluation)
+        .false., step%evaluation, carries_strains(model%state%points))
     else
       call prepare_evaluation(step%at_points, model%mesh%dimension, model%space%node_count, .true., .false., &
-        step%evaluation)
+        step%evaluation, carries_strains(model%state%points))
     end if
   end subroutine initialise_step
 

@@ -42,6 +42,8 @@ module qsmpm_recorder
     integer :: display = display_plain
     !> The model's state was read from a restart file.
     logical :: continued = .false.
+    !> A phase has begun: the initial stresses are set.
+    logical :: begun = .false.
     !> Fingerprint of the resolved deck for restart.h5.
     integer :: fingerprint(2) = 0
     !> Clock of the whole run.
@@ -76,6 +78,7 @@ module qsmpm_recorder
     !> Where the time went: the last but one line of the log.
     character(len=:), allocatable :: times
   contains
+    procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
     procedure :: note
@@ -136,9 +139,9 @@ contains
       else
         call open_tables(recorder, model, error)
       end if
-      ! A run from the start has a picture of it.
-      if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
     end associate
+    ! A run from the start has a picture of it, when the initial stresses are set.
+    if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
 
@@ -244,6 +247,27 @@ contains
     call savings_text(recorder%options%whole, model, text)
     call recorder%note(text)
   end subroutine log_savings
+
+  !> A phase has begun.
+  subroutine phase_begun(self, model, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    call show_start(self, model, error)
+  end subroutine phase_begun
+
+  !> The picture that a record begins with, where there is none yet.
+  subroutine show_start(recorder, model, error)
+    class(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%picture_step >= 0 .or. recorder%options%continued) return
+    recorder%picture_step = model%state%progress%step
+    call write_pictures(recorder, model, error)
+  end subroutine show_start
 
   !> A step was accepted: its row, and what is due.
   subroutine accepted(self, model, record, error)
@@ -404,7 +428,9 @@ contains
 
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     call repeat_warnings(recorder)
-    if (allocated(outcome)) then
+    if (.not. allocated(outcome)) then
+      call show_start(recorder, model, error)
+    else
       call keep_last_state(recorder, model, outcome, error)
       if (signal_received() == 0) call tell_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
