@@ -8,6 +8,7 @@ module qsmpm_named_values
   use qsmpm_histories, only: take_histories
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type
+  use qsmpm_phase_times, only: phase_start_time
   use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, nearest_word, integer_text
@@ -19,9 +20,9 @@ module qsmpm_named_values
   integer, parameter :: name_length = field_name_length
   character(len=*), parameter :: of_point = 'point_'
   !> What there is beside the fields of the points.
-  character(len=name_length), parameter :: other_names(19) = [character(len=name_length) :: &
+  character(len=name_length), parameter :: other_names(20) = [character(len=name_length) :: &
     'point_force', 'node_position', 'node_reaction', 'gravity', 'histories', &
-    'stage', 'step', 'share', 'load_factor', 'finished', 'coming_stage', 'dimension', &
+    'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
 
@@ -163,6 +164,9 @@ contains
         value = progress%fraction
       case ('load_factor')
         value = progress%load_factor
+      case ('time')
+        value = phase_start_time(simulation%model%analysis%phases, progress%phase) &
+          + progress%fraction*simulation%model%analysis%phases(progress%phase)%duration
       case ('finished')
         value = merge(1.0_wp, 0.0_wp, simulation%finished())
       case ('coming_stage')
