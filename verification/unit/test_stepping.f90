@@ -105,7 +105,8 @@ contains
     type(error_type), allocatable :: error
     character(len=1), parameter :: nl = new_line('a')
 
-    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
+    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
+      '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
       '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
       '0, 1, 0, 0.8'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
@@ -259,7 +260,7 @@ contains
       size(it%script%asked) < 40 .and. it%outcome%reason == 'the script says no')
     it = trial()
     allocate (it%step%lumped(1), source=1.0_wp)
-    allocate (it%step%evaluation%force(2, 1), source=0.0_wp)
+    allocate (it%step%forces%internal(2, 1), source=0.0_wp)
     call it%go([lost()])
     call tests%check('without a force there is nothing to damp', size(it%script%asked) == 1 .and. it%is_restored() .and. &
       it%outcome%reason == 'the script says no')
