@@ -100,7 +100,6 @@ contains
 
   !> Make the directory and begin its files.
   subroutine create(recorder, model, directory, options, error)
-    !> The recorder.
     type(recorder_type), intent(out) :: recorder
     !> The model, its state as read when the run continues another.
     type(model_type), intent(in) :: model
@@ -122,7 +121,6 @@ contains
 
   !> Remove what was there and begin the files.
   subroutine begin_files(recorder, model, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> The model, its state as read when the run continues another.
     type(model_type), intent(in) :: model
@@ -179,7 +177,6 @@ contains
 
   !> Open the log: anew, or behind what the continued run wrote.
   subroutine open_log(recorder, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> Set when it cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -196,9 +193,7 @@ contains
 
   !> The head of the log: program, deck, what the model builder has to say.
   subroutine begin_log(recorder, model)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
 
     if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
@@ -216,9 +211,7 @@ contains
 
   !> Begin or continue the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -244,9 +237,7 @@ contains
 
   !> Tell by what the model is smaller than the scene.
   subroutine log_savings(recorder, model)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -305,9 +296,7 @@ contains
 
   !> The row of a step, of the scene where the model is a reduced one.
   subroutine write_row(recorder, model, record, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> How the step went.
     type(step_record_type), intent(in) :: record
@@ -357,9 +346,7 @@ contains
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine tell_stress_error(recorder, model)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -371,9 +358,7 @@ contains
 
   !> Estimate the error of the stresses unless that is done for this step.
   subroutine measure(recorder, model)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
 
     if (recorder%estimate_step == model%state%progress%step) return
@@ -439,7 +424,6 @@ contains
   !> End the recording. After a failure or a signal the last accepted state is kept in restart.h5,
   !> after a failure in a picture too; the log says how the run ended.
   subroutine close(recorder, model, error, outcome)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> The model, at its last accepted state.
     type(model_type), intent(in) :: model
@@ -485,9 +469,7 @@ contains
 
   !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
   subroutine keep_last_state(recorder, model, outcome, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> What ended the run.
     type(error_type), intent(in) :: outcome
@@ -509,9 +491,7 @@ contains
   !> Write the pictures and results of the present step, those of the scene where the model is a
   !> reduced one.
   subroutine write_pictures(recorder, model, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -529,9 +509,7 @@ contains
 
   !> Write the pictures and results of a state and their lists.
   subroutine write_fields(recorder, model, stress_error, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Estimated error of the stress of each point (points).
     real(wp), intent(in) :: stress_error(:)
@@ -559,9 +537,7 @@ contains
 
   !> Write restart.h5.
   subroutine save_restart(recorder, model, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -574,7 +550,6 @@ contains
 
   !> Add a line to the log; a failure is kept.
   subroutine write_log(recorder, text)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
     !> The line.
     character(len=*), intent(in) :: text
@@ -588,7 +563,6 @@ contains
 
   !> Write timing.json: the seconds of this run and those it continues.
   subroutine write_seconds(recorder, error)
-    !> The recorder.
     class(recorder_type), intent(in) :: recorder
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
