@@ -18,7 +18,7 @@ contains
 
   !> Explain a keyword.
   subroutine help_text(name, text, found)
-    !> The keyword, in any case, with or without its star; `renamed` for the words that were renamed.
+    !> The keyword, in any case, with or without its star; `renamed` for those that had another name.
     character(len=*), intent(in) :: name
     !> The explanation, or what may have been meant.
     character(len=:), allocatable, intent(out) :: text
