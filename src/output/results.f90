@@ -60,18 +60,17 @@ contains
   end subroutine write_mesh_results
 
   !> Write the fields of a step.
-  subroutine write_step_results(directory, model, stress_error, estimate, error)
+  subroutine write_step_results(directory, model, estimate, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
     !> The model.
     type(model_type), intent(in) :: model
-    !> Estimated error of the stress of each point (points), and of the state.
-    real(wp), intent(in) :: stress_error(:)
+    !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
-    real(wp), allocatable :: reals(:, :), errors(:)
+    real(wp), allocatable :: reals(:, :)
 
     associate (points => model%state%points, progress => model%state%progress)
       call create_image(image)
@@ -89,8 +88,8 @@ contains
       call put_array(image, '/step/points/displacement', reals)
       call padded(points%stress, 6, reals)
       call put_array(image, '/step/points/stress', reals)
-      allocate (errors, source=stress_error)
-      call put_array(image, '/step/points/stress_error', errors)
+      call put_array(image, '/step/points/stress_error', estimate%at_point)
+      call put_array(image, '/step/points/stress_scale', estimate%scale)
       call put_array(image, '/step/points/volume', points%volume)
       call put_array(image, '/step/points/initial_volume', points%initial_volume)
       call put_array(image, '/step/points/plastic', points%plastic)
