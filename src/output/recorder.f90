@@ -495,7 +495,7 @@ contains
     associate (step => model%state%progress%step, directory => recorder%directory)
       call add_picture(recorder%pictures, step, phase_time(model))
       if (model%analysis%output%vtk) then
-        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, estimate%at_point, error)
+        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, estimate, error)
         if (allocated(error)) return
         call write_mesh_picture(directory//'/mesh_'//numbered(step)//'.vtu', model, error)
         if (allocated(error)) return
