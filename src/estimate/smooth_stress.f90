@@ -213,20 +213,20 @@ contains
     !> Stress (components).
     real(wp), intent(out) :: stress(:)
     !> Stress of the neighbourhood.
-    real(wp), intent(out) :: level
+    real(wp), intent(out), optional :: level
     real(wp) :: shape(max_nodes), z(most_terms)
     integer :: a, n, corners, terms
 
     corners = corner_count(mesh%cell_kind(cell))
     call shape_functions(linear_kind(mesh%cell_kind(cell)), local, shape(:corners))
     stress = 0.0_wp
-    level = 0.0_wp
+    if (present(level)) level = 0.0_wp
     do a = 1, corners
       n = mesh%cell_nodes(mesh%cell_first(cell) + a - 1)
       terms = term_count(size(place), smooth%degree(n))
       call patch_terms((place - smooth%centre(:, n))/smooth%extent(:, n), smooth%degree(n), z)
       stress = stress + shape(a)*matmul(smooth%field(:, :terms, n), z(:terms))
-      level = level + shape(a)*smooth%level(n)
+      if (present(level)) level = level + shape(a)*smooth%level(n)
     end do
   end subroutine smooth_stress_at
 end module qsmpm_smooth_stress
