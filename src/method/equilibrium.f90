@@ -28,6 +28,7 @@ module qsmpm_equilibrium
   use qsmpm_supports, only: add_support_force
   use qsmpm_pressures, only: add_pressure_force
   use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_text, only: integer_text
   implicit none
@@ -50,6 +51,8 @@ module qsmpm_equilibrium
     real(wp), allocatable :: force(:, :)
     !> Displacement of the step at constrained components (dimension, node_count).
     real(wp), allocatable :: prescribed(:, :)
+    !> Increment of the loads from the start of the step, on the body as the solve finds it (dimension, node_count).
+    real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
@@ -81,6 +84,8 @@ module qsmpm_equilibrium
     real(wp) :: drag_share = 0.0_wp
     !> What the stabilisation carries.
     type(solve_share_type) :: stabilisation
+    !> What the load increment does; set by whoever knows it.
+    type(compliance_type) :: compliance
     real(wp) :: largest_move = 0.0_wp
     !> Share of the step's displacements and stresses that is due to its length, and whether that is why
     !> it was not taken; set by whoever looks at it.

@@ -21,11 +21,13 @@ module qsmpm_load_step
   use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   use qsmpm_pushed_material, only: note_push
   use qsmpm_supports, only: take_support_reactions
+  use qsmpm_system_matrix, only: gather
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
   implicit none
@@ -73,7 +75,7 @@ contains
     call turn_to(step%profile%watch, part_control)
     goal%tolerance = attempt%tolerance
     goal%drag = attempt%damping
-    call set_loads(model, step, attempt%fraction, force_before, goal)
+    call set_loads(model, step, attempt, force_before, goal)
     call check_loads(model, step, goal, error)
     if (allocated(error)) return
 
@@ -86,6 +88,7 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
+    solution%compliance = compliance_in(step, goal%increment, solution%displacement)
     call take_reactions_and_work(model, step, force_before, solution, error)
     call turn_to(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
@@ -130,35 +133,67 @@ contains
   end subroutine find_equilibrium
 
   !> Loads and prescribed displacements to be reached, the loads of the start, and the time for the laws.
-  subroutine set_loads(model, step, fraction, force_before, goal)
+  subroutine set_loads(model, step, attempt, force_before, goal)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Share of the phase at the end of the step.
-    real(wp), intent(in) :: fraction
+    !> What is asked for.
+    type(attempt_type), intent(in) :: attempt
     !> External force at the start (dimension, node_count).
     real(wp), allocatable, intent(out) :: force_before(:, :)
     !> What is to be reached.
     type(target_type), intent(inout) :: goal
-    real(wp), allocatable :: still(:, :)
+    real(wp), allocatable :: start_of_step(:, :)
 
-    step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
-      step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
-      duration=fraction - model%state%progress%fraction, &
-      phase_start=phase_start_time(model%analysis%phases, model%state%progress%phase), &
-      phase_time=model%analysis%phases(model%state%progress%phase)%duration)
-    allocate (goal%force(model%mesh%dimension, model%space%node_count))
-    allocate (force_before, mold=goal%force)
-    allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)
-    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
-    call add_pressure_force(step%pressures, still, force_before)
-    call external_force(model, step%activation, step%at_points, fraction, goal%force)
-    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
-    call set_pressures(step%pressures, pressures_at(model%loading, fraction))
-    allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
+    associate (fraction => model%state%progress%fraction)
+      step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
+        step_of_phase=model%state%progress%phase_steps + 1, start=fraction, duration=attempt%fraction - fraction, &
+        phase_start=phase_start_time(model%analysis%phases, model%state%progress%phase), &
+        phase_time=model%analysis%phases(model%state%progress%phase)%duration)
+      allocate (goal%force(model%mesh%dimension, model%space%node_count))
+      allocate (force_before, start_of_step, goal%increment, mold=goal%force)
+      call loads_at(model, step, fraction, goal%force, force_before)
+      start_of_step = force_before
+      if (attempt%start < fraction) call loads_at(model, step, attempt%start, goal%force, start_of_step)
+      call loads_at(model, step, attempt%fraction, goal%force, goal%increment)
+      goal%increment = goal%increment - start_of_step
+      goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
+      allocate (goal%prescribed, source=(attempt%fraction - fraction)*model%loading%prescribed)
+    end associate
   end subroutine set_loads
+
+  !> Loads at a share of the phase on the body as it stands; the pressures of that share are in force afterwards.
+  subroutine loads_at(model, step, fraction, dead, whole)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Share of the phase.
+    real(wp), intent(in) :: fraction
+    !> Without and with the pressures (dimension, node_count).
+    real(wp), intent(out) :: dead(:, :), whole(:, :)
+    real(wp) :: still(size(dead, 1), size(dead, 2))
+
+    call external_force(model, step%activation, step%at_points, fraction, dead)
+    call set_pressures(step%pressures, pressures_at(model%loading, fraction))
+    still = 0.0_wp
+    whole = dead
+    call add_pressure_force(step%pressures, still, whole)
+  end subroutine loads_at
+
+  !> What a load increment does by a displacement, at the free components.
+  pure type(compliance_type) function compliance_in(step, increment, displacement)
+    !> Scratch of the step.
+    type(step_type), intent(in) :: step
+    !> (dimension, node_count)
+    real(wp), intent(in) :: increment(:, :), displacement(:, :)
+    real(wp) :: load(step%equations%count), move(step%equations%count)
+
+    call gather(step%equations, increment, load)
+    call gather(step%equations, displacement, move)
+    compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
+  end function compliance_in
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
   subroutine check_loads(model, step, goal, error)

@@ -9,6 +9,7 @@ module qsmpm_curves
     quantity_displacement, quantity_position, quantity_stress, quantity_reaction
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
+  use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, real_text
   use qsmpm_observer, only: step_record_type
@@ -107,7 +108,7 @@ contains
         real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
         real_text(record%out_of_balance)//','//real_text(record%drag_share)//','// &
         real_text(record%stabilisation%share)//','//integer_text(record%inaccurate_points)//','// &
-        real_text(record%step_error)
+        real_text(record%step_error)//','//real_text(relative_compliance(progress%limit))
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)
           row = row//','//real_text(record%histories(i))
@@ -127,7 +128,7 @@ contains
     integer :: i
 
     header = 'phase,step,load_factor,iterations,out_of_balance,drag_share,stabilisation_share,'// &
-      'inaccurate_points,step_error'
+      'inaccurate_points,step_error,compliance'
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &

@@ -14,12 +14,13 @@ module qsmpm_recorder
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
-    read_text
+    read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
   use qsmpm_analysis, only: mesh_grid
+  use qsmpm_limit_load, only: is_found, limit_loads
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
-  use qsmpm_number_text, only: integer_text, numbered, without_last_newline
+  use qsmpm_number_text, only: integer_text, numbered, real_text, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
@@ -85,6 +86,8 @@ module qsmpm_recorder
   character(len=1), parameter :: newline = new_line('a')
   !> Name of the profile that a run writes on request.
   character(len=*), parameter, public :: profile_file = 'profile.json'
+  !> Name of the limit load of a phase that has asked for one.
+  character(len=*), parameter :: limit_file = 'limit_load.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
@@ -148,7 +151,7 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(9) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+    character(len=*), parameter :: names(10) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
       'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
       profile_file]
     integer :: i, status
@@ -304,9 +307,25 @@ contains
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
+    if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
+      call write_text(self%directory//'/'//limit_file, limit_json(model), error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
+
+  !> The limit load of the phase that has ended.
+  pure function limit_json(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: loads(3)
+
+    associate (progress => model%state%progress)
+      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+      text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
+        '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
+        '  "knee": '//real_text(loads(3))//newline//'}'//newline
+    end associate
+  end function limit_json
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine tell_stress_error(recorder, model)

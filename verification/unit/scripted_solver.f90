@@ -8,6 +8,7 @@ module scripted_solver
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: silent_observer_type, step_record_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -26,6 +27,8 @@ module scripted_solver
     real(wp) :: damping_share = 0.0_wp
     real(wp) :: stabilisation_share = 0.0_wp
     real(wp) :: move = 0.0_wp
+    !> Compliance, to a load increment of one.
+    real(wp) :: compliance = 0.0_wp
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
     !> Share of the step that a law asks for.
@@ -86,6 +89,7 @@ contains
       solution%drag_share = answer%damping_share
       solution%stabilisation%force_share = answer%stabilisation_share
       solution%largest_move = answer%move
+      solution%compliance = compliance_type(answer%compliance, 1.0_wp)
       solution%step_error = answer%step_error
       solution%too_long = answer%too_long
       solution%share = answer%share
