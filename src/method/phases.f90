@@ -17,7 +17,7 @@ module qsmpm_phases
   use qsmpm_limit_load, only: below_refused, close_in, is_found, limit_loads, limit_text, note_accepted, &
     note_refused, relative_compliance
   use qsmpm_linear_system, only: end_system
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_stepping, only: outcome_type, take_step
   use qsmpm_step_length, only: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
   use qsmpm_step_solver, only: step_solver_type
@@ -27,6 +27,8 @@ module qsmpm_phases
   use qsmpm_hold_test, only: test_hold
   use qsmpm_loose_pieces, only: describe_loose_pieces
   use qsmpm_grid_window, only: cells_of, operator(==)
+  use qsmpm_soil_points, only: inaccurate_points
+  use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -66,12 +68,13 @@ contains
   !> Make ready to step on from where the model stands.
   subroutine begin_march(model, profile, march)
     !> The model.
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> Time and work so far.
     type(run_profile_type), intent(in) :: profile
     !> The run.
     type(march_type), intent(inout) :: march
 
+    call begin_analysis(model, march%step)
     march%step%told = model%state%window
     march%step%profile = profile
     march%begun = .false.
@@ -262,7 +265,7 @@ contains
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
         call note_accepted(record%compliance, record%start, last, model%state%progress%limit)
         call report_step(model, march, phase, observer, record, error)
-        call watch_share(model, march, observer, record%stabilisation%share)
+        call watch_share(model, march, observer, share_named(record%shares, stabilisation_share))
         return
       end if
       if (outcome%at_limit) call note_refused(record%compliance, record%start, last, model%state%progress%limit)
@@ -331,7 +334,7 @@ contains
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
       model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-      record%inaccurate_points = step%inaccurate_points
+      record%inaccurate_points = inaccurate_points(step%terms)
       record%plastic_points = sum(model%state%points%plastic)
       record%equations = step%equations%count
       call take_histories(model, record%histories)

@@ -21,7 +21,7 @@ module qsmpm_stepping
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_stabilisation_share, only: add_solve
+  use qsmpm_term_share, only: add_solves, share_named, load_share_named, drag_share, stabilisation_share
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
@@ -200,8 +200,7 @@ contains
     record%iterations = record%iterations + solution%iterations + solution%lost_iterations
     if (.not. solution%converged) return
     record%out_of_balance = solution%undamped_out_of_balance
-    record%drag_share = solution%drag_share
-    call add_solve(solution%stabilisation, record%stabilisation)
+    call add_solves(solution%shares, record%shares)
     call add_compliance(solution%compliance, record%compliance)
     record%largest_move = max(record%largest_move, solution%largest_move)
   end subroutine note_solve
@@ -336,7 +335,7 @@ contains
     real(wp), intent(in) :: limit
     type(damping_type), intent(inout) :: damping
 
-    damping%share = solution%drag_share
+    damping%share = load_share_named(solution%shares, drag_share)
     if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
       damping%value = damping_shrinks*damping%value
     else if (solution%largest_move > limit) then
@@ -363,7 +362,7 @@ contains
     real(wp), intent(in) :: limit
     real(wp) :: damping
 
-    damping = norm2(step%evaluation%force)/(limit*max(norm2(step%lumped), tiny(limit)))
+    damping = norm2(step%forces%internal)/(limit*max(norm2(step%lumped), tiny(limit)))
   end function first_damping
 
   !> Keep the load, reset the mesh and solve again until the stabilisation carries little; a step whose
@@ -383,7 +382,7 @@ contains
 
     patient = controls
     patient%max_iterations = more_in_holds*controls%max_iterations
-    do while (.not. record%stabilisation%share <= controls%stabilisation_share .and. &
+    do while (.not. share_named(record%shares, stabilisation_share) <= controls%stabilisation_share .and. &
       record%holds < controls%max_holds)
       record%holds = record%holds + 1
       call solver%solve(model, step, patient, attempt_type(model%state%progress%fraction, controls%tolerance, &
@@ -405,8 +404,8 @@ contains
         return
       end if
     end do
-    if (record%stabilisation%share <= controls%stabilisation_share) return
-    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation%share, &
+    if (share_named(record%shares, stabilisation_share) <= controls%stabilisation_share) return
+    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(record%shares, stabilisation_share), &
       ' of the forces and holding does not bring it below ', controls%stabilisation_share
     call observer%note(trim(text))
     call reject(trim(text), outcome)

@@ -29,6 +29,7 @@ module qsmpm_recorder
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_standard_terms, only: standard_shares
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -47,6 +48,8 @@ module qsmpm_recorder
     integer :: fingerprint(2) = 0
     !> Clock of the whole run.
     type(clock_type) :: clock
+    !> Columns for the shares of the terms (qsmpm_term_sums); those of the standard terms where it is not set.
+    character(len=:), allocatable :: shares
     !> First line of the log: the program and its version.
     character(len=:), allocatable :: banner
     !> The scene that the model answers, where it is a reduced one: results are those of the scene.
@@ -107,6 +110,7 @@ contains
 
     recorder%directory = directory
     recorder%options = options
+    if (.not. allocated(options%shares)) recorder%options%shares = standard_shares()
     call lock_folder(recorder%lock, directory, error)
     if (allocated(error)) return
     call begin_files(recorder, model, error)
@@ -218,7 +222,7 @@ contains
     logical :: there
 
     if (recorder%options%continued) then
-      call continue_curves(recorder%curves, recorder%directory, model%analysis, &
+      call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
         model%state%progress%step, error)
       if (allocated(error)) return
       if (file_exists(recorder%directory//'/points.pvd')) then
@@ -226,7 +230,7 @@ contains
           error)
       end if
     else
-      call begin_curves(recorder%curves, recorder%directory, model%analysis, error)
+      call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
     end if
     if (allocated(error)) return
     ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.

@@ -13,6 +13,7 @@ module test_load_step
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: start_stopwatch, part_control, part_convection, part_initialisation, part_step_error
   use deck_samples, only: joined
@@ -157,7 +158,8 @@ contains
   subroutine check_second(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    type(soil_type), pointer :: soil
     type(state_type) :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
@@ -171,7 +173,8 @@ contains
     before = model%state
     call go(model, step, 0.75_wp, 1.0_wp, solution, error)
     call tests%check('a second step is taken', solution%converged .and. .not. allocated(error))
-    associate (moment => step%evaluation%moment)
+    soil => soil_of(step%terms)
+    associate (moment => soil%evaluation%moment)
       call tests%check('the laws know phase and step', moment%phase == 1 .and. moment%step == 8 .and. &
         moment%step_of_phase == 5)
       call tests%check('and the times of the step', abs(moment%start - 0.25_wp) <= 0.0_wp .and. &

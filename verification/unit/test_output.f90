@@ -1,6 +1,7 @@
 !> Tests of src/output on a mesh of four squares with three points: what is written is read back.
 module test_output
   use, intrinsic :: iso_fortran_env, only: int8
+  use qsmpm_term_share, only: step_share_type
   use testing, only: tests_type
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain, quantity_stress, quantity_displacement
@@ -489,7 +490,8 @@ contains
 
     record%iterations = 3 + step
     record%out_of_balance = 1.0e-5_wp/step
-    record%stabilisation%share = 1.0e-3_wp/3.0_wp
+    record%shares = [step_share_type(name='drag_share'), &
+      step_share_type(name='stabilisation_share', share=1.0e-3_wp/3.0_wp)]
     record%equations = 12
     allocate (record%histories(2))
     record%histories = [0.1_wp*step, -10.0_wp/(step + 2)]

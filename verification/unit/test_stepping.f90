@@ -259,7 +259,7 @@ contains
       size(it%script%asked) < 40 .and. it%outcome%reason == 'the script says no')
     it = trial()
     allocate (it%step%lumped(1), source=1.0_wp)
-    allocate (it%step%evaluation%force(2, 1), source=0.0_wp)
+    allocate (it%step%forces%internal(2, 1), source=0.0_wp)
     call it%go([lost()])
     call tests%check('without a force there is nothing to damp', size(it%script%asked) == 1 .and. it%is_restored() .and. &
       it%outcome%reason == 'the script says no')
