@@ -53,16 +53,17 @@ contains
     type(smooth_stress_type) :: smooth
     type(patches_type) :: patches
     integer, allocatable :: neighbour(:)
-    real(wp) :: covered(size(model%analysis%surfaces)), mismatch(size(model%analysis%surfaces))
-    integer :: m
+    real(wp), allocatable :: covered(:), mismatch(:)
+    integer :: m, surfaces
 
     associate (points => model%state%points)
       allocate (estimate%at_point(points%count), estimate%scale(points%count), source=0.0_wp)
       if (.not. any(abs(points%stress) > 0.0_wp)) return
       call find_neighbours(model, neighbour)
       call make_patches(model%mesh, points, patches)
-      covered = 0.0_wp
-      mismatch = 0.0_wp
+      surfaces = 0
+      if (model%state%surface%count > 0) surfaces = maxval(model%state%surface%surface)
+      allocate (covered(surfaces), mismatch(surfaces), source=0.0_wp)
       do m = 1, maxval(points%material)
         if (.not. any(points%material == m)) cycle
         call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), smooth)
