@@ -33,6 +33,7 @@ program run_unit_tests
   use test_output, only: collect_output
   use test_checkpoint, only: collect_checkpoint
   use test_fields, only: collect_fields
+  use test_strain, only: collect_strain
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
   use test_load_step, only: collect_load_step
@@ -137,6 +138,7 @@ program run_unit_tests
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
   call register('fields', collect_fields)
+  call register('strain', collect_strain)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
   call register('load_step', collect_load_step)
