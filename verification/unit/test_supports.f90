@@ -51,9 +51,10 @@ contains
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
-    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, -1, 3, 8| Y, -1, 3, 8|'// &
-      '*METHOD, BASIS='//basis//'|*MATERIAL, NAME=soil|*ELASTIC| 100, 0.3|'// &
-      '*BODY, NAME=wedge, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 2, 1.5| 0, 2|'// &
+    ! No strains: points are moved without the results of an evaluation.
+    call parse_deck('test.inp', joined('*FIELD, STRAIN=NO|*MODEL, TYPE=PLANE STRAIN|'// &
+      '*GRID, ELEMENT=QUAD4| X, -1, 3, 8| Y, -1, 3, 8|*METHOD, BASIS='//basis//'|*MATERIAL, NAME=soil|'// &
+      '*ELASTIC| 100, 0.3|*BODY, NAME=wedge, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 2, 1.5| 0, 2|'// &
       '*POINTS, BODY=wedge, PER ELEMENT=9|*SURFACE, NAME=rock, TYPE=SEGMENT| 0, 0, 2, 1.5|*PHASE, NAME=load|'// &
       '*SUPPORT, SURFACE=rock, TYPE='//kind//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
