@@ -283,7 +283,7 @@ contains
     call whole%finish_record(error)
     call read_text(directory//'/out/curves.csv', text, error)
     call tests%check('its share is a column of curves.csv', &
-      index(text, ',drag_share,stabilisation_share,spring_share,inaccurate_points') > 0)
+      index(text, ',damping_share,stabilisation_share,spring_share,inaccurate_points') > 0)
     call whole%add_term(new_spring(1, along, stiffness, viscosity), error)
     call tests%check('a term cannot come later', allocated(error))
 
