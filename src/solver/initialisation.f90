@@ -14,6 +14,8 @@ module qsmpm_initialisation
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_point_integration, only: integrate_at_points
+  use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
+  use qsmpm_outlines, only: find_bodies, lay_surfaces
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_merged_groups, only: merge_groups
@@ -36,6 +38,8 @@ module qsmpm_initialisation
   !> Scratch of one step.
   type :: step_type
     type(activation_type) :: activation
+    !> What bodies whose outline is carried hold of the cells; unallocated without.
+    type(body_quadrature_type), allocatable :: bodies
     !> Domains of the points, where the space averages over them.
     type(domains_type) :: domains
     !> Basis at the material points, and what the equations are integrated with when that is not the same.
@@ -70,8 +74,8 @@ contains
 
   !> Prepare a step from the state of the model. Points that may share their pressure are grouped by cells.
   subroutine initialise_step(model, step, error)
-    !> The model.
-    type(model_type), intent(in) :: model
+    !> The model; loaded surfaces of bodies whose outline is carried are laid on it anew.
+    type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Failure of the ordering or of the solver's analysis.
@@ -92,7 +96,8 @@ contains
       model%analysis%method%basis == basis_fem
     step%separate = .not. step%updates_points
     if (step%separate) call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, &
-      step%activation, model%state%points, model%laws, step%domains, step%integration, step%inaccurate_points)
+      step%activation, model%state%points, model%laws, step%domains, step%integration, step%inaccurate_points, &
+      step%bodies)
     call lump_volumes(step, model%space%node_count)
     call stabilise(model, step)
     call build_supports(model, step%activation, step%supports)
@@ -168,14 +173,27 @@ contains
   !> Volumes of the cells and activation (paper, section 3.3).
   subroutine keep_house(model, step)
     !> The model.
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
+    logical, allocatable :: occupied(:)
 
     if (.not. allocated(step%volumes)) allocate (step%volumes(model%mesh%cell_count))
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, step%volumes)
-    call activate(model%mesh, step%volumes, model%state%points, step%activation, &
-      model%loading%open_edge)
+    if (allocated(step%bodies)) deallocate (step%bodies)
+    if (size(model%outlines) > 0) then
+      allocate (step%bodies)
+      call find_bodies(model, step%volumes, step%bodies)
+      call lay_surfaces(model, step%bodies)
+      allocate (occupied, source=step%bodies%fill > 0.0_wp)
+    end if
+    if (model%space%tensor) then
+      call activate(model%mesh, step%volumes, model%state%points, step%activation, model%loading%open_edge)
+      if (allocated(occupied)) step%activation%touched = step%activation%touched .or. occupied
+    else
+      call activate(model%mesh, step%volumes, model%state%points, step%activation, model%loading%open_edge, occupied)
+    end if
+    if (allocated(step%bodies)) call choose_sources(model%mesh, step%activation, model%state%points, step%bodies)
   end subroutine keep_house
 
   !> Lumped volume of every node.
