@@ -4,7 +4,7 @@
 # MUMPSSeq_INCLUDE_DIR holds dmumps_struc.h, a Fortran include file. It stands in the system's
 # include folder, where gfortran does not look and which CMake leaves out of the command line
 # (CMAKE_Fortran_IMPLICIT_INCLUDE_DIRECTORIES): the one source that includes it gets the folder as
-# a compile option (src/solver/linear.cmake), and MUMPS::seq carries no include folder.
+# a compile option (CMakeLists.txt), and MUMPS::seq carries no include folder.
 find_path(MUMPSSeq_INCLUDE_DIR dmumps_struc.h)
 set(_MUMPSSeq_variables MUMPSSeq_INCLUDE_DIR)
 foreach(name dmumps_seq smumps_seq mumps_common_seq pord_seq mpiseq_seq)

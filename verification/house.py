@@ -10,7 +10,8 @@ import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-FLOORS = ["base", "elements", "mesh", "materials", "particles", "basis", "deck", "scene", "solver", "output", "api"]
+FLOORS = ["base", "elements", "geometry", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
+          "method", "reduction", "deck", "output", "laboratory", "api"]
 LONGEST_LINE = 120
 LONGEST_FILE = 600
 FORBIDDEN = {
@@ -67,20 +68,25 @@ def components_of(path: str, kind: str) -> list[str]:
 
 
 def unnamed_state() -> list[str]:
-    """Components of the state that the tests of checkpoint and restart do not alter or do not compare."""
+    """Components of the state that the tests of checkpoint and restart do not alter or do not compare: they know the
+    fields of what rides on the mesh by the lists of src/points/points.f90, and name the others."""
     samples = (TOP / "verification/unit/state_samples.f90").read_text()
+    lists = (TOP / "src/points/points.f90").read_text().split("contains\n\n", 1)[1]
     altering, comparing = samples.split("function state_differences", 1)
-    types = [("src/solver/model.f90", "state_type"), ("src/solver/model.f90", "progress_type")]
-    types += [("src/particles/points.f90", kind) for kind in ("carried_type", "points_type", "surface_points_type")]
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
-    for path, kind in types:
+    for path, kind in [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type")]:
         names = components_of(path, kind)
         found += [] if names else [f"{path}: no type {kind}"]
         found += [f"{path}: {kind}%{name} is not altered" for name in names
                   if name not in apart and not re.search(rf"%{name}\b", altering)]
         found += [f"{path}: {kind}%{name} is not compared" for name in names
                   if len(re.findall(rf"\b[ab]%{name}\b", comparing)) < 2]
+    for kind in ("carried_type", "points_type", "surface_points_type", "watched_points_type"):
+        names = components_of("src/points/points.f90", kind)
+        found += [] if names else [f"src/points/points.f90: no type {kind}"]
+        found += [f"src/points/points.f90: {kind}%{name} is in no list of fields" for name in names
+                  if name not in apart and not re.search(rf"list%add\('\w+', self%{name},", lists)]
     return found
 
 
@@ -96,8 +102,13 @@ def main() -> int:
         "one module a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
         "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
         f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
-        "the tests of the checkpoint know every component of the state", *FORBIDDEN]}
+        "the tests of the checkpoint know every component of the state",
+        "every room has its place in the order of use and a README of at most ten lines", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
+    rooms = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
+    breaches["every room has its place in the order of use and a README of at most ten lines"] = [
+        f"src/{name}" for name in rooms if name not in FLOORS or not (TOP / "src" / name / "README.md").is_file()
+        or len((TOP / "src" / name / "README.md").read_text().splitlines()) > 10]
     for path in sources:
         text, name = path.read_text(), str(path.relative_to(TOP))
         library = path.name != "main.f90"

@@ -40,12 +40,12 @@ COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verifica
           "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
-    "step control": ["solver/stepping", "solver/step_", "solver/load_step", "solver/hold_test"],
-    "equilibrium": ["solver/equilibrium"],
-    "checkpoint": ["solver/saved_places", "solver/model_window", "api/snapshot"],
-    "convection": ["solver/convection", "solver/recovered_gradient", "particles/house_keeping", "mesh/moving_rows"],
-    "phases": ["solver/phases", "solver/phase_start"],
-    "loads": ["solver/loads", "solver/supports", "solver/model_surfaces"],
+    "step control": ["method/stepping", "method/step_", "method/load_step", "method/hold_test"],
+    "equilibrium": ["method/equilibrium"],
+    "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
+    "convection": ["method/convection", "method/recovered_gradient", "points/house_keeping", "mesh/moving_rows"],
+    "phases": ["method/phases", "model/phase_start"],
+    "loads": ["method/loads", "method/supports", "model/model_surfaces"],
     "restart": ["output/restart", "output/hdf5_"],
 }
 ROOM_SHARE = 0.4

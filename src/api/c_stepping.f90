@@ -256,6 +256,39 @@ contains
     status = keep_error(handle, error)
   end function c_set_steps
 
+  !> How long the coming stage lasts.
+  function c_set_time(pointer, duration) bind(c, name='qsmpm_set_time') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    !> Above 0.
+    real(c_double), value :: duration
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%set_time(duration, error)
+    status = keep_error(handle, error)
+  end function c_set_time
+
+  !> Time at the start of the coming stage.
+  function c_set_start_time(pointer, time) bind(c, name='qsmpm_set_start_time') result(status)
+    !> The handle.
+    type(c_ptr), value :: pointer
+    real(c_double), value :: time
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    if (.not. associated(handle)) return
+    call handle%simulation%set_start_time(time, error)
+    status = keep_error(handle, error)
+  end function c_set_start_time
+
   !> Gravity at the end of the coming stage.
   function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
     !> The handle.

@@ -4,7 +4,8 @@ module qsmpm_c_values
   use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, put_integer, put_text, &
     status_no_handle, text_from
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_named_values, only: value_names, value_shape, get_values, set_values, view_values
+  use qsmpm_field_list, only: field_name_length
+  use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
   implicit none
   private
 
@@ -194,7 +195,7 @@ contains
   end function c_name
 
   !> Name of one of a kind, unallocated when there is none.
-  pure subroutine find_name(handle, kind, number, name)
+  subroutine find_name(handle, kind, number, name)
     !> The handle.
     type(handle_type), intent(in) :: handle
     !> The kind.
@@ -203,10 +204,12 @@ contains
     integer, intent(in) :: number
     !> Its name.
     character(len=:), allocatable, intent(out) :: name
+    character(len=field_name_length), allocatable :: names(:)
 
     if (number < 1) return
     if (kind == 'value') then
-      if (number <= size(value_names)) name = trim(value_names(number))
+      call list_value_names(names)
+      if (number <= size(names)) name = trim(names(number))
       return
     end if
     if (.not. handle%simulation%ready) return

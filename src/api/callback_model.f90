@@ -4,7 +4,7 @@ module qsmpm_callback_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, &
     c_null_char, c_null_funptr, c_null_ptr, c_ptr
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: status_broken, status_ok
+  use qsmpm_law, only: status_broken, status_ok, start_time, time_increment
   use qsmpm_plugin, only: until_null
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
   implicit none
@@ -34,6 +34,7 @@ module qsmpm_callback_model
     integer(c_int) :: point, cell
     real(c_double) :: place(3), cell_size
     integer(c_int) :: wants_tangent, elastic_tangent
+    real(c_double) :: time, time_increment
   end type c_increment_type
 
   !> soil_answer_type without the status, which is the result of the call.
@@ -129,7 +130,8 @@ contains
     told = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &
       increment%gradient_end, increment%moment%phase, increment%moment%step, increment%moment%start, &
       increment%moment%duration, increment%point, increment%cell, increment%place, increment%cell_size, &
-      merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent))
+      merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent), start_time(increment%moment), &
+      time_increment(increment%moment))
   end function as_c
 
   !> What a callback has said.

@@ -1,42 +1,74 @@
 !> Values of an analysis by name: how many, a copy, a view where they lie in memory, and setters for what may be set.
-!> All are double precision; those of points have the components of a point together, one point after the other.
+!> All are double precision; those of points have the components of a point together, one point after the other. The
+!> fields of the points (qsmpm_field_list) are called `point_` and their name.
 module qsmpm_named_values
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_field_list, only: field_type, field_list_type, field_name_length, shown_nowhere
   use qsmpm_histories, only: take_histories
+  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type
-  use qsmpm_points, only: place_of
+  use qsmpm_phase_times, only: phase_start_time
+  use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_simulation, only: simulation_type
   use qsmpm_text, only: string_type, nearest_word, integer_text
   implicit none
   private
 
-  public :: value_shape, get_values, view_values, set_values
+  public :: list_value_names, value_shape, get_values, view_values, set_values
 
-  integer, parameter :: name_length = 24
-  !> What there is; those up to `view_count` can be viewed.
-  character(len=name_length), parameter , public :: value_names(30) = [character(len=name_length) :: &
-    'point_position', 'point_initial_position', 'point_stress', 'point_state', 'point_volume', &
-    'point_initial_volume', 'point_weight', &
-    'point_displacement', 'point_force', 'point_plastic', 'point_body', 'point_material', &
-    'node_position', 'node_reaction', 'gravity', 'histories', &
-    'stage', 'step', 'share', 'load_factor', 'finished', 'coming_stage', 'dimension', &
+  integer, parameter :: name_length = field_name_length
+  character(len=*), parameter :: of_point = 'point_'
+  !> What there is beside the fields of the points.
+  character(len=name_length), parameter :: other_names(20) = [character(len=name_length) :: &
+    'point_force', 'node_position', 'node_reaction', 'gravity', 'histories', &
+    'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
-  integer, parameter :: view_count = 7
 
 contains
+
+  !> Names of all values.
+  subroutine list_value_names(names)
+    character(len=name_length), allocatable, intent(out) :: names(:)
+    type(points_type), target :: none
+    type(field_list_type) :: list
+    integer :: i
+
+    call allocate_points(none, 3, 0, 6, 0)
+    call none%list_fields(list)
+    call list_made_fields(none, list)
+    names = [character(len=name_length) :: (of_point//list%fields(i)%name, i=1, list%count)]
+    names = [character(len=name_length) :: pack(names, list%fields(:list%count)%shown /= shown_nowhere), other_names]
+  end subroutine list_value_names
+
+  !> The field of the points that a name means; without values when it is another name, or none is carried.
+  subroutine find_field(points, name, field)
+    type(points_type), intent(in), target :: points
+    character(len=*), intent(in) :: name
+    type(field_type), intent(out) :: field
+    type(field_list_type) :: list
+    integer :: i
+
+    if (index(name, of_point) /= 1) return
+    call points%list_fields(list)
+    i = list%find(name(len(of_point) + 1:))
+    if (i == 0) call list_made_fields(points, list)
+    if (i == 0) i = list%find(name(len(of_point) + 1:))
+    if (i > 0) field = list%fields(i)
+  end subroutine find_field
 
   !> Components and number of the values of a name.
   subroutine value_shape(simulation, name, rows, columns, error)
     !> The analysis.
-    type(simulation_type), intent(in) :: simulation
-    !> One of value_names.
+    type(simulation_type), intent(in), target :: simulation
+    !> One of list_value_names.
     character(len=*), intent(in) :: name
     !> Components of one, and how many.
     integer, intent(out) :: rows, columns
-    !> Set when there is no such name or no model.
+    !> Set when there is no such name or no model, or the points do not carry the field.
     type(error_type), allocatable, intent(out) :: error
+    type(field_type) :: field
 
     rows = 0
     columns = 0
@@ -46,16 +78,8 @@ contains
     columns = 1
     associate (model => simulation%model)
       select case (name)
-      case ('point_position', 'point_initial_position', 'point_displacement', 'point_force')
+      case ('point_force')
         rows = model%mesh%dimension
-        columns = model%state%points%count
-      case ('point_stress')
-        rows = size(model%state%points%stress, 1)
-        columns = model%state%points%count
-      case ('point_state')
-        rows = size(model%state%points%state, 1)
-        columns = model%state%points%count
-      case ('point_volume', 'point_initial_volume', 'point_weight', 'point_plastic', 'point_body', 'point_material')
         columns = model%state%points%count
       case ('node_position')
         rows = model%mesh%dimension
@@ -67,6 +91,13 @@ contains
         rows = 3
       case ('histories')
         columns = size(model%analysis%histories)
+      case default
+        call find_field(model%state%points, name, field)
+        if (len_trim(field%name) == 0) return
+        rows = field%component_count()
+        columns = field%point_count()
+        if (columns /= model%state%points%count) call fail(error, error_other, &
+          "'"//name//"' is not carried: *FIELD, STRAIN=YES asks for strains")
       end select
     end associate
   end subroutine value_shape
@@ -74,46 +105,25 @@ contains
   !> Copy values.
   subroutine get_values(simulation, name, values, error)
     !> The analysis.
-    type(simulation_type), intent(in) :: simulation
-    !> One of value_names.
+    type(simulation_type), intent(in), target :: simulation
+    !> One of list_value_names.
     character(len=*), intent(in) :: name
     !> As many as value_shape says.
     real(wp), intent(out) :: values(:)
     !> Set when there is no such name or their number is another.
     type(error_type), allocatable, intent(out) :: error
-    real(wp), allocatable :: histories(:)
+    type(field_type) :: field
+    real(wp), allocatable :: histories(:), table(:, :)
     integer :: rows, columns
 
     values = 0.0_wp
     call value_shape(simulation, name, rows, columns, error)
     if (.not. allocated(error)) call check_size(name, size(values), rows*columns, error)
     if (allocated(error)) return
-    associate (points => simulation%model%state%points, loading => simulation%model%loading)
+    associate (loading => simulation%model%loading)
       select case (name)
-      case ('point_position')
-        values = pack(points%position, .true.)
-      case ('point_initial_position')
-        values = pack(points%initial_position, .true.)
-      case ('point_displacement')
-        values = pack(points%position - points%initial_position, .true.)
-      case ('point_stress')
-        values = pack(points%stress, .true.)
-      case ('point_state')
-        values = pack(points%state, .true.)
       case ('point_force')
         if (allocated(loading%point_force)) values = pack(loading%point_force, .true.)
-      case ('point_volume')
-        values = points%volume
-      case ('point_initial_volume')
-        values = points%initial_volume
-      case ('point_weight')
-        values = points%weight
-      case ('point_plastic')
-        values = real(points%plastic, wp)
-      case ('point_body')
-        values = real(points%body, wp)
-      case ('point_material')
-        values = real(points%material, wp)
       case ('node_position')
         values = pack(simulation%model%state%coordinates, .true.)
       case ('node_reaction')
@@ -125,7 +135,13 @@ contains
         call take_histories(simulation%model, histories)
         values = histories
       case default
-        values(1) = single_value(simulation, name)
+        call find_field(simulation%model%state%points, name, field)
+        if (len_trim(field%name) == 0) then
+          values(1) = single_value(simulation, name)
+        else
+          call field%get_values(rows, table)
+          values = pack(table, .true.)
+        end if
       end select
     end associate
   end subroutine get_values
@@ -148,6 +164,9 @@ contains
         value = progress%fraction
       case ('load_factor')
         value = progress%load_factor
+      case ('time')
+        value = phase_start_time(simulation%model%analysis%phases, progress%phase) &
+          + progress%fraction*simulation%model%analysis%phases(progress%phase)%duration
       case ('finished')
         value = merge(1.0_wp, 0.0_wp, simulation%finished())
       case ('coming_stage')
@@ -177,36 +196,24 @@ contains
   subroutine view_values(simulation, name, values, error)
     !> The analysis.
     type(simulation_type), intent(in), target :: simulation
-    !> One of the first view_count of value_names.
+    !> One of list_value_names that is a stored field of reals.
     character(len=*), intent(in) :: name
     !> (components, points)
     real(wp), pointer, intent(out) :: values(:, :)
     !> Set when there is no such name, or it is made only when asked for.
     type(error_type), allocatable, intent(out) :: error
+    type(field_type) :: field
+    integer :: rows, columns
 
     nullify (values)
-    call check_name(simulation, name, error)
-    if (.not. allocated(error) .and. .not. any(value_names(:view_count) == name)) &
-      call fail(error, error_other, "'"//name//"' has no place in memory: get a copy")
+    call value_shape(simulation, name, rows, columns, error)
     if (allocated(error)) return
-    associate (points => simulation%model%state%points)
-      select case (name)
-      case ('point_position')
-        values => simulation%model%state%points%position
-      case ('point_initial_position')
-        values => simulation%model%state%points%initial_position
-      case ('point_stress')
-        values => simulation%model%state%points%stress
-      case ('point_state')
-        values => simulation%model%state%points%state
-      case ('point_volume')
-        values(1:1, 1:points%count) => simulation%model%state%points%volume
-      case ('point_initial_volume')
-        values(1:1, 1:points%count) => simulation%model%state%points%initial_volume
-      case ('point_weight')
-        values(1:1, 1:points%count) => simulation%model%state%points%weight
-      end select
-    end associate
+    call find_field(simulation%model%state%points, name, field)
+    if (associated(field%reals)) then
+      values => field%reals
+    else
+      call fail(error, error_other, "'"//name//"' has no place in memory: get a copy")
+    end if
   end subroutine view_values
 
   !> Set values: point_stress, with the state that belongs to it; point_state; point_force.
@@ -265,7 +272,8 @@ contains
     character(len=*), intent(in) :: name
     !> Says what it may have been.
     type(error_type), allocatable, intent(out) :: error
-    type(string_type) :: names(size(value_names))
+    type(string_type), allocatable :: names(:)
+    character(len=name_length), allocatable :: known(:)
     character(len=:), allocatable :: near
     integer :: i
 
@@ -273,9 +281,11 @@ contains
       call fail(error, error_other, 'there is no model: create it first')
       return
     end if
-    if (any(value_names == name)) return
+    call list_value_names(known)
+    if (any(known == name)) return
+    allocate (names(size(known)))
     do i = 1, size(names)
-      names(i)%text = trim(value_names(i))
+      names(i)%text = trim(known(i))
     end do
     near = nearest_word(name, names)
     if (len(near) > 0) near = ' (did you mean '//near//'?)'

@@ -11,15 +11,15 @@ module qsmpm
     error_singular, error_user_material
   use qsmpm_phases, only: error_stopped
   use qsmpm_analysis, only: analysis_type, phase_type, controls_type
-  use qsmpm_law, only: law_type, batch_type, moment_type, status_ok, status_cut, status_failed, status_broken, &
-    tangent_none, tangent_consistent, tangent_elastic
+  use qsmpm_law, only: law_type, batch_type, moment_type, start_time, time_increment, status_ok, &
+    status_cut, status_failed, status_broken, tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, silent_observer_type, step_record_type
   use qsmpm_problem, only: problem_type
   use qsmpm_simulation, only: simulation_type
   use qsmpm_snapshot, only: snapshot_type
-  use qsmpm_named_values, only: value_names, value_shape, get_values, view_values, set_values
+  use qsmpm_named_values, only: list_value_names, value_shape, get_values, view_values, set_values
   use qsmpm_program_name, only: program_name, has_feature, api_version
   use qsmpm_version, only: version
   implicit none
@@ -29,9 +29,9 @@ module qsmpm
     error_user_material, error_stopped
   public :: problem_type, simulation_type, snapshot_type, analysis_type, phase_type, controls_type, model_type
   public :: observer_type, silent_observer_type, step_record_type
-  public :: value_names, value_shape, get_values, view_values, set_values
-  public :: law_type, batch_type, moment_type, status_ok, status_cut, status_failed, status_broken, &
-    tangent_none, tangent_consistent, tangent_elastic
+  public :: list_value_names, value_shape, get_values, view_values, set_values
+  public :: law_type, batch_type, moment_type, start_time, time_increment, status_ok, &
+    status_cut, status_failed, status_broken, tangent_none, tangent_consistent, tangent_elastic
   public :: soil_model_type, soil_increment_type, soil_answer_type
   public :: version, program_name, has_feature, api_version
 end module qsmpm

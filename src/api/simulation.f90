@@ -25,6 +25,8 @@ module qsmpm_simulation
     procedure :: end_stage
     procedure :: set_load_factor
     procedure :: set_steps
+    procedure :: set_time
+    procedure :: set_start_time
     procedure :: set_gravity
     procedure :: set_traction
     procedure :: set_pressure
@@ -147,6 +149,40 @@ contains
     self%scene%phases(number)%controls%steps = steps
     call self%adopt(error)
   end subroutine set_steps
+
+  !> How long the coming stage lasts, for models that depend on time.
+  subroutine set_time(self, duration, error)
+    class(simulation_type), intent(inout) :: self
+    !> Above 0, finite.
+    real(wp), intent(in) :: duration
+    !> Set when it is not, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers([duration], error)
+    if (.not. allocated(error) .and. .not. duration > 0.0_wp) &
+      call fail(error, error_other, 'a stage lasts longer than 0')
+    if (allocated(error)) return
+    self%scene%phases(number)%duration = duration
+    call self%adopt(error)
+  end subroutine set_time
+
+  !> Time at the start of the coming stage; where it is not set, the stage starts at the end of the one before.
+  subroutine set_start_time(self, time, error)
+    class(simulation_type), intent(inout) :: self
+    real(wp), intent(in) :: time
+    !> Set when the time is not finite, or no stage is to come.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: number
+
+    call find_coming(self, number, error)
+    if (.not. allocated(error)) call need_numbers([time], error)
+    if (allocated(error)) return
+    self%scene%phases(number)%start_given = .true.
+    self%scene%phases(number)%start_time = time
+    call self%adopt(error)
+  end subroutine set_start_time
 
   !> Gravity at the end of the coming stage.
   subroutine set_gravity(self, vector, error)

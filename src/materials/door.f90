@@ -16,10 +16,8 @@ module qsmpm_door
   private
 
   public :: door_type, begin_silence, end_silence, judge_call, judge_arguments, add_margin, margin_damaged, &
-    ask_stiffness, held_duration, take_user, number_states
+    ask_stiffness, take_user, number_states
 
-  !> How long a step at held load lasts as a share of its phase: some models divide by it.
-  real(wp), parameter :: held_duration = 1.0e-6_wp
   !> Numbers behind the state, and what is in them: too small for anything to be added without a trace.
   integer, parameter, public :: margin = 32
   real(wp), parameter :: mark = -7.70843e-301_wp

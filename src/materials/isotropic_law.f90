@@ -8,7 +8,7 @@ module qsmpm_isotropic_law
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_jaumann, only: update_jaumann
   use qsmpm_isotropic_logarithmic, only: update_logarithmic
-  use qsmpm_isotropic_model, only: isotropic_model_type
+  use qsmpm_isotropic_model, only: isotropic_model_type, answer_type
   use qsmpm_law, only: law_type, batch_type, tangent_elastic
   use qsmpm_point_result, only: finish_points
   use qsmpm_spectral, only: spectral
@@ -29,6 +29,7 @@ module qsmpm_isotropic_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: shear_modulus
   end type isotropic_law_type
 
 contains
@@ -131,4 +132,18 @@ contains
     state(1:self%state_count) = fields(n + 1:n + self%state_count)
     call self%model%clamp_history(state(1:self%state_count))
   end subroutine from_fields
+
+  !> That of the elastic answer at the stress.
+  pure real(wp) function shear_modulus(self, stress) result(modulus)
+    class(isotropic_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    type(answer_type) :: answer
+    real(wp) :: values(3), vectors(3, 3), step_modulus
+
+    call spectral(unpack_symmetric(stress), values, vectors)
+    step_modulus = self%model%step_modulus(values)
+    call self%model%elastic_answer(step_modulus, self%model%elastic_strain(step_modulus, values), answer)
+    modulus = 0.5_wp*(answer%derivative(1, 1) - answer%derivative(1, 2))
+  end function shear_modulus
 end module qsmpm_isotropic_law

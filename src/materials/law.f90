@@ -15,7 +15,7 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_slot_type, batch_type, moment_type
+  public :: law_type, law_slot_type, batch_type, moment_type, start_time, time_increment
 
   !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
   !> of order, so that the run must end.
@@ -23,6 +23,9 @@ module qsmpm_law
 
   !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
+
+  !> Share of the phase that a step at held load counts as in time: models divide by it.
+  real(wp), parameter :: held_duration = 1.0e-6_wp
 
   !> When a step takes place. Nothing in a quasi-static analysis depends on time but what a model makes of it: a phase
   !> lasts as long as the deck says, one unit where it says nothing, and its load runs evenly from start to end.
@@ -117,6 +120,8 @@ module qsmpm_law
     procedure(to_fields_interface), deferred :: to_fields
     !> And back.
     procedure(from_fields_interface), deferred :: from_fields
+    !> Elastic shear modulus at a stress, by which results tell elastic from plastic strain.
+    procedure :: shear_modulus => usual_shear_modulus
   end type law_type
 
   !> One law; an array of these is the model's materials.
@@ -172,6 +177,20 @@ module qsmpm_law
   end interface
 contains
 
+  !> Time at the start of a step.
+  pure real(wp) function start_time(moment) result(time)
+    type(moment_type), intent(in) :: moment
+
+    time = moment%phase_start + moment%start*moment%phase_time
+  end function start_time
+
+  !> Time that a step takes; not 0 at held load, for models that divide by it.
+  pure real(wp) function time_increment(moment) result(increment)
+    type(moment_type), intent(in) :: moment
+
+    increment = max(held_duration, moment%duration)*moment%phase_time
+  end function time_increment
+
   !> State of a point whose place does not matter.
   subroutine start_anywhere(self, stress, place, state)
     class(law_type), intent(in) :: self
@@ -184,4 +203,15 @@ contains
     end associate
     call self%start(stress, state)
   end subroutine start_anywhere
+
+  !> That of linear elasticity; of a user's model the one that scales stabilisation.
+  pure real(wp) function usual_shear_modulus(self, stress) result(modulus)
+    class(law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+
+    associate (unused => stress)
+    end associate
+    modulus = self%shear_scale
+  end function usual_shear_modulus
 end module qsmpm_law

@@ -11,11 +11,11 @@
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, &
+  use qsmpm_door, only: door_type, margin, begin_silence, end_silence, judge_call, &
     judge_arguments, add_margin, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
   use qsmpm_plugin, only: load_procedure, guarded_call, may_write
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_text, only: integer_text, string_type
@@ -315,8 +315,8 @@ contains
     arguments%x = increment%place(1)
     arguments%y = increment%place(2)
     arguments%z = increment%place(3)
-    arguments%time0 = increment%moment%phase_start + increment%moment%start*increment%moment%phase_time
-    arguments%dtime = max(held_duration, increment%moment%duration)*increment%moment%phase_time
+    arguments%time0 = start_time(increment%moment)
+    arguments%dtime = time_increment(increment%moment)
     arguments%props = self%props
     arguments%sig0 = 0.0_c_double
     arguments%deps = 0.0_c_double

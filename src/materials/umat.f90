@@ -9,12 +9,12 @@ module qsmpm_umat
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
     c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_door, only: door_type, margin, held_duration, begin_silence, end_silence, judge_call, &
+  use qsmpm_door, only: door_type, margin, begin_silence, end_silence, judge_call, &
     judge_arguments, add_margin, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
-  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_law, only: status_ok, status_cut, time_increment
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_text, only: upper, real_text, integer_text
@@ -244,7 +244,7 @@ contains
     arguments%dfgrd0 = increment%gradient_start
     arguments%dfgrd1 = increment%gradient_end
     arguments%time = increment%moment%start*increment%moment%phase_time + [0.0_wp, increment%moment%phase_start]
-    arguments%dtime = max(held_duration, increment%moment%duration)*increment%moment%phase_time
+    arguments%dtime = time_increment(increment%moment)
     arguments%coords = increment%place
     arguments%celent = increment%cell_size
     arguments%pnewdt = 1.0_c_double

@@ -1,15 +1,19 @@
-!> Fields of the state in the form results are written in: three components of a vector, six of a
-!> stress (11, 22, 33, 12, 13, 23), zeros where the plane has none.
+!> What results and pictures show of a state: the fields that the material points carry or that are made from them
+!> (qsmpm_field_list), their load, the error of their stress and the state variables of their laws; and what is in the
+!> cells of the mesh. Vectors are written with three components, symmetric tensors with six (11, 22, 33, 12, 13, 23),
+!> zeros where the plane has none.
 module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_everywhere, unit_force
+  use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
   implicit none
   private
 
-  public :: padded, point_displacement, point_load, phase_time, cell_fill, cell_point_count, state_name, state_values
+  public :: padded, list_results, phase_time, cell_fill, cell_point_count, state_name, state_values
 
 contains
 
@@ -26,17 +30,30 @@ contains
     full(:size(values, 1), :) = values
   end subroutine padded
 
-  !> Way of the material points since the start.
-  pure subroutine point_displacement(model, displacement)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> (3, points)
-    real(wp), allocatable, intent(out) :: displacement(:, :)
+  !> All fields of the material points; the list is good as long as the model stays as it is.
+  subroutine list_results(model, stress_error, list)
+    type(model_type), intent(in), target :: model
+    !> Estimated error of the stress of each point (points).
+    real(wp), intent(in) :: stress_error(:)
+    type(field_list_type), intent(inout) :: list
+    real(wp), allocatable :: values(:, :)
+    integer :: i
 
-    associate (points => model%state%points)
-      call padded(points%position - points%initial_position, 3, displacement)
-    end associate
-  end subroutine point_displacement
+    call model%state%points%list_fields(list)
+    call list_made_fields(model%state%points, list)
+    allocate (values, source=reshape(stress_error, [1, size(stress_error)]))
+    call list%add_made('stress_error', values, kind_number, shown_everywhere, meaning='estimated error of the '// &
+      'stress, as a share of the typical stress')
+    call point_load(model, values)
+    call list%add_made('load', values, kind_vector, shown_everywhere, unit_force, 'weight and the traction that '// &
+      'material points carry, as they stand')
+    i = 1
+    do while (len(state_name(model, i)) > 0)
+      call state_values(model, state_name(model, i), values)
+      call list%add_made(state_name(model, i), values, kind_number, shown_everywhere)
+      i = i + 1
+    end do
+  end subroutine list_results
 
   !> External force on the material points as the load stands: weight, and traction where material
   !> points carry it.

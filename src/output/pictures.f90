@@ -5,8 +5,8 @@ module qsmpm_pictures
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: vtk_type
   use qsmpm_error, only: error_type
-  use qsmpm_fields, only: padded, point_displacement, point_load, cell_fill, cell_point_count, &
-    state_name, state_values
+  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_everywhere
+  use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_model, only: model_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
     section_point_data, section_cell_data, section_points, section_cells
@@ -31,40 +31,38 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
-    real(wp), allocatable :: reals(:, :)
-    integer, allocatable :: integers(:)
+    type(field_list_type) :: list
     integer :: i
 
     associate (points => model%state%points)
       call start_vtu(vtu, points%count, points%count)
-      call point_displacement(model, reals)
-      call add_reals(vtu, section_point_data, 'displacement', reals)
-      call padded(points%stress, 6, reals)
-      call add_reals(vtu, section_point_data, 'stress', reals)
-      allocate (reals, source=reshape(stress_error, [1, points%count]))
-      call add_reals(vtu, section_point_data, 'stress_error', reals)
-      allocate (reals, source=reshape(points%volume, [1, points%count]))
-      call add_reals(vtu, section_point_data, 'volume', reals)
-      allocate (reals, source=reshape(points%initial_volume, [1, points%count]))
-      call add_reals(vtu, section_point_data, 'initial_volume', reals)
-      allocate (integers, source=points%plastic)
-      call add_integers(vtu, section_point_data, 'plastic', integers)
-      allocate (integers, source=points%material)
-      call add_integers(vtu, section_point_data, 'material', integers)
-      call point_load(model, reals)
-      call add_reals(vtu, section_point_data, 'load', reals)
-      i = 1
-      do while (len(state_name(model, i)) > 0)
-        call state_values(model, state_name(model, i), reals)
-        call add_reals(vtu, section_point_data, state_name(model, i), reals)
-        i = i + 1
+      call list_results(model, stress_error, list)
+      do i = 1, list%count
+        if (list%fields(i)%shown == shown_everywhere) call add_field(vtu, list%fields(i), points%count)
       end do
-      call padded(points%position, 3, reals)
-      call add_reals(vtu, section_points, 'position', reals)
       call add_vertices(vtu, points%count)
     end associate
     call write_vtu(vtu, path, error)
   end subroutine write_points_picture
+
+  !> A field; none where the points do not carry it. The positions are those of the picture.
+  subroutine add_field(vtu, field, points)
+    type(vtu_type), intent(inout) :: vtu
+    type(field_type), intent(in) :: field
+    !> Number of points.
+    integer, intent(in) :: points
+    real(wp), allocatable :: reals(:, :)
+    integer, allocatable :: labels(:)
+
+    if (field%point_count() /= points) return
+    if (associated(field%labels)) then
+      allocate (labels, source=field%labels)
+      call add_integers(vtu, section_point_data, trim(field%name), labels)
+    else
+      call field%get_values(row_components(field%kind), reals)
+      call add_reals(vtu, merge(section_points, section_point_data, field%name == 'position'), trim(field%name), reals)
+    end if
+  end subroutine add_field
 
   !> One vertex cell a point.
   subroutine add_vertices(vtu, count)

@@ -11,7 +11,8 @@ module qsmpm_restart
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_model, only: model_type, state_type, progress_type
-  use qsmpm_points, only: carried_type, points_type, watched_points_type
+  use qsmpm_field_list, only: field_type, field_list_type
+  use qsmpm_points, only: carried_type, allocate_watched
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
   use qsmpm_state_check, only: check_state, window_reason
@@ -21,7 +22,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 9
+  integer, parameter :: layout = 10
 
 contains
 
@@ -60,19 +61,10 @@ contains
     call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
     call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
     call put_progress(image, model%state%progress)
-    call put_points(image, model%state%points)
+    call put_carried(image, '/points', model%state%points)
     call put_carried(image, '/surface', model%state%surface)
-    call put_array(image, '/surface/surface', model%state%surface%surface)
-    call put_array(image, '/surface/area', model%state%surface%area)
-    call put_array(image, '/surface/area_vector', model%state%surface%area_vector)
-    call put_array(image, '/surface/normal', model%state%surface%normal)
-    call put_array(image, '/surface/reaction', model%state%surface%reaction)
-    call put_array(image, '/surface/released', model%state%surface%released)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_carried(image, '/watched', model%state%watched)
-    call put_array(image, '/watched/set', model%state%watched%set)
-    call put_array(image, '/watched/component', model%state%watched%component)
-    call put_array(image, '/watched/pushed', model%state%watched%pushed)
     call put_group(image, '/mesh')
     allocate (window, source=[model%state%window%first, model%state%window%last])
     call put_array(image, '/mesh/window', window)
@@ -105,42 +97,35 @@ contains
     call put_attribute(image, '/progress', 'release_left', progress%release_left)
   end subroutine put_progress
 
-  !> Put a carried set.
+  !> Put all fields of a carried set.
   subroutine put_carried(image, group, carried)
     !> The file.
     type(image_type), intent(inout) :: image
     !> Name of its group.
     character(len=*), intent(in) :: group
     !> The set.
-    class(carried_type), intent(in) :: carried
+    class(carried_type), intent(in), target :: carried
+    type(field_list_type) :: list
+    real(wp), allocatable :: reals(:, :)
+    integer, allocatable :: labels(:)
+    integer :: i
 
     call put_group(image, group)
     call put_attribute(image, group, 'count', carried%count)
-    call put_array(image, group//'/position', carried%position)
-    call put_array(image, group//'/initial_position', carried%initial_position)
-    call put_array(image, group//'/local', carried%local)
-    call put_array(image, group//'/cell', carried%cell)
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (associated(field%labels)) then
+          allocate (labels, source=field%labels)
+          call put_array(image, group//'/'//trim(field%name), labels)
+          deallocate (labels)
+        else
+          call field%get_values(field%component_count(), reals)
+          call put_array(image, group//'/'//trim(field%name), reals)
+        end if
+      end associate
+    end do
   end subroutine put_carried
-
-  !> Put the material points.
-  subroutine put_points(image, points)
-    !> The file.
-    type(image_type), intent(inout) :: image
-    !> The points.
-    type(points_type), intent(in) :: points
-
-    call put_carried(image, '/points', points)
-    call put_array(image, '/points/body', points%body)
-    call put_array(image, '/points/material', points%material)
-    call put_array(image, '/points/volume', points%volume)
-    call put_array(image, '/points/initial_volume', points%initial_volume)
-    call put_array(image, '/points/weight', points%weight)
-    call put_array(image, '/points/stress', points%stress)
-    call put_array(image, '/points/state', points%state)
-    call put_array(image, '/points/plastic', points%plastic)
-    call put_array(image, '/points/half_size', points%half_size)
-    call put_array(image, '/points/deformation_gradient', points%deformation_gradient)
-  end subroutine put_points
 
   !> Read the state back. The model is unchanged after an error.
   subroutine read_restart(path, model, fingerprint, error)
@@ -155,6 +140,7 @@ contains
     type(reader_type) :: reader
     type(state_type) :: state
     integer, allocatable :: window(:)
+    integer :: watched
 
     call open_reader(reader, path)
     call check_origin(reader, fingerprint)
@@ -168,21 +154,14 @@ contains
       deallocate (state%coordinates, state%reactions, state%released)
     end if
     call get_progress(reader, state%progress)
-    call get_points(reader, state%points)
+    call get_carried(reader, '/points', state%points)
     call get_carried(reader, '/surface', state%surface)
-    call get_array(reader, '/surface/surface', state%surface%surface)
-    call get_array(reader, '/surface/area', state%surface%area)
-    call get_array(reader, '/surface/area_vector', state%surface%area_vector)
-    call get_array(reader, '/surface/normal', state%surface%normal)
-    call get_array(reader, '/surface/reaction', state%surface%reaction)
-    call get_array(reader, '/surface/released', state%surface%released)
     call get_carried(reader, '/tracers', state%tracers)
     ! As many as the phase in the file watches.
-    state%watched = watched_points_type()
+    watched = 0
+    call get_attribute(reader, '/watched', 'count', watched)
+    call allocate_watched(state%watched, model%mesh%dimension, max(0, watched))
     call get_carried(reader, '/watched', state%watched)
-    call get_array(reader, '/watched/set', state%watched%set)
-    call get_array(reader, '/watched/component', state%watched%component)
-    call get_array(reader, '/watched/pushed', state%watched%pushed)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_array(reader, '/mesh/released', state%released)
@@ -252,39 +231,41 @@ contains
     call get_attribute(reader, '/progress', 'release_left', progress%release_left)
   end subroutine get_progress
 
-  !> Get a carried set.
+  !> Get all fields of a carried set; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)
     !> The file.
     type(reader_type), intent(inout) :: reader
     !> Name of its group.
     character(len=*), intent(in) :: group
     !> The set.
-    class(carried_type), intent(inout) :: carried
+    class(carried_type), intent(inout), target :: carried
+    type(field_list_type) :: list
+    integer :: i
 
     call get_attribute(reader, group, 'count', carried%count)
-    call get_array(reader, group//'/position', carried%position)
-    call get_array(reader, group//'/initial_position', carried%initial_position)
-    call get_array(reader, group//'/local', carried%local)
-    call get_array(reader, group//'/cell', carried%cell)
+    call carried%list_fields(list)
+    do i = 1, list%count
+      if (.not. allocated(reader%reason)) call get_field(reader, group//'/'//trim(list%fields(i)%name), list%fields(i))
+    end do
   end subroutine get_carried
 
-  !> Get the material points.
-  subroutine get_points(reader, points)
-    !> The file.
+  !> Get the values of a field.
+  subroutine get_field(reader, path, field)
     type(reader_type), intent(inout) :: reader
-    !> The points.
-    type(points_type), intent(inout) :: points
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    type(field_type), intent(inout) :: field
+    real(wp), allocatable :: reals(:, :)
+    integer, allocatable :: labels(:)
 
-    call get_carried(reader, '/points', points)
-    call get_array(reader, '/points/body', points%body)
-    call get_array(reader, '/points/material', points%material)
-    call get_array(reader, '/points/volume', points%volume)
-    call get_array(reader, '/points/initial_volume', points%initial_volume)
-    call get_array(reader, '/points/weight', points%weight)
-    call get_array(reader, '/points/stress', points%stress)
-    call get_array(reader, '/points/state', points%state)
-    call get_array(reader, '/points/plastic', points%plastic)
-    call get_array(reader, '/points/half_size', points%half_size)
-    call get_array(reader, '/points/deformation_gradient', points%deformation_gradient)
-  end subroutine get_points
+    if (associated(field%labels)) then
+      allocate (labels, source=field%labels)
+      call get_array(reader, path, labels)
+      if (.not. allocated(reader%reason)) field%labels = labels
+    else if (associated(field%reals)) then
+      allocate (reals, source=field%reals)
+      call get_array(reader, path, reals)
+      if (.not. allocated(reader%reason)) field%reals = reals
+    end if
+  end subroutine get_field
 end module qsmpm_restart

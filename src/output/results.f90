@@ -7,7 +7,8 @@
 module qsmpm_results
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_fields, only: padded, point_displacement, state_name, state_values
+  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_everywhere
+  use qsmpm_fields, only: padded, list_results
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
   use qsmpm_element, only: vtk_type
@@ -71,9 +72,10 @@ contains
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
-    real(wp), allocatable :: reals(:, :), errors(:)
+    type(field_list_type) :: list
+    integer :: i
 
-    associate (points => model%state%points, progress => model%state%progress)
+    associate (progress => model%state%progress)
       call create_image(image)
       call put_group(image, '/step')
       call put_attribute(image, '/step', 'step', progress%step)
@@ -83,41 +85,39 @@ contains
       call put_attribute(image, '/step', 'stress_error_largest', estimate%largest)
       call put_attribute(image, '/step', 'stress_error_surface', estimate%surface_mean)
       call put_group(image, '/step/points')
-      call padded(points%position, 3, reals)
-      call put_array(image, '/step/points/position', reals)
-      call point_displacement(model, reals)
-      call put_array(image, '/step/points/displacement', reals)
-      call padded(points%stress, 6, reals)
-      call put_array(image, '/step/points/stress', reals)
-      allocate (errors, source=stress_error)
-      call put_array(image, '/step/points/stress_error', errors)
-      call put_array(image, '/step/points/volume', points%volume)
-      call put_array(image, '/step/points/initial_volume', points%initial_volume)
-      call put_array(image, '/step/points/plastic', points%plastic)
-      call put_array(image, '/step/points/material', points%material)
-      call put_states(image, model)
+      call list_results(model, stress_error, list)
+      do i = 1, list%count
+        if (list%fields(i)%shown == shown_everywhere) call put_field(image, list%fields(i), model%state%points%count)
+      end do
       call save_image(image, part_path(directory, progress%step), error)
     end associate
   end subroutine write_step_results
 
-  !> State variables by name.
-  subroutine put_states(image, model)
-    !> The file.
+  !> A field; none where the points do not carry it.
+  subroutine put_field(image, field, points)
     type(image_type), intent(inout) :: image
-    !> The model.
-    type(model_type), intent(in) :: model
-    real(wp), allocatable :: reals(:, :), row(:)
-    integer :: i
+    type(field_type), intent(in) :: field
+    !> Number of points.
+    integer, intent(in) :: points
+    real(wp), allocatable :: table(:, :), row(:)
+    integer, allocatable :: labels(:)
+    character(len=:), allocatable :: path
 
-    i = 1
-    do while (len(state_name(model, i)) > 0)
-      call state_values(model, state_name(model, i), reals)
-      if (allocated(row)) deallocate (row)
-      allocate (row, source=reals(1, :))
-      call put_array(image, '/step/points/'//state_name(model, i), row)
-      i = i + 1
-    end do
-  end subroutine put_states
+    if (field%point_count() /= points) return
+    path = '/step/points/'//trim(field%name)
+    if (associated(field%labels)) then
+      allocate (labels, source=field%labels)
+      call put_array(image, path, labels)
+      return
+    end if
+    call field%get_values(row_components(field%kind), table)
+    if (field%is_row) then
+      allocate (row, source=table(1, :))
+      call put_array(image, path, row)
+    else
+      call put_array(image, path, table)
+    end if
+  end subroutine put_field
 
   !> Write `results.h5`.
   subroutine write_results_index(directory, steps, error)

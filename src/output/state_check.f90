@@ -8,6 +8,7 @@ module qsmpm_state_check
   use qsmpm_grid_window, only: window_type, cells_of
   use qsmpm_model, only: model_type, progress_type, state_type
   use qsmpm_model_mesh, only: grid_of
+  use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type, points_type, watched_points_type
   implicit none
   private
@@ -17,7 +18,7 @@ module qsmpm_state_check
 contains
 
   !> What of a state cannot be; empty when all can.
-  pure function check_state(state, model) result(reason)
+  function check_state(state, model) result(reason)
     type(state_type), intent(in) :: state
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
@@ -30,9 +31,6 @@ contains
     if (.not. carried_good(state%points, 1, cells)) reason = 'the material points'
     if (.not. points_good(state%points, model)) reason = 'the material points'
     if (.not. carried_good(state%surface, 0, cells)) reason = 'the surface points'
-    if (.not. (finite(state%surface%area) .and. finite_table(state%surface%area_vector))) reason = 'the surface points'
-    if (.not. (finite_table(state%surface%reaction) .and. finite_table(state%surface%released))) &
-      reason = 'the surface points'
     if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
     if (.not. watched_good(state%watched, cells, model)) reason = 'the watched places'
     if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
@@ -82,38 +80,40 @@ contains
       progress%external_work, progress%internal_work])
   end function progress_good
 
-  !> Whether places are finite and in cells of the mesh.
-  pure logical function carried_good(carried, first_cell, last_cell)
-    class(carried_type), intent(in) :: carried
+  !> Whether all fields are finite and the places in cells of the mesh.
+  logical function carried_good(carried, first_cell, last_cell)
+    class(carried_type), intent(in), target :: carried
     integer, intent(in) :: first_cell, last_cell
+    type(field_list_type) :: list
+    integer :: i
 
     carried_good = carried%count == size(carried%cell) .and. all(carried%cell >= first_cell) .and. &
-      all(carried%cell <= last_cell) .and. finite_table(carried%position) .and. &
-      finite_table(carried%initial_position) .and. finite_table(carried%local)
+      all(carried%cell <= last_cell)
+    call carried%list_fields(list)
+    do i = 1, list%count
+      if (associated(list%fields(i)%reals)) carried_good = carried_good .and. finite_table(list%fields(i)%reals)
+    end do
   end function carried_good
 
   !> Whether watched places are of sets and components that there are.
-  pure logical function watched_good(watched, last_cell, model)
+  logical function watched_good(watched, last_cell, model)
     type(watched_points_type), intent(in) :: watched
     integer, intent(in) :: last_cell
     type(model_type), intent(in) :: model
 
     watched_good = carried_good(watched, 0, last_cell) .and. all(watched%set >= 1) .and. &
-      all(watched%component >= 1) .and. all(watched%component <= model%mesh%dimension) .and. finite(watched%pushed)
+      all(watched%component >= 1) .and. all(watched%component <= model%mesh%dimension)
     if (allocated(model%mesh%node_sets)) &
       watched_good = watched_good .and. all(watched%set <= size(model%mesh%node_sets))
   end function watched_good
 
-  !> Whether material points are of bodies and materials that there are, and their numbers finite.
+  !> Whether material points are of bodies and materials that there are, and have volumes and stretches.
   pure logical function points_good(points, model)
     type(points_type), intent(in) :: points
     type(model_type), intent(in) :: model
 
-    points_good = min(minval([1, points%body]), minval([1, points%material])) >= 1 .and. finite(points%volume) .and. &
-      all(points%volume > 0.0_wp) .and. finite(points%initial_volume) .and. finite(points%weight) .and. &
-      finite_table(points%stress) .and. finite_table(points%state) .and. finite_table(points%half_size)
-    if (allocated(points%deformation_gradient)) &
-      points_good = points_good .and. finite_table(points%deformation_gradient)
+    points_good = min(minval([1, points%body]), minval([1, points%material])) >= 1 .and. all(points%volume > 0.0_wp) &
+      .and. all(points%left_cauchy_green(1:3, :) > 0.0_wp)
     if (allocated(model%analysis%bodies)) &
       points_good = points_good .and. all(points%body <= size(model%analysis%bodies))
     if (allocated(model%analysis%materials)) &

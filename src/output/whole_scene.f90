@@ -13,7 +13,8 @@ module qsmpm_whole_scene
   use qsmpm_grid_window, only: window_type, operator(==), renumber
   use qsmpm_mesh, only: mesh_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
-  use qsmpm_points, only: allocate_points
+  use qsmpm_field_list, only: field_list_type, kind_internal
+  use qsmpm_points, only: allocate_points, points_type, start_strains
   use qsmpm_fault_list, only: fault_list_type
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
@@ -157,34 +158,15 @@ contains
     !> The model.
     type(model_type), intent(in) :: model
     type(image_list_type) :: images
-    type(grid_type) :: grid
-    integer :: i, d, n, components
+    integer :: i, n
 
     if (.not. whole%window == model%state%window) then
       call fit_window(whole%model, window_of_scene(whole%expansion, model%state%window))
       call match_nodes(whole, model)
     end if
-    call make_images(whole%expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), &
-      model%mesh%dimension, images)
+    call make_images(whole%expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), images)
     whole%origin = images%origin
-    grid = grid_of(whole%model%analysis)
-    d = whole%model%mesh%dimension
-    components = merge(4, 6, d == 2)
-    associate (points => whole%model%state%points)
-      if (points%count /= images%count) call allocate_points(points, d, images%count, components, 0)
-      points%position = images%position(:d, :)
-      points%initial_position = images%initial_position(:d, :)
-      points%stress = images%stress(:components, :)
-      points%volume = images%volume
-      points%initial_volume = images%initial_volume
-      points%weight = images%weight
-      points%plastic = images%plastic
-      points%material = images%material
-      points%body = images%body
-      do i = 1, images%count
-        points%cell(i) = renumber(whole_window(grid), whole%model%state%window, pieces_of(grid), images%cell(i))
-      end do
-    end associate
+    call take_points(images%points, whole%model)
     n = model%mesh%dimension
     do i = 1, size(whole%node)
       associate (place => whole%model%state%coordinates(:, i), own => whole%node(i))
@@ -194,6 +176,35 @@ contains
     end do
     call show_loads(whole, model, images)
   end subroutine show_state
+
+  !> Make images the points of the scene, with as many components as it has dimensions.
+  subroutine take_points(images, scene)
+    !> Their cells are numbered in the whole grid.
+    type(points_type), intent(in), target :: images
+    type(model_type), intent(inout), target :: scene
+    type(field_list_type) :: from, to
+    type(grid_type) :: grid
+    integer :: i
+
+    associate (points => scene%state%points, d => scene%mesh%dimension)
+      if (points%count /= images%count) then
+        call allocate_points(points, d, images%count, merge(4, 6, d == 2), 0)
+        if (size(images%plastic_strain) > 0) call start_strains(points)
+      end if
+      call images%list_fields(from)
+      call points%list_fields(to)
+      do i = 1, from%count
+        if (from%fields(i)%kind == kind_internal) cycle
+        if (associated(to%fields(i)%labels)) to%fields(i)%labels = from%fields(i)%labels
+        if (associated(to%fields(i)%reals)) &
+          to%fields(i)%reals = from%fields(i)%reals(:to%fields(i)%component_count(), :)
+      end do
+      grid = grid_of(scene%analysis)
+      do i = 1, images%count
+        points%cell(i) = renumber(whole_window(grid), scene%state%window, pieces_of(grid), images%cell(i))
+      end do
+    end associate
+  end subroutine take_points
 
   !> Gravity of the scene, and its points that stand for a piece of a loaded surface. A surface has up to
   !> four images, one for each pair of signs along x and z.
@@ -234,7 +245,7 @@ contains
         turn = merge(1, 0, images%sign(1, image) < 0.0_wp) + merge(2, 0, images%sign(3, image) < 0.0_wp)
         whole%model%carrying_point(k) = image
         whole%model%carrying_surface(k) = turn*surfaces + model%carrying_surface(i)
-        whole%model%carrying_area(k) = model%carrying_area(i)*images%volume(image) &
+        whole%model%carrying_area(k) = model%carrying_area(i)*images%points%volume(image) &
           /model%state%points%volume(model%carrying_point(i))
         image = next(image)
       end do
@@ -255,9 +266,9 @@ contains
     integer, intent(in) :: carrying(:)
     integer :: k, i, counts(points)
 
-    allocate (first(points), next(images%count), source=0)
+    allocate (first(points), next(images%points%count), source=0)
     counts = 0
-    do k = images%count, 1, -1
+    do k = images%points%count, 1, -1
       next(k) = first(images%origin(k))
       first(images%origin(k)) = k
       counts(images%origin(k)) = counts(images%origin(k)) + 1

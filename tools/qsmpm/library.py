@@ -10,7 +10,7 @@ import sys
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_int, c_void_p
 
 NAME = "libqsmpm.so"
-API_VERSION = 100
+API_VERSION = 200
 
 
 class ModelOptions(Structure):
@@ -27,7 +27,7 @@ class CIncrement(Structure):
                 ("gradient_start", c_double * 9), ("gradient_end", c_double * 9), ("phase", c_int), ("step", c_int),
                 ("start", c_double), ("duration", c_double), ("point", c_int), ("cell", c_int),
                 ("place", c_double * 3), ("cell_size", c_double), ("wants_tangent", c_int),
-                ("elastic_tangent", c_int)]
+                ("elastic_tangent", c_int), ("time", c_double), ("time_increment", c_double)]
 
 
 class CAnswer(Structure):
@@ -49,7 +49,8 @@ SIGNATURES: dict[str, list[object]] = {
     "set_material": [_H, _T, POINTER(ModelOptions), START, UPDATE, c_void_p], "initialise": [_H], "advance": [_H],
     "advance_to": [_H, _D], "run": [_H], "finished": [_H], "record": [_H, _T], "finish_record": [_H],
     "save": [_H, _T], "load": [_H, _T], "keep": [_H], "put_back": [_H], "add_stage": [_H, _T, _I], "end_stage": [_H],
-    "set_load_factor": [_H, _D], "set_steps": [_H, _I], "set_gravity": [_H, _V], "set_traction": [_H, _T, _V],
+    "set_load_factor": [_H, _D], "set_steps": [_H, _I], "set_time": [_H, _D], "set_start_time": [_H, _D],
+    "set_gravity": [_H, _V], "set_traction": [_H, _T, _V],
     "set_pressure": [_H, _T, _D], "set_displacement": [_H, _T, _I, _D], "set_fixity": [_H, _T, _PI],
     "shape": [_H, _T, _PI, _PI], "count": [_H, _T, _PI], "get": [_H, _T, _V, _I], "set": [_H, _T, _V, _I],
     "view": [_H, _T, POINTER(_V), _PI, _PI], "name": [_H, _T, _I, _T, _I],

@@ -31,6 +31,8 @@ class Increment:
     cell_size: float
     wants_tangent: bool
     elastic_tangent: bool
+    time: float
+    time_increment: float
 
 
 @dataclass
@@ -99,7 +101,8 @@ class SoilModel:
         given = Increment(np.array(told.strain), np.array(told.strain_start), matrix(told.rotation),
                           matrix(told.gradient_start), matrix(told.gradient_end), told.phase, told.step, told.start,
                           told.duration, told.point, told.cell, np.array(told.place), told.cell_size,
-                          bool(told.wants_tangent), bool(told.elastic_tangent))
+                          bool(told.wants_tangent), bool(told.elastic_tangent), told.time,
+                          told.time_increment)
         old = np.ctypeslib.as_array(stress, (6,))
         n = self.state_count
         old_state = np.ctypeslib.as_array(state, (n,)) if n else np.zeros(0)

@@ -178,6 +178,12 @@ class Simulation:
         """Load steps that the coming stage is first cut into."""
         self._call("set_steps", steps)
 
+    def set_time(self, duration: float, start: float | None = None) -> None:
+        """How long the coming stage lasts, and when it starts if not at the end of the one before."""
+        self._call("set_time", duration)
+        if start is not None:
+            self._call("set_start_time", start)
+
     def set_gravity(self, vector: Sequence[float]) -> None:
         """Gravity at the end of the coming stage; it multiplies the unit weights."""
         self._call("set_gravity", _three(vector))
@@ -246,6 +252,11 @@ class Simulation:
     def histories(self) -> dict[str, float]:
         """The present values of the histories of the deck."""
         return dict(zip(self.names("history"), self.get("histories")[:, 0].tolist(), strict=True))
+
+    @property
+    def time(self) -> float:
+        """Time reached: that of the stages before and the share of the present one."""
+        return self.number("time")
 
     @property
     def stage(self) -> int:

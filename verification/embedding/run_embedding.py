@@ -111,6 +111,8 @@ class Embedding:
         text = call(self.work / "modern/legacy")
         lifts = [float(v) for v in re.findall(r"LIFT\s+(\S+)", text)]
         expect(len(lifts) == 3, text)
+        times = [float(v) for v in re.findall(r"TIME\s+(\S+)", text)]
+        expect(times == [11.0, 21.0, 31.0], f"a stage of 1 and three of 10 end at {times}")
         # Elastic in plane strain: lift = load (1 - nu^2)/E, up to strains of 0.08 % and the share of the stabilisation.
         for load, lift in zip((4.0, 8.0, 6.0), lifts):
             expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.005, f"load {load} lifts {lift}")

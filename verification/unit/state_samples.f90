@@ -1,16 +1,18 @@
 !> The state of a model, component by component: every one altered, and the names of those in which two states differ.
 !>
-!> `verification/house.py` demands that every component of the types of the state is named here twice, so that
-!> a new one cannot be left out of the tests of checkpoint and restart.
+!> Fields of points and of what else rides on the mesh are found in their lists; `verification/house.py` demands that
+!> every component is in one, and that every other component of the state is named here twice, so that a new one
+!> cannot be left out of the tests of checkpoint and restart.
 module state_samples
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: state_type, progress_type
-  use qsmpm_points, only: carried_type, points_type, surface_points_type
+  use qsmpm_field_list, only: field_list_type
+  use qsmpm_points, only: carried_type
   implicit none
   private
 
-  public :: alter_state, state_differences, same_reals
+  public :: alter_state, state_differences, carried_names, same_reals
 
   !> Change every element.
   interface alter
@@ -23,13 +25,10 @@ contains
   subroutine alter_state(state)
     type(state_type), intent(inout) :: state
 
-    call alter_points(state%points)
-    call alter_surface(state%surface)
+    call alter_carried(state%points)
+    call alter_carried(state%surface)
     call alter_carried(state%tracers)
     call alter_carried(state%watched)
-    call alter(state%watched%set)
-    call alter(state%watched%component)
-    call alter(state%watched%pushed)
     call alter(state%coordinates)
     call alter(state%reactions)
     call alter(state%released)
@@ -55,45 +54,20 @@ contains
     call alter(progress%internal_work)
   end subroutine alter_progress
 
-  !> Change a carried set; the number of its places stays.
+  !> Change all fields of a carried set; the number of its places stays.
   subroutine alter_carried(carried)
-    class(carried_type), intent(inout) :: carried
+    class(carried_type), intent(inout), target :: carried
+    type(field_list_type) :: list
+    integer :: i
 
-    call alter(carried%position)
-    call alter(carried%initial_position)
-    call alter(carried%local)
-    call alter(carried%cell)
+    call carried%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (associated(field%reals)) call alter(field%reals)
+        if (associated(field%labels)) call alter(field%labels)
+      end associate
+    end do
   end subroutine alter_carried
-
-  !> Change the material points.
-  subroutine alter_points(points)
-    type(points_type), intent(inout) :: points
-
-    call alter_carried(points)
-    call alter(points%body)
-    call alter(points%material)
-    call alter(points%volume)
-    call alter(points%initial_volume)
-    call alter(points%weight)
-    call alter(points%stress)
-    call alter(points%state)
-    call alter(points%plastic)
-    call alter(points%half_size)
-    call alter(points%deformation_gradient)
-  end subroutine alter_points
-
-  !> Change the surface points.
-  subroutine alter_surface(surface)
-    type(surface_points_type), intent(inout) :: surface
-
-    call alter_carried(surface)
-    call alter(surface%surface)
-    call alter(surface%area)
-    call alter(surface%area_vector)
-    call alter(surface%normal)
-    call alter(surface%reaction)
-    call alter(surface%released)
-  end subroutine alter_surface
 
   !> Change a number.
   elemental subroutine alter_real(x)
@@ -135,11 +109,8 @@ contains
     type(state_type), intent(in) :: a, b
     character(len=:), allocatable :: names
 
-    names = points_differences(a%points, b%points)//surface_differences(a%surface, b%surface)// &
+    names = carried_differences('points', a%points, b%points)//carried_differences('surface', a%surface, b%surface)// &
       carried_differences('tracers', a%tracers, b%tracers)//carried_differences('watched', a%watched, b%watched)
-    call note(names, 'set', same_integers(a%watched%set, b%watched%set))
-    call note(names, 'component', same_integers(a%watched%component, b%watched%component))
-    call note(names, 'pushed', same_reals(a%watched%pushed, b%watched%pushed))
     call note(names, 'coordinates', same_shape(shape(a%coordinates), shape(b%coordinates)))
     if (size(a%coordinates) == size(b%coordinates)) &
       call note(names, 'coordinates', same_reals([a%coordinates], [b%coordinates]))
@@ -170,52 +141,42 @@ contains
     call note(names, 'internal_work', same_reals([a%internal_work], [b%internal_work]))
   end function progress_differences
 
-  !> Components of a carried set that differ.
+  !> Fields of a carried set that differ.
   function carried_differences(owner, a, b) result(names)
     !> Name of the set.
     character(len=*), intent(in) :: owner
-    class(carried_type), intent(in) :: a, b
+    class(carried_type), intent(in), target :: a, b
     character(len=:), allocatable :: names
+    type(field_list_type) :: one, other
+    integer :: i
 
+    call a%list_fields(one)
+    call b%list_fields(other)
     names = ''
     call note(names, owner//'%count', a%count == b%count)
-    call note(names, owner//'%position', same_reals([a%position], [b%position]))
-    call note(names, owner//'%initial_position', same_reals([a%initial_position], [b%initial_position]))
-    call note(names, owner//'%local', same_reals([a%local], [b%local]))
-    call note(names, owner//'%cell', same_integers(a%cell, b%cell))
+    do i = 1, one%count
+      associate (x => one%fields(i), y => other%fields(i))
+        if (associated(x%reals)) call note(names, owner//'%'//trim(x%name), same_reals([x%reals], [y%reals]))
+        if (associated(x%labels)) call note(names, owner//'%'//trim(x%name), same_integers(x%labels, y%labels))
+      end associate
+    end do
   end function carried_differences
 
-  !> Components of the material points that differ.
-  function points_differences(a, b) result(names)
-    type(points_type), intent(in) :: a, b
+  !> Names of all fields of a carried set as `state_differences` says them, a blank behind each.
+  function carried_names(owner, carried) result(names)
+    !> Name of the set.
+    character(len=*), intent(in) :: owner
+    class(carried_type), intent(in), target :: carried
     character(len=:), allocatable :: names
+    type(field_list_type) :: list
+    integer :: i
 
-    names = carried_differences('points', a, b)
-    call note(names, 'body', same_integers(a%body, b%body))
-    call note(names, 'material', same_integers(a%material, b%material))
-    call note(names, 'volume', same_reals(a%volume, b%volume))
-    call note(names, 'initial_volume', same_reals(a%initial_volume, b%initial_volume))
-    call note(names, 'weight', same_reals(a%weight, b%weight))
-    call note(names, 'stress', same_reals([a%stress], [b%stress]))
-    call note(names, 'state', same_reals([a%state], [b%state]))
-    call note(names, 'plastic', same_integers(a%plastic, b%plastic))
-    call note(names, 'half_size', same_reals([a%half_size], [b%half_size]))
-    call note(names, 'deformation_gradient', same_reals([a%deformation_gradient], [b%deformation_gradient]))
-  end function points_differences
-
-  !> Components of the surface points that differ.
-  function surface_differences(a, b) result(names)
-    type(surface_points_type), intent(in) :: a, b
-    character(len=:), allocatable :: names
-
-    names = carried_differences('surface', a, b)
-    call note(names, 'surface', same_integers(a%surface, b%surface))
-    call note(names, 'area', same_reals(a%area, b%area))
-    call note(names, 'area_vector', same_reals([a%area_vector], [b%area_vector]))
-    call note(names, 'normal', same_reals([a%normal], [b%normal]))
-    call note(names, 'reaction', same_reals([a%reaction], [b%reaction]))
-    call note(names, 'surface%released', same_reals([a%released], [b%released]))
-  end function surface_differences
+    call carried%list_fields(list)
+    names = ''
+    do i = 1, list%count
+      names = names//owner//'%'//trim(list%fields(i)%name)//' '
+    end do
+  end function carried_names
 
   !> Add the name of a component that differs.
   subroutine note(names, name, same)

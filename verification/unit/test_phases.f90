@@ -46,6 +46,7 @@ contains
     call check_stop(tests)
     call check_hold_test(tests)
     call check_lost_set(tests)
+    call check_summary(tests)
   end subroutine collect_phases
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
@@ -307,6 +308,56 @@ contains
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
       abs(run%model%state%points%stress(1, 1) - 2.0_wp) <= rounding)
   end subroutine check_hold_test
+
+  !> What is told of the results where a phase ends, and where the run does.
+  subroutine check_summary(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    character(len=*), parameter :: locks = "material 'soil' locks"
+
+    run = new_run([answer_type()], '')
+    call lock()
+    call run%to_end()
+    call tests%check('locking is told at the end of each phase', occurrences(locks) == 2)
+    run = new_run([answer_type(), lost()], '')
+    call lock()
+    call run%to_end()
+    call tests%check('and where the run ends before', allocated(run%error) .and. occurrences(locks) == 1)
+    run = new_run([answer_type(stabilisation_share=0.06_wp), lost()], ', STABILISATION SHARE=1')
+    call run%to_end()
+    call tests%check('so is what the stabilisation carried', &
+      occurrences('the stabilisation carries more than 5.0 % of the forces in 1 of 1 steps') == 1)
+
+  contains
+
+    !> Pressures that alternate in sheared material that yields; the script adds the same to all.
+    subroutine lock()
+      integer :: p
+
+      associate (points => run%model%state%points)
+        points%plastic = 1
+        points%stress(4, :) = 10.0_wp
+        do p = 1, points%count
+          points%stress(:3, p) = 50.0_wp*(-1)**p
+        end do
+      end associate
+    end subroutine lock
+
+    !> How often a sentence was told.
+    integer function occurrences(sentence) result(n)
+      character(len=*), intent(in) :: sentence
+      integer :: from, found
+
+      n = 0
+      from = 1
+      do
+        found = index(run%listener%text(from:), sentence)
+        if (found == 0) exit
+        n = n + 1
+        from = from + found
+      end do
+    end function occurrences
+  end subroutine check_summary
 
   !> A prescribed set that the material does not follow: warned of once, then the step is put back and the run ends.
   subroutine check_lost_set(tests)

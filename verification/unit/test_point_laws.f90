@@ -113,5 +113,27 @@ contains
       if (bench%curves(i:i) == ',') columns(merge(1, 2, i <= first)) = columns(merge(1, 2, i <= first)) + 1
     end do
     call tests%check('rows have as many columns as the header', columns(1) == columns(2))
+    call run('*MATERIAL, NAME=m|'//brittle//'*POINT TEST, TYPE=OEDOMETER, START TIME=5|*POINT STAGE, STEPS=2, TIME=3|'// &
+      ' AXIAL STRAIN, 0.001|*POINT STAGE, STEPS=1| AXIAL STRAIN, 0.002|', bench)
+    call tests%check('steps have their times', abs(time_of(1) - 5.0_wp) <= 0.0_wp .and. &
+      abs(time_of(2) - 6.5_wp) <= 1.0e-12_wp .and. abs(time_of(4) - 9.0_wp) <= 1.0e-12_wp)
+
+  contains
+
+    !> The seventh column of a row.
+    real(wp) function time_of(row) result(time)
+      !> 1 for the start.
+      integer, intent(in) :: row
+      integer :: begin, k
+
+      begin = 1
+      do k = 1, row
+        begin = begin + index(bench%curves(begin:), new_line('a'))
+      end do
+      do k = 1, 6
+        begin = begin + index(bench%curves(begin:), ',')
+      end do
+      read (bench%curves(begin:begin + index(bench%curves(begin:), ',') - 2), *) time
+    end function time_of
   end subroutine check_columns
 end module test_point_laws

@@ -158,11 +158,11 @@ contains
     call build_model(analysis, model, error)
     call tests%check('its model is built', .not. allocated(error))
     if (allocated(error)) return
-    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
-    call tests%close('the images have the volume of the quarter', sum(images%volume), &
+    call make_images(expansion, model%state%points, grid_cells(model), images)
+    call tests%close('the images have the volume of the quarter', sum(images%points%volume), &
       8.0_wp*sin(2.0_wp*pi/32)*0.5_wp, 1.0e-6_wp)
-    call tests%check('they lie in the quarter', all(images%position([1, 3], :) > 1.0_wp) .and. &
-      all(norm2(images%position([1, 3], :) - 1.0_wp, dim=1) < 1.0_wp))
+    call tests%check('they lie in the quarter', all(images%points%position([1, 3], :) > 1.0_wp) .and. &
+      all(norm2(images%points%position([1, 3], :) - 1.0_wp, dim=1) < 1.0_wp))
     call check_folds(tests, expansion, model, images, 'a cylinder')
   end subroutine check_figure
 
@@ -186,8 +186,8 @@ contains
 
     d = model%mesh%dimension
     worst = 0.0_wp
-    do i = 1, images%count
-      place = images%position(:, i)
+    do i = 1, images%points%count
+      place = images%points%position(:, i)
       call fold_place(expansion, place, sign)
       worst = max(worst, maxval(abs(place(:d) - model%state%points%position(:, images%origin(i)))))
     end do
@@ -217,21 +217,21 @@ contains
     if (.not. allocated(error)) call build_model(scene, whole, error)
     call tests%check(name//' is built both ways', .not. allocated(error))
     if (allocated(error)) return
-    call make_images(expansion, model%state%points, grid_cells(model), model%mesh%dimension, images)
+    call make_images(expansion, model%state%points, grid_cells(model), images)
     call tests%check('the images of '//name//' are fewer in the model and as many as in the scene', &
-      images%count == whole%state%points%count .and. model%state%points%count < images%count)
+      images%points%count == whole%state%points%count .and. model%state%points%count < images%points%count)
     d = whole%mesh%dimension
     allocate (taken(whole%state%points%count), source=.false.)
     worst = 0.0_wp
     associate (points => whole%state%points)
-      do i = 1, images%count
-        k = minloc(sum(abs(points%position - spread(images%position(:d, i), 2, points%count)), dim=1), dim=1, &
+      do i = 1, images%points%count
+        k = minloc(sum(abs(points%position - spread(images%points%position(:d, i), 2, points%count)), dim=1), dim=1, &
           mask=.not. taken)
         taken(k) = .true.
-        worst = max(worst, maxval(abs(points%position(:, k) - images%position(:d, i))), &
-          abs(points%volume(k) - images%volume(i)), abs(points%weight(k) - images%weight(i)), &
-          real(abs(whole%mesh%cell_label(points%cell(k)) - images%cell(i)) + abs(points%body(k) - images%body(i)) &
-          + abs(points%material(k) - images%material(i)), wp))
+        worst = max(worst, maxval(abs(points%position(:, k) - images%points%position(:d, i))), &
+          abs(points%volume(k) - images%points%volume(i)), abs(points%weight(k) - images%points%weight(i)), &
+          real(abs(whole%mesh%cell_label(points%cell(k)) - images%points%cell(i)) &
+          + abs(points%body(k) - images%points%body(i)) + abs(points%material(k) - images%points%material(i)), wp))
       end do
     end associate
     ! Weights are 18 times volumes.
@@ -258,11 +258,11 @@ contains
     do i = 1, 4
       model%state%points%stress(i, :) = real(i, wp)
     end do
-    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
+    call make_images(expansion, model%state%points, grid_cells(model), images)
     n = model%state%points%count
-    call tests%close('the half keeps its stress', maxval(abs(images%stress(:, 1) - &
+    call tests%close('the half keeps its stress', maxval(abs(images%points%stress(:, 1) - &
       [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 0.0_wp, 0.0_wp])), 0.0_wp, 0.0_wp)
-    call tests%close('its image has the other shear', maxval(abs(images%stress(:, n + 1) - &
+    call tests%close('its image has the other shear', maxval(abs(images%points%stress(:, n + 1) - &
       [1.0_wp, 2.0_wp, 3.0_wp, -4.0_wp, 0.0_wp, 0.0_wp])), 0.0_wp, 0.0_wp)
     call tests%check('and the other sign along x', all(abs(images%sign(:, n + 1) - [-1.0_wp, 1.0_wp, &
       1.0_wp]) <= 0.0_wp))
@@ -270,10 +270,10 @@ contains
     expansion%steps(1)%kind = reduce_revolved
     expansion%steps(1)%sector = [0.0_wp, 2.0_wp*pi]
     expansion%steps(1)%lines(3)%lines = expansion%steps(1)%lines(1)%lines
-    call make_images(expansion, model%state%points, grid_cells(model), 2, images)
+    call make_images(expansion, model%state%points, grid_cells(model), images)
     worst = 0.0_wp
-    do i = 1, images%count
-      associate (s => images%stress(:, i), x => images%position(1, i), z => images%position(3, i))
+    do i = 1, images%points%count
+      associate (s => images%points%stress(:, i), x => images%points%position(1, i), z => images%points%position(3, i))
         trace = sum(s(1:3))
         norm = sum(s(1:3)**2) + 2.0_wp*sum(s(4:6)**2)
         worst(1) = max(worst(1), abs(trace - 6.0_wp), abs(norm - 46.0_wp))

@@ -4,8 +4,10 @@ module test_simulation
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use testing, only: tests_type
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
-    value_shape, value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
-    error_user_material, status_broken, law_type
+    value_shape, list_value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
+    error_user_material, status_broken, law_type, start_time, time_increment
+  use qsmpm_field_list, only: field_name_length
+  use qsmpm_points, only: start_strains
   use qsmpm_posix, only: remove_file
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
@@ -28,6 +30,12 @@ module test_simulation
     procedure :: update
   end type hooke_type
 
+  !> The same, with the time at the end of its last step as state variable.
+  type, extends(hooke_type) :: timed_type
+  contains
+    procedure :: update => timed_update
+  end type timed_type
+
 contains
 
   !> All tests.
@@ -46,6 +54,7 @@ contains
     call check_values(tests)
     call check_errors(tests)
     call check_own_laws(tests)
+    call check_times(tests)
     call check_reduced(tests)
     call check_threads(tests)
   end subroutine collect_simulation
@@ -331,17 +340,20 @@ contains
     type(error_type), allocatable :: error
     real(wp), pointer :: view(:, :)
     real(wp), allocatable :: values(:)
+    character(len=field_name_length), allocatable :: names(:)
     integer :: i, rows, columns, bad
 
     call begin(run, '1, 4')
+    call start_strains(run%model%state%points)
     call run%run(error)
     bad = 0
-    do i = 1, size(value_names)
-      call value_shape(run, trim(value_names(i)), rows, columns, error)
+    call list_value_names(names)
+    do i = 1, size(names)
+      call value_shape(run, trim(names(i)), rows, columns, error)
       if (allocated(error)) bad = bad + 1
       if (allocated(values)) deallocate (values)
       allocate (values(rows*columns))
-      call get_values(run, trim(value_names(i)), values, error)
+      call get_values(run, trim(names(i)), values, error)
       if (allocated(error)) bad = bad + 1
     end do
     call tests%check('all names have values', bad == 0)
@@ -449,6 +461,57 @@ contains
     call tests%close('a law for this one runs', carried(run), weight, force_tolerance*weight)
     call run%destroy()
   end subroutine check_own_laws
+
+  !> How long stages last and when they start, as they are counted and as laws are told.
+  subroutine check_times(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(problem_type) :: problem
+    type(timed_type) :: timed
+    type(error_type), allocatable :: error
+
+    timed%hooke_type = model_of_elasticity()
+    timed%state_count = 1
+    call problem%set_material('soil', timed, error)
+    call problem%parse(sample_deck('1, 4'), 'sample', error)
+    call run%create(problem, error)
+    call run%set_time(20.0_wp, error)
+    call run%advance(error)
+    call expect('a stage lasts as long as it is told', 4.0_wp)
+    call run%run(error)
+    call run%add_stage('follows', 2, error)
+    call run%set_time(0.5_wp, error)
+    call run%advance(error)
+    call expect('the next one starts at its end', 20.25_wp)
+    call run%end_stage(error)
+    call run%add_stage('after a pause', 1, error)
+    call run%set_start_time(30.0_wp, error)
+    call run%run(error)
+    call expect('or when it is told, and then lasts one unit', 31.0_wp)
+    call run%add_stage('last', 1, error)
+    call run%set_time(0.0_wp, error)
+    call tests%check('no stage lasts no time', allocated(error))
+    call run%set_time(ieee_value(1.0_wp, ieee_positive_inf), error)
+    call tests%check('nor for ever', allocated(error))
+    call run%set_start_time(ieee_value(1.0_wp, ieee_positive_inf), error)
+    call tests%check('none starts in infinity', allocated(error))
+    call run%run(error)
+    call expect('what was refused has changed nothing', 32.0_wp)
+    call run%destroy()
+
+  contains
+
+    !> The time by name and in the state of a law.
+    subroutine expect(label, time)
+      character(len=*), intent(in) :: label
+      real(wp), intent(in) :: time
+      real(wp) :: values(1)
+
+      call get_values(run, 'time', values, error)
+      call tests%close(label, values(1), time, 1.0e-12_wp*time)
+      call tests%close(label//': so laws are told', run%model%state%points%state(1, 1), time, 1.0e-12_wp*time)
+    end subroutine expect
+  end subroutine check_times
 
   !> Elasticity as a program's model.
   pure type(hooke_type) function model_of_elasticity() result(hooke)
@@ -565,4 +628,16 @@ contains
     end do
     stress = stress + matmul(answer%tangent, increment%strain)
   end subroutine update
+
+  !> One step, with a look at the clock.
+  subroutine timed_update(self, increment, stress, state, answer)
+    class(timed_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_answer_type), intent(inout) :: answer
+
+    call self%hooke_type%update(increment, stress, state, answer)
+    state = start_time(increment%moment) + time_increment(increment%moment)
+  end subroutine timed_update
 end module test_simulation

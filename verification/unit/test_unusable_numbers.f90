@@ -212,7 +212,7 @@ contains
     real(wp), intent(in) :: value
     type(simulation_type) :: run
     character(len=24), parameter :: names(16) = [character(len=24) :: 'position', 'initial position', &
-      'local coordinate', 'volume', 'initial volume', 'weight', 'domain', 'stress', 'state', 'deformation gradient', &
+      'local coordinate', 'volume', 'initial volume', 'weight', 'half size', 'stress', 'state', 'deformation gradient', &
       'area', 'area vector', 'normal', 'position', 'reaction', 'position']
     integer :: k
     character(len=24), parameter :: of_what(16) = [character(len=24) :: ('material point 2', k=1, 10), &

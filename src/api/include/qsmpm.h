@@ -9,7 +9,7 @@
 #ifndef QSMPM_H
 #define QSMPM_H
 
-#define QSMPM_API_VERSION 100 /* 10000 major + 100 minor + patch, as qsmpm_api_version() of the library linked */
+#define QSMPM_API_VERSION 200 /* 10000 major + 100 minor + patch, as qsmpm_api_version() of the library linked */
 
 #ifdef __cplusplus
 extern "C" {
@@ -78,6 +78,7 @@ typedef struct qsmpm_increment {
     int point, cell;
     double place[3], cell_size;
     int wants_tangent, elastic_tangent; /* whether the tangent is read, and may be the elastic one */
+    double time, time_increment;        /* at the start of the step; of the step, 1e-6 of the stage at held load */
 } qsmpm_increment;
 
 typedef struct qsmpm_answer {
@@ -122,6 +123,10 @@ int qsmpm_add_stage(qsmpm_handle handle, const char *name, int steps);
 int qsmpm_end_stage(qsmpm_handle handle);
 int qsmpm_set_load_factor(qsmpm_handle handle, double factor);
 int qsmpm_set_steps(qsmpm_handle handle, int steps);
+/* For models that depend on time: how long the stage lasts, 1 if not given; when it starts, at the end of the one
+ * before if not given. */
+int qsmpm_set_time(qsmpm_handle handle, double duration);
+int qsmpm_set_start_time(qsmpm_handle handle, double time);
 int qsmpm_set_gravity(qsmpm_handle handle, const double *vector);
 int qsmpm_set_traction(qsmpm_handle handle, const char *surface, const double *vector);
 int qsmpm_set_pressure(qsmpm_handle handle, const char *surface, double pressure);

@@ -10,7 +10,8 @@ module qsmpm_c
     qsmpm_messages, qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_set_threads, qsmpm_read_deck, &
     qsmpm_parse_deck, qsmpm_set_material, qsmpm_initialise, qsmpm_advance, qsmpm_advance_to, qsmpm_run, &
     qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_keep, qsmpm_put_back, &
-    qsmpm_add_stage, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_gravity, &
+    qsmpm_add_stage, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
+    qsmpm_set_start_time, qsmpm_set_gravity, &
     qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, qsmpm_count, &
     qsmpm_get, qsmpm_set, qsmpm_view, qsmpm_name
   public :: qsmpm_model_options, qsmpm_increment, qsmpm_answer
@@ -40,6 +41,7 @@ module qsmpm_c
     integer(c_int) :: point, cell
     real(c_double) :: place(3), cell_size
     integer(c_int) :: wants_tangent, elastic_tangent
+    real(c_double) :: time, time_increment
   end type qsmpm_increment
 
   !> What a material answers.
@@ -270,6 +272,22 @@ module qsmpm_c
       integer(c_int), value :: steps
       integer(c_int) :: status
     end function qsmpm_set_steps
+
+    !> How long the coming stage lasts.
+    function qsmpm_set_time(handle, duration) bind(c) result(status)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: handle
+      real(c_double), value :: duration
+      integer(c_int) :: status
+    end function qsmpm_set_time
+
+    !> Time at the start of the coming stage.
+    function qsmpm_set_start_time(handle, time) bind(c) result(status)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: handle
+      real(c_double), value :: time
+      integer(c_int) :: status
+    end function qsmpm_set_start_time
 
     !> Gravity at the end of the coming stage (3).
     function qsmpm_set_gravity(handle, vector) bind(c) result(status)

@@ -142,6 +142,19 @@ subroutine qsmstg(handle, name, nsteps, ierr)
   ierr = int(qsmpm_add_stage(pointer_of(handle), as_c(name), int(nsteps, c_int)))
 end subroutine qsmstg
 
+!> How long the coming stage lasts.
+subroutine qsmtim(handle, time, ierr)
+  use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t
+  use qsmpm_c, only: qsmpm_set_time
+  use qsmpm_f77_texts, only: pointer_of
+  implicit none
+  integer(c_intptr_t), intent(in) :: handle
+  double precision, intent(in) :: time
+  integer, intent(out) :: ierr
+
+  ierr = int(qsmpm_set_time(pointer_of(handle), real(time, c_double)))
+end subroutine qsmtim
+
 !> Gravity at the end of the coming stage.
 subroutine qsmgrv(handle, gx, gy, gz, ierr)
   use, intrinsic :: iso_c_binding, only: c_double, c_intptr_t

@@ -67,9 +67,31 @@ class Stepping(unittest.TestCase):
             two.run()
             self.assertEqual(one.points.position.tobytes(), two.points.position.tobytes())
 
+    def test_stages_last_as_long_as_they_are_told(self) -> None:
+        told: list[tuple[float, float]] = []
+
+        class Timed(Hooke):
+            def update(self, increment: qsmpm.Increment, stress: np.ndarray, state: np.ndarray) -> qsmpm.Update:
+                told.append((increment.time, increment.time_increment))
+                return super().update(increment, stress, state)
+
+        with qsmpm.Simulation(BLOCK, materials={"soil": Timed()}) as run:
+            run.set_time(8.0)
+            run.run()
+            self.assertEqual(run.time, 8.0)
+            run.add_stage("later", steps=2)
+            run.set_time(4.0, start=20.0)
+            told.clear()
+            run.run()
+            self.assertEqual(run.time, 24.0)
+            self.assertEqual((told[0], told[-1]), ((20.0, 2.0), (22.0, 2.0)))
+            run.add_stage("never")
+            with self.assertRaisesRegex(qsmpm.Error, "lasts longer than 0"):
+                run.set_time(0.0)
+
     def test_versions(self) -> None:
         self.assertIn("qsmpm", qsmpm.version())
-        self.assertEqual(qsmpm.api_version() // 100, 1)
+        self.assertEqual(qsmpm.api_version() // 100, 2)
         self.assertTrue(qsmpm.has("openmp"))
         self.assertFalse(qsmpm.has("teleportation"))
 

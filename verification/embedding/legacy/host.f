@@ -4,7 +4,7 @@ C     AND TAKES THE LIFT BACK.
       PROGRAM HOST
       INTEGER*8 IH
       INTEGER IERR, I, N
-      DOUBLE PRECISION Q, S, BUF(100)
+      DOUBLE PRECISION Q, S, BUF(100), TIME(1)
       CHARACTER*200 TEXT
       CHARACTER*8 NAME
       INTEGER NSTAGE
@@ -19,6 +19,8 @@ C     AND TAKES THE LIFT BACK.
          WRITE (NAME, '(A5,I1)') 'STAGE', I
          CALL QSMSTG(IH, NAME, 2, IERR)
          IF (IERR .NE. 0) GOTO 900
+         CALL QSMTIM(IH, 10.0D0, IERR)
+         IF (IERR .NE. 0) GOTO 900
          Q = QTAB(I)
          CALL QSMTRC(IH, 'top', 0.0D0, Q, 0.0D0, IERR)
          IF (IERR .NE. 0) GOTO 900
@@ -28,8 +30,11 @@ C     AND TAKES THE LIFT BACK.
          CALL QSMGET(IH, 'histories', BUF, N, IERR)
          IF (IERR .NE. 0) GOTO 900
          SETTL(I) = BUF(1)
-         WRITE (*, '(A,I2,2(A,ES22.14))') 'STAGE', I, ' LOAD', QTAB(I),
-     &     ' LIFT', SETTL(I)
+         N = 1
+         CALL QSMGET(IH, 'time', TIME, N, IERR)
+         IF (IERR .NE. 0) GOTO 900
+         WRITE (*, '(A,I2,3(A,ES22.14))') 'STAGE', I, ' LOAD', QTAB(I),
+     &     ' LIFT', SETTL(I), ' TIME', TIME
   100 CONTINUE
 C     A NAME THAT IS NOT THERE IS AN ERROR WITH A SENTENCE.
       CALL QSMSTG(IH, 'LAST', 1, IERR)

@@ -239,6 +239,7 @@ contains
       allocate (character(len=65536) :: bench%curves)
       call put(bench, point_header(test, analysis%force_unit//'/'//analysis%length_unit//'^2', bench%law, &
         bench%tangent))
+      row%time = test%start_time
       call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
       do i = 1, size(test%stages)
         row%stage = i
@@ -340,6 +341,7 @@ contains
         row%increments = row%increments + 1
         done = done + part
         part = min(2.0_wp*part, 1.0_wp - done)
+        row%time = moment%phase_start + (moment%start + moment%duration)*moment%phase_time
       else
         if (error%code /= error_not_converged .or. part <= smallest_part) return
         part = part*smaller(bench%batch%share)

@@ -27,6 +27,8 @@ module qsmpm_point_curves
     integer :: increments = 0
     !> Share of the stage, or number of the row of its table.
     real(wp) :: load_factor = 0.0_wp
+    !> Time at the end of the step.
+    real(wp) :: time = 0.0_wp
     integer :: iterations = 0
     !> Parts the step was cut into.
     integer :: parts = 1
@@ -64,7 +66,7 @@ contains
     character(len=:), allocatable :: text
     integer :: i
 
-    text = 'phase,step,load_factor,iterations,parts,yields'
+    text = 'phase,step,load_factor,iterations,parts,yields,time'
     if (with_tangent) text = text//',tangent_error'
     text = text//',axial_strain,lateral_strain,volumetric_strain,shear_strain,deviatoric_strain,p ['//stress_unit// &
       '],q ['//stress_unit//'],deviator ['//stress_unit//']'
@@ -114,7 +116,8 @@ contains
     values = laboratory_values(test, point)
     values%strain(4:) = 2.0_wp*values%strain(4:)
     text = integer_text(row%stage)//','//integer_text(row%step)//numbers([row%load_factor])//','// &
-      integer_text(row%iterations)//','//integer_text(row%parts)//','//integer_text(merge(1, 0, point%plastic))
+      integer_text(row%iterations)//','//integer_text(row%parts)//','//integer_text(merge(1, 0, point%plastic))// &
+      numbers([row%time])
     if (with_tangent) text = text//numbers([row%tangent_error])
     text = text//numbers([values%axial_strain, values%lateral_strain, values%volumetric_strain, values%shear_strain, &
       values%deviatoric_strain, values%p, values%q, values%deviator])

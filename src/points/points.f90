@@ -5,14 +5,20 @@
 !> displacement of the step and found again after the mesh is reset (paper, section 3.3).
 !> Material points carry the state of the continuum; surface points carry tractions; tracers carry
 !> nothing and only record where a place of the body has gone.
+!>
+!> The arrays are named for those who compute with them. Whoever treats all fields alike loops over `list_fields`
+!> (qsmpm_field_list): a new field is its declaration, its line there and its room in `allocate_*`, all here.
 module qsmpm_points
   use qsmpm_kinds, only: wp
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_amount, kind_position, kind_vector, kind_tensor, &
+    kind_label, kind_internal, shown_by_name, shown_everywhere, unit_length, unit_area, unit_volume, unit_force, &
+    unit_stress
   implicit none
   private
 
   public :: carried_type, points_type, surface_points_type, watched_points_type
   public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, &
-    set_normals
+    copy_fields, start_strains, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -23,6 +29,9 @@ module qsmpm_points
     real(wp), allocatable :: local(:, :)
     !> Owner cell (count).
     integer, allocatable :: cell(:)
+  contains
+    !> Add the fields to a list; it is good as long as the object, a target, lives.
+    procedure :: list_fields => list_carried
   end type carried_type
 
   !> Material points (paper, section 3.1).
@@ -43,6 +52,11 @@ module qsmpm_points
     real(wp), allocatable :: half_size(:, :)
     !> Total deformation gradient, packed; no columns unless domains need it (5 or 9, count or 0).
     real(wp), allocatable :: deformation_gradient(:, :)
+    !> Left Cauchy-Green tensor of the total deformation in stress order, and accumulated plastic shear strain
+    !> (qsmpm_strain); no columns unless results ask for strains (4 or 6, count or 0), (count or 0).
+    real(wp), allocatable :: left_cauchy_green(:, :), plastic_strain(:)
+  contains
+    procedure :: list_fields => list_points
   end type points_type
 
   !> Surface points: quadrature points of the loaded surfaces.
@@ -58,6 +72,8 @@ module qsmpm_points
     !> Force of the support on the body after the last step, and the one that a support which this phase has freed or
     !> changed exerted before: it falls to zero over the phase (dimension, count).
     real(wp), allocatable :: reaction(:, :), released(:, :)
+  contains
+    procedure :: list_fields => list_surface_points
   end type surface_points_type
 
   !> Places on the faces of prescribed node sets that ride with the material (qsmpm_pushed_material).
@@ -65,9 +81,72 @@ module qsmpm_points
     !> Node set and prescribed component of each, and the displacement prescribed so far (count).
     integer, allocatable :: set(:), component(:)
     real(wp), allocatable :: pushed(:)
+  contains
+    procedure :: list_fields => list_watched
   end type watched_points_type
 
 contains
+
+  !> Fields of every carried set.
+  subroutine list_carried(self, list)
+    class(carried_type), intent(in), target :: self
+    type(field_list_type), intent(inout) :: list
+
+    call list%add('position', self%position, kind_position, shown_everywhere, unit_length, 'present position')
+    call list%add('initial_position', self%initial_position, kind_position, shown_by_name, unit_length, &
+      'position at the start, or where displacements were set to zero last')
+    call list%add('local_coordinate', self%local, kind_internal)
+    call list%add('cell', self%cell, kind_internal)
+  end subroutine list_carried
+
+  !> Fields of the material points.
+  subroutine list_points(self, list)
+    class(points_type), intent(in), target :: self
+    type(field_list_type), intent(inout) :: list
+
+    call self%carried_type%list_fields(list)
+    call list%add('stress', self%stress, kind_tensor, shown_everywhere, unit_stress, 'Cauchy stress')
+    call list%add('volume', self%volume, kind_amount, shown_everywhere, unit_volume, 'present volume')
+    call list%add('initial_volume', self%initial_volume, kind_amount, shown_everywhere, unit_volume, &
+      'volume at the start, or where initial stresses were set')
+    call list%add('weight', self%weight, kind_amount, shown_by_name, unit_force, 'weight under unit gravity')
+    call list%add('plastic', self%plastic, kind_label, shown_everywhere, meaning='1 where the point yielded in the '// &
+      'last step')
+    call list%add('material', self%material, kind_label, shown_everywhere, meaning='number of the material')
+    call list%add('body', self%body, kind_label, shown_by_name, meaning='number of the body')
+    call list%add('state', self%state, kind_internal, shown_by_name, meaning='state variables of the law, all')
+    call list%add('half_size', self%half_size, kind_internal)
+    call list%add('deformation_gradient', self%deformation_gradient, kind_internal)
+    call list%add('left_cauchy_green', self%left_cauchy_green, kind_tensor, shown_by_name, meaning='left '// &
+      'Cauchy-Green tensor b = F F^T of the total deformation')
+    call list%add('accumulated_plastic_shear_strain', self%plastic_strain, kind_number, shown_everywhere, &
+      meaning='sum over the steps of (2 e:e)^1/2, e the deviator of the plastic strain of a step')
+  end subroutine list_points
+
+  !> Fields of the surface points.
+  subroutine list_surface_points(self, list)
+    class(surface_points_type), intent(in), target :: self
+    type(field_list_type), intent(inout) :: list
+
+    call self%carried_type%list_fields(list)
+    call list%add('surface', self%surface, kind_label)
+    call list%add('area', self%area, kind_amount, unit=unit_area)
+    call list%add('area_vector', self%area_vector, kind_vector, unit=unit_area)
+    call list%add('normal', self%normal, kind_vector)
+    call list%add('reaction', self%reaction, kind_vector, unit=unit_force)
+    call list%add('released', self%released, kind_vector, unit=unit_force)
+  end subroutine list_surface_points
+
+  !> Fields of the watched places.
+  subroutine list_watched(self, list)
+    class(watched_points_type), intent(in), target :: self
+    type(field_list_type), intent(inout) :: list
+
+    call self%carried_type%list_fields(list)
+    call list%add('set', self%set, kind_label)
+    call list%add('component', self%component, kind_label)
+    call list%add('pushed', self%pushed, kind_number, unit=unit_length)
+  end subroutine list_watched
 
   !> Position of one as three coordinates, the third 0 in the plane.
   pure function place_of(carried, number) result(place)
@@ -114,33 +193,53 @@ contains
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
       source=0.0_wp)
     allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
-      source=0.0_wp)
+      points%left_cauchy_green(stress_components, 0), points%plastic_strain(0), source=0.0_wp)
   end subroutine allocate_points
 
-  !> Copy material points array by array: those of the same size stay where they are in memory, which an
-  !> assignment of the whole does not promise.
-  pure subroutine copy_points(from, to)
-    !> The points.
-    type(points_type), intent(in) :: from
-    !> Their copy.
-    type(points_type), intent(inout) :: to
+  !> Carry strains from now on: none yet.
+  pure subroutine start_strains(points)
+    type(points_type), intent(inout) :: points
 
-    to%count = from%count
-    to%position = from%position
-    to%initial_position = from%initial_position
-    to%local = from%local
-    to%cell = from%cell
-    to%body = from%body
-    to%material = from%material
-    to%volume = from%volume
-    to%initial_volume = from%initial_volume
-    to%weight = from%weight
-    to%stress = from%stress
-    to%state = from%state
-    to%plastic = from%plastic
-    to%half_size = from%half_size
-    to%deformation_gradient = from%deformation_gradient
+    deallocate (points%left_cauchy_green, points%plastic_strain)
+    allocate (points%left_cauchy_green(size(points%stress, 1), points%count), points%plastic_strain(points%count), &
+      source=0.0_wp)
+    points%left_cauchy_green(1:3, :) = 1.0_wp
+  end subroutine start_strains
+
+  !> Copy material points: arrays of the same size stay where they are in memory, which an assignment of the whole
+  !> does not promise.
+  subroutine copy_points(from, to)
+    type(points_type), intent(in), target :: from
+    type(points_type), intent(inout), target :: to
+    type(field_list_type) :: source, copy
+    integer :: i
+    logical :: same
+
+    call from%list_fields(source)
+    call to%list_fields(copy)
+    same = from%count == to%count
+    do i = 1, source%count
+      same = same .and. source%fields(i)%component_count() == copy%fields(i)%component_count() .and. &
+        source%fields(i)%point_count() == copy%fields(i)%point_count()
+    end do
+    if (same) then
+      call copy_fields(source, copy)
+    else
+      to = from
+    end if
   end subroutine copy_points
+
+  !> Copy the values of fields to fields of the same sizes.
+  subroutine copy_fields(from, to)
+    type(field_list_type), intent(in) :: from
+    type(field_list_type), intent(inout) :: to
+    integer :: i
+
+    do i = 1, from%count
+      if (associated(from%fields(i)%reals)) to%fields(i)%reals = from%fields(i)%reals
+      if (associated(from%fields(i)%labels)) to%fields(i)%labels = from%fields(i)%labels
+    end do
+  end subroutine copy_fields
 
   !> Allocate surface points of no area.
   pure subroutine allocate_surface_points(surface, dimension, count)

@@ -8,6 +8,7 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
+  use qsmpm_locking_check, only: check_locking
   use qsmpm_moving_mesh_check, only: check_moving_mesh
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
@@ -28,7 +29,7 @@ module qsmpm_phases
   implicit none
   private
 
-  public :: march_type, run_phases, begin_march, march_step, end_phase, end_march, is_finished, phase_is_complete
+  public :: march_type, begin_march, march_step, end_phase, end_march, is_finished, phase_is_complete
   public :: error_stopped
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
@@ -59,27 +60,6 @@ module qsmpm_phases
   end type march_type
 
 contains
-
-  !> Run from where the model stands to the end of the last phase.
-  subroutine run_phases(model, observer, profile, error)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Listener of the run.
-    class(observer_type), intent(inout) :: observer
-    !> Time and work of the run; times are taken when its stopwatch was started.
-    type(run_profile_type), intent(inout) :: profile
-    !> Not converged, a lost point, singular equations, or error_stopped.
-    type(error_type), allocatable, intent(out) :: error
-    type(march_type) :: march
-
-    call begin_march(model, profile, march)
-    do while (.not. is_finished(model, march))
-      call march_step(model, march, observer, error)
-      if (allocated(error)) exit
-    end do
-    call tell_worst_share(model, march, observer)
-    call end_march(march, profile)
-  end subroutine run_phases
 
   !> Make ready to step on from where the model stands.
   subroutine begin_march(model, profile, march)
@@ -159,8 +139,11 @@ contains
       if (allocated(error)) return
     end if
     call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
-    if (allocated(error)) return
-    if (phase_is_complete(model)) call end_phase(model, march, observer, error)
+    if (allocated(error)) then
+      call sum_up(model, march, observer)
+    else if (phase_is_complete(model)) then
+      call end_phase(model, march, observer, error)
+    end if
   end subroutine march_step
 
   !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
@@ -201,11 +184,24 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     march%told = .true.
-    call tell_worst_share(model, march, observer)
+    call sum_up(model, march, observer)
     call turn_to(march%step%profile%watch, part_output)
     call observer%phase_done(model, error)
     call turn_to(march%step%profile%watch, part_control)
   end subroutine end_phase
+
+  !> What a phase has to say of its results where it ends.
+  subroutine sum_up(model, march, observer)
+    !> The model.
+    type(model_type), intent(in) :: model
+    !> The run.
+    type(march_type), intent(inout) :: march
+    !> Listener of the run.
+    class(observer_type), intent(inout) :: observer
+
+    call tell_worst_share(model, march, observer)
+    call check_locking(model, observer)
+  end subroutine sum_up
 
   !> Try until a step is accepted.
   subroutine reach_step(model, march, phase, observer, error)

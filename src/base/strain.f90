@@ -1,0 +1,92 @@
+!> Strains of finite deformation, as results show them.
+!>
+!>   e = ln v = 1/2 ln b,   b = F F^T        logarithmic (Hencky) strain of the total deformation gradient F
+!>   e_v = tr e = ln J                        volume strain
+!>   gamma = (2 e':e')^1/2                    shear strain, e' the deviator of e
+!>
+!> gamma is the engineering shear strain in simple shear of small size, 2 asinh(s/2) for a shear s of any size, and
+!> 3^1/2 times the triaxial shear strain eps_q = (2/3 e':e')^1/2. A rigid rotation has no strain. The plastic part of
+!> the shear strain of a step is what the stress does not carry,
+!>   gamma_p = (2 e_p:e_p)^1/2,   e_p = (ln v)' - (s - R s_0 R^T)'/2G,   F = v R of the step,
+!> right up to the elastic strain times that of the step. It is summed over the steps, never falls, and is the plastic
+!> shear strain of qsmpm_softening where that counts once. Shear components are engineering strains, as in decks.
+module qsmpm_strain
+  use qsmpm_kinds, only: wp
+  use qsmpm_isotropic_function, only: compose
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: unpack_gradient, unpack_symmetric, pack_symmetric
+  implicit none
+  private
+
+  public :: logarithmic_strain, volume_strain, shear_strain, deform, plastic_shear_increment
+
+contains
+
+  !> Logarithmic strain of a left Cauchy-Green tensor; 11, 22, 33, 12[, 13, 23], shear components doubled.
+  pure function logarithmic_strain(b) result(strain)
+    !> Left Cauchy-Green tensor in stress order (4 or 6).
+    real(wp), intent(in) :: b(:)
+    real(wp) :: strain(size(b))
+    real(wp) :: values(3), vectors(3, 3)
+
+    call spectral(unpack_symmetric(b), values, vectors)
+    call pack_symmetric(compose(half_logarithm(values), vectors), strain)
+    strain(4:) = 2.0_wp*strain(4:)
+  end function logarithmic_strain
+
+  !> Half the logarithm; what rounding has left of a vanishing stretch is the least one.
+  elemental real(wp) function half_logarithm(square)
+    real(wp), intent(in) :: square
+
+    half_logarithm = 0.5_wp*log(max(square, tiny(1.0_wp)))
+  end function half_logarithm
+
+  !> Trace.
+  pure real(wp) function volume_strain(strain)
+    !> (4 or 6)
+    real(wp), intent(in) :: strain(:)
+
+    volume_strain = strain(1) + strain(2) + strain(3)
+  end function volume_strain
+
+  !> (2 e':e')^1/2.
+  pure real(wp) function shear_strain(strain)
+    !> Shear components doubled (4 or 6).
+    real(wp), intent(in) :: strain(:)
+
+    shear_strain = sqrt(2.0_wp*sum((strain(1:3) - volume_strain(strain)/3.0_wp)**2) + sum(strain(4:)**2))
+  end function shear_strain
+
+  !> b <- F b F^T.
+  pure subroutine deform(gradient, b)
+    !> Deformation gradient of a step, packed (5 or 9).
+    real(wp), intent(in) :: gradient(:)
+    !> Left Cauchy-Green tensor in stress order (4 or 6).
+    real(wp), intent(inout) :: b(:)
+    real(wp) :: f(3, 3)
+
+    f = unpack_gradient(gradient)
+    call pack_symmetric(matmul(matmul(f, unpack_symmetric(b)), transpose(f)), b)
+  end subroutine deform
+
+  !> Plastic shear strain gamma_p of a step.
+  pure real(wp) function plastic_shear_increment(gradient, start, end, shear_modulus) result(increment)
+    !> Deformation gradient of the step, packed (5 or 9).
+    real(wp), intent(in) :: gradient(:)
+    !> Cauchy stress at the start and at the end (4 or 6).
+    real(wp), intent(in) :: start(:), end(:)
+    !> Elastic shear modulus G.
+    real(wp), intent(in) :: shear_modulus
+    real(wp) :: f(3, 3), values(3), vectors(3, 3), rotation(3, 3), change(3, 3), plastic(3, 3), strain(6)
+
+    f = unpack_gradient(gradient)
+    call spectral(matmul(f, transpose(f)), values, vectors)
+    values = half_logarithm(values)
+    rotation = matmul(compose(exp(-values), vectors), f)
+    change = unpack_symmetric(end) - matmul(matmul(rotation, unpack_symmetric(start)), transpose(rotation))
+    plastic = compose(values, vectors) - change/(2.0_wp*shear_modulus)
+    call pack_symmetric(plastic, strain)
+    strain(4:) = 2.0_wp*strain(4:)
+    increment = shear_strain(strain)
+  end function plastic_shear_increment
+end module qsmpm_strain

@@ -1,0 +1,96 @@
+!> Volumetric locking as a state shows it: pressures that alternate from point to point in material that yields.
+!>
+!>   scatter = sqrt( sum V (p - p*)^2 / sum V tau^2 ),   tau^2 = s : s/2
+!>
+!> over the points of a material that yield in shear, or over all that are sheared where a law does not tell; p* is
+!> the pressure of the smooth stress (qsmpm_smooth_stress). Flow ties the volume of every point to its shear. Functions
+!> that cannot follow at all points of a cell leave pressures there that no load asks for, as large as the strength,
+!> and the load on the body rises with them. What is linear over the cells around a node is no scatter, so that
+!> weight is none. Figures: docs/methods/uniform_pressure.md.
+module qsmpm_locking_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: cure_none
+  use qsmpm_model, only: model_type
+  use qsmpm_observer, only: observer_type
+  use qsmpm_smooth_stress, only: smooth_stress_type, fit_smooth_stress, smooth_stress_at
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: check_locking, pressure_scatter
+
+  !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this by less than a tenth.
+  real(wp), parameter :: worth_a_warning = 0.5_wp
+  !> Points whose shear stress is a smaller share of their pressure yield in compression.
+  real(wp), parameter :: least_shear = 0.05_wp
+
+contains
+
+  !> Tell the scatter of each material without treatment that yields; a large one is a warning.
+  subroutine check_locking(model, observer)
+    type(model_type), intent(in) :: model
+    class(observer_type), intent(inout) :: observer
+    character(len=:), allocatable :: differ
+    real(wp) :: scatter
+    integer :: m
+
+    do m = 1, size(model%laws)
+      if (model%analysis%materials(m)%cure /= cure_none) cycle
+      scatter = pressure_scatter(model, m)
+      differ = 'pressures of neighbouring points that yield differ by '// &
+        real_text(real(nint(100.0_wp*scatter), wp)/100.0_wp)//' of their shear stress'
+      if (scatter > worth_a_warning) then
+        call observer%note("warning: material '"//model%analysis%materials(m)%name//"' locks: "//differ// &
+          ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for *LOCKING CURE, '// &
+          'TYPE=UNIFORM PRESSURE, or take smaller cells')
+      else if (scatter > 0.0_wp) then
+        call observer%note("material '"//model%analysis%materials(m)%name//"': "//differ)
+      end if
+    end do
+  end subroutine check_locking
+
+  !> Scatter of the pressure in a material, over the shear stress; 0 where nothing yields in shear.
+  pure real(wp) function pressure_scatter(model, material) result(scatter)
+    type(model_type), intent(in) :: model
+    !> Number of the material.
+    integer, intent(in) :: material
+    type(smooth_stress_type) :: smooth
+    real(wp) :: stress(size(model%state%points%stress, 1)), spread, shear
+    logical :: looked_at(model%state%points%count)
+    integer :: p
+
+    scatter = 0.0_wp
+    associate (points => model%state%points)
+      looked_at = points%material == material .and. &
+        (points%plastic > 0 .or. .not. model%laws(material)%law%tells_yield)
+      if (.not. any(looked_at)) return
+      call fit_smooth_stress(model%mesh, model%state%coordinates, points, material, smooth)
+      spread = 0.0_wp
+      shear = 0.0_wp
+      do p = 1, points%count
+        if (.not. looked_at(p)) cycle
+        if (shear_square(points%stress(:, p)) <= (least_shear*pressure(points%stress(:, p)))**2) cycle
+        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), points%position(:, p), stress)
+        spread = spread + points%volume(p)*pressure(points%stress(:, p) - stress)**2
+        shear = shear + points%volume(p)*shear_square(points%stress(:, p))
+      end do
+    end associate
+    if (shear > 0.0_wp) scatter = sqrt(spread/shear)
+  end function pressure_scatter
+
+  !> Mean stress.
+  pure real(wp) function pressure(stress)
+    !> 11, 22, 33, 12[, 13, 23].
+    real(wp), intent(in) :: stress(:)
+
+    pressure = sum(stress(:3))/3.0_wp
+  end function pressure
+
+  !> Second invariant of the deviator, s : s/2.
+  pure real(wp) function shear_square(stress)
+    !> 11, 22, 33, 12[, 13, 23].
+    real(wp), intent(in) :: stress(:)
+
+    shear_square = 0.5_wp*sum((stress(:3) - pressure(stress))**2) + sum(stress(4:)**2)
+  end function shear_square
+end module qsmpm_locking_check

@@ -1,0 +1,227 @@
+!> A list of the fields of what the mesh carries: name, unit, how many components and of what kind, who is shown it,
+!> and where it lies in memory. Whoever treats all fields alike (checkpoint, restart, checks, results, pictures, named
+!> values, expansion of reduced scenes) loops over such a list and names none.
+!>
+!> A stored field is seen where it lies, as a table (components, n) or as a row of integers; the list is good as long
+!> as its owner lives. A field that is made from others holds its values itself. Which fields there are is said by
+!> `list_fields` of qsmpm_points and by qsmpm_made_fields.
+module qsmpm_field_list
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: field_type, field_list_type, row_components
+
+  !> Kinds of fields: what becomes of them when a point of a reduced model is mirrored, turned or replicated. A number
+  !> is the same at every image; of an amount an image has its share; a position goes to the place of the image;
+  !> vectors and symmetric tensors (11, 22, 33, 12, 13, 23) turn with it; a label is an integer; what is internal means
+  !> something in the cell, or to the law, of its own point only and is not taken along.
+  integer, parameter, public :: kind_number = 1, kind_amount = 2, kind_position = 3, kind_vector = 4, kind_tensor = 5, &
+    kind_label = 6, kind_internal = 7
+  character(len=*), parameter, public :: kind_names(7) = [character(len=16) :: 'number', 'amount', 'position', &
+    'vector', 'symmetric tensor', 'label', 'internal']
+
+  !> Who sees a field beside checkpoint and restart: nobody; named values; these and results and pictures.
+  integer, parameter, public :: shown_nowhere = 0, shown_by_name = 1, shown_everywhere = 2
+
+  !> Units in terms of length L and force F.
+  character(len=*), parameter, public :: unit_none = '', unit_length = 'L', unit_area = 'L2', unit_volume = 'L3', &
+    unit_force = 'F', unit_stress = 'F/L2'
+
+  integer, parameter, public :: field_name_length = 40
+
+  !> One field; `reals`, `made` or `labels` has its values.
+  type :: field_type
+    character(len=field_name_length) :: name = ''
+    character(len=8) :: unit = ''
+    integer :: kind = kind_internal
+    integer :: shown = shown_nowhere
+    !> What it is, for the table of fields; empty for what is shown nowhere.
+    character(len=160) :: meaning = ''
+    !> One number a point, held as a row.
+    logical :: is_row = .false.
+    !> Where a stored field lies (components, n), (n).
+    real(wp), pointer, contiguous :: reals(:, :) => null()
+    integer, pointer, contiguous :: labels(:) => null()
+    !> Values of one that is made from others (components, n).
+    real(wp), allocatable :: made(:, :)
+  contains
+    procedure :: get_values
+    procedure :: component_count
+    procedure :: point_count
+    procedure :: spoken
+  end type field_type
+
+  !> The fields in the order in which they were added.
+  type :: field_list_type
+    integer :: count = 0
+    type(field_type), allocatable :: fields(:)
+  contains
+    procedure, private :: add_row
+    procedure, private :: add_table
+    procedure, private :: add_labels
+    generic :: add => add_row, add_table, add_labels
+    procedure :: add_made
+    procedure :: find
+  end type field_list_type
+
+contains
+
+  !> A stored field of one number a point; none where it is not allocated.
+  subroutine add_row(self, name, values, kind, shown, unit, meaning)
+    class(field_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    real(wp), allocatable, intent(in), target :: values(:)
+    !> One of the kind_* and of the shown_* values.
+    integer, intent(in) :: kind
+    integer, intent(in), optional :: shown
+    character(len=*), intent(in), optional :: unit, meaning
+
+    call append(self, name, kind, shown, unit, meaning)
+    associate (field => self%fields(self%count))
+      field%is_row = .true.
+      if (allocated(values)) field%reals(1:1, 1:size(values)) => values
+    end associate
+  end subroutine add_row
+
+  !> A stored field of several numbers a point.
+  subroutine add_table(self, name, values, kind, shown, unit, meaning)
+    class(field_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    real(wp), allocatable, intent(in), target :: values(:, :)
+    integer, intent(in) :: kind
+    integer, intent(in), optional :: shown
+    character(len=*), intent(in), optional :: unit, meaning
+
+    call append(self, name, kind, shown, unit, meaning)
+    if (allocated(values)) self%fields(self%count)%reals => values
+  end subroutine add_table
+
+  !> A stored field of integers.
+  subroutine add_labels(self, name, values, kind, shown, unit, meaning)
+    class(field_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    integer, allocatable, intent(in), target :: values(:)
+    integer, intent(in) :: kind
+    integer, intent(in), optional :: shown
+    character(len=*), intent(in), optional :: unit, meaning
+
+    call append(self, name, kind, shown, unit, meaning)
+    self%fields(self%count)%is_row = .true.
+    if (allocated(values)) self%fields(self%count)%labels => values
+  end subroutine add_labels
+
+  !> A field that is made from others; it holds its values.
+  subroutine add_made(self, name, values, kind, shown, unit, meaning)
+    class(field_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    !> (components, n); gone afterwards.
+    real(wp), allocatable, intent(inout) :: values(:, :)
+    integer, intent(in) :: kind, shown
+    character(len=*), intent(in), optional :: unit, meaning
+
+    call append(self, name, kind, shown, unit, meaning)
+    self%fields(self%count)%is_row = row_components(kind) == 1
+    call move_alloc(values, self%fields(self%count)%made)
+  end subroutine add_made
+
+  !> Room for one more, with what is known of it.
+  subroutine append(list, name, kind, shown, unit, meaning)
+    type(field_list_type), intent(inout) :: list
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: kind
+    integer, intent(in), optional :: shown
+    character(len=*), intent(in), optional :: unit, meaning
+    type(field_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(list%fields)) allocate (list%fields(32))
+    if (list%count == size(list%fields)) then
+      allocate (longer(2*list%count))
+      do i = 1, list%count
+        longer(i) = list%fields(i)
+      end do
+      call move_alloc(longer, list%fields)
+    end if
+    list%count = list%count + 1
+    associate (field => list%fields(list%count))
+      field%name = name
+      field%kind = kind
+      if (present(shown)) field%shown = shown
+      if (present(unit)) field%unit = unit
+      if (present(meaning)) field%meaning = meaning
+    end associate
+  end subroutine append
+
+  !> Number of the field of a name, 0 when there is none.
+  pure integer function find(self, name)
+    class(field_list_type), intent(in) :: self
+    character(len=*), intent(in) :: name
+
+    do find = self%count, 1, -1
+      if (self%fields(find)%name == name) return
+    end do
+  end function find
+
+  !> Components of a kind in results: three of a vector, six of a symmetric tensor, zeros where the plane has none.
+  pure integer function row_components(kind)
+    integer, intent(in) :: kind
+
+    select case (kind)
+    case (kind_position, kind_vector)
+      row_components = 3
+    case (kind_tensor)
+      row_components = 6
+    case default
+      row_components = 1
+    end select
+  end function row_components
+
+  !> Components as they are held; 0 where there are no values.
+  pure integer function component_count(self)
+    class(field_type), intent(in) :: self
+
+    component_count = 0
+    if (allocated(self%made)) component_count = size(self%made, 1)
+    if (associated(self%reals)) component_count = size(self%reals, 1)
+    if (associated(self%labels)) component_count = 1
+  end function component_count
+
+  !> Points that have values; 0 for a field that is not carried.
+  pure integer function point_count(self)
+    class(field_type), intent(in) :: self
+
+    point_count = 0
+    if (allocated(self%made)) point_count = size(self%made, 2)
+    if (associated(self%reals)) point_count = size(self%reals, 2)
+    if (associated(self%labels)) point_count = size(self%labels)
+  end function point_count
+
+  !> The name with blanks, as messages say it.
+  pure function spoken(self) result(text)
+    class(field_type), intent(in) :: self
+    character(len=len_trim(self%name)) :: text
+    integer :: i
+
+    do i = 1, len(text)
+      text(i:i) = merge(' ', self%name(i:i), self%name(i:i) == '_')
+    end do
+  end function spoken
+
+  !> A copy of the values as reals, with zeros behind their components.
+  pure subroutine get_values(self, components, values)
+    class(field_type), intent(in) :: self
+    !> Components wanted, as many as there are or more.
+    integer, intent(in) :: components
+    !> (components, n)
+    real(wp), allocatable, intent(out) :: values(:, :)
+    integer :: n
+
+    n = self%component_count()
+    allocate (values(components, self%point_count()))
+    values(n + 1:, :) = 0.0_wp
+    if (allocated(self%made)) values(:n, :) = self%made
+    if (associated(self%reals)) values(:n, :) = self%reals
+    if (associated(self%labels)) values(1, :) = real(self%labels, wp)
+  end subroutine get_values
+end module qsmpm_field_list

@@ -1,0 +1,465 @@
+!> From the material points of the model to those of the scene: replicated through the thickness,
+!> repeated from column to column, mirrored, turned about an axis.
+!>
+!> The steps of the expansion are undone from the last to the first. What happens to a field of a point is told by its
+!> kind (qsmpm_field_list): what a picture shows, not what a run continues from.
+module qsmpm_images
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axis_type
+  use qsmpm_field_list, only: field_type, field_list_type, kind_amount, kind_position, kind_vector, kind_tensor, &
+    kind_internal
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_points, only: points_type, allocate_points, start_strains
+  use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_revolved, reduce_column, &
+    reduce_mirror
+  implicit none
+  private
+
+  public :: image_list_type, make_images, mirror_field, turn_field, fold_place, window_of_scene
+
+  !> Points of the scene.
+  type :: image_list_type
+    !> Vectors with three components, tensors with six; their cell is its number in the whole grid.
+    type(points_type) :: points
+    !> Point of the model that each is an image of.
+    integer, allocatable :: origin(:)
+    !> Signs of the components of its vectors against those of the origin (3, count).
+    real(wp), allocatable :: sign(:, :)
+  end type image_list_type
+
+contains
+
+  !> All points of the scene.
+  subroutine make_images(expansion, points, cells, images)
+    !> The way back.
+    type(expansion_type), intent(in) :: expansion
+    !> Points of the model, and the numbers of their cells in the whole grid (points).
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: cells(:)
+    !> Points of the scene.
+    type(image_list_type), intent(out) :: images
+    type(image_list_type) :: before
+    integer :: s
+
+    call first_images(points, cells, images)
+    do s = size(expansion%steps), 1, -1
+      before = images
+      select case (expansion%steps(s)%kind)
+      case (reduce_prismatic)
+        call undo_prismatic(expansion%steps(s), before, images)
+      case (reduce_revolved)
+        call undo_revolved(expansion%steps(s), before, images)
+      case (reduce_column)
+        call undo_column(expansion%steps(s), before, images)
+      case (reduce_mirror)
+        call undo_mirror(expansion%steps(s), before, images)
+      end select
+    end do
+  end subroutine make_images
+
+  !> The points of the model with all components.
+  subroutine first_images(points, cells, images)
+    !> Points of the model, and the numbers of their cells in the whole grid (points).
+    type(points_type), intent(in), target :: points
+    integer, intent(in) :: cells(:)
+    !> The list.
+    type(image_list_type), intent(out), target :: images
+    type(field_list_type) :: from, to
+    integer :: i, n
+
+    call allocate_images(points, points%count, images)
+    call points%list_fields(from)
+    call images%points%list_fields(to)
+    do i = 1, from%count
+      if (from%fields(i)%kind == kind_internal) cycle
+      n = from%fields(i)%component_count()
+      if (associated(from%fields(i)%reals)) to%fields(i)%reals(:n, :) = from%fields(i)%reals
+      if (associated(from%fields(i)%labels)) to%fields(i)%labels = from%fields(i)%labels
+    end do
+    images%points%cell = cells
+    images%origin = [(i, i=1, points%count)]
+    images%sign = 1.0_wp
+  end subroutine first_images
+
+  !> Room for a list of points with the fields that others have.
+  subroutine allocate_images(like, count, images)
+    type(points_type), intent(in) :: like
+    !> Number of points.
+    integer, intent(in) :: count
+    type(image_list_type), intent(inout) :: images
+
+    call allocate_points(images%points, 3, count, 6, 0)
+    if (size(like%plastic_strain) > 0) call start_strains(images%points)
+    allocate (images%origin(count), images%sign(3, count))
+  end subroutine allocate_images
+
+  !> Points of a list once or more often, each with a share of what it has.
+  subroutine replicate(from, source, share, cells, to)
+    type(image_list_type), intent(in), target :: from
+    !> Point that each is an image of, and its volume over that of the point; a thickness makes a volume of an area (n).
+    integer, intent(in) :: source(:)
+    real(wp), intent(in) :: share(:)
+    !> Cells of the images (n).
+    integer, intent(in) :: cells(:)
+    type(image_list_type), intent(out), target :: to
+    type(field_list_type) :: old, new
+    integer :: i, k
+
+    call allocate_images(from%points, size(source), to)
+    call from%points%list_fields(old)
+    call to%points%list_fields(new)
+    do i = 1, old%count
+      associate (field => old%fields(i), image => new%fields(i))
+        if (field%kind == kind_internal .or. field%point_count() == 0) cycle
+        if (associated(field%labels)) image%labels = field%labels(source)
+        if (.not. associated(field%reals)) cycle
+        do k = 1, size(source)
+          image%reals(:, k) = field%reals(:, source(k))
+          if (field%kind == kind_amount) image%reals(:, k) = share(k)*image%reals(:, k)
+        end do
+      end associate
+    end do
+    to%points%cell = cells
+    to%origin = from%origin(source)
+    to%sign = from%sign(:, source)
+  end subroutine replicate
+
+  !> Move images along an axis: x <- shift + ratio*(x - from) of every position.
+  subroutine map_coordinate(images, axis, from, shift, ratio)
+    type(image_list_type), intent(inout), target :: images
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: from
+    !> (n)
+    real(wp), intent(in) :: shift(:), ratio(:)
+    type(field_list_type) :: list
+    integer :: i
+
+    call images%points%list_fields(list)
+    do i = 1, list%count
+      if (list%fields(i)%kind /= kind_position) cycle
+      associate (x => list%fields(i)%reals)
+        x(axis, :) = shift + ratio*(x(axis, :) - from)
+      end associate
+    end do
+  end subroutine map_coordinate
+
+  !> Place of a cell in its grid: piece of the brick, then brick along each axis, all from 0.
+  pure function cell_place(cell, pieces, counts) result(place)
+    !> Number of the cell, pieces of a brick, bricks along each axis.
+    integer, intent(in) :: cell, pieces, counts(3)
+    integer :: place(4)
+    integer :: rest
+
+    rest = cell - 1
+    place(1) = mod(rest, pieces)
+    rest = rest/pieces
+    place(2) = mod(rest, counts(1))
+    rest = rest/counts(1)
+    place(3) = mod(rest, counts(2))
+    place(4) = rest/counts(2)
+  end function cell_place
+
+  !> Number of the cell at a place.
+  pure integer function cell_number(place, pieces, counts)
+    !> As of `cell_place`.
+    integer, intent(in) :: place(4), pieces, counts(3)
+
+    cell_number = 1 + place(1) + pieces*(place(2) + counts(1)*(place(3) + counts(2)*place(4)))
+  end function cell_number
+
+  !> Bricks along each axis of a grid.
+  pure function brick_counts(lines) result(counts)
+    !> Grid lines; unallocated along z in the plane.
+    type(axis_type), intent(in) :: lines(3)
+    integer :: counts(3)
+    integer :: a
+
+    counts = 1
+    do a = 1, 3
+      if (allocated(lines(a)%lines)) counts(a) = size(lines(a)%lines) - 1
+    end do
+  end function brick_counts
+
+  !> Layers through the thickness.
+  subroutine undo_prismatic(step, flat, images)
+    !> The step.
+    type(reduction_type), intent(in) :: step
+    !> Points of the plane.
+    type(image_list_type), intent(in) :: flat
+    !> Points of the scene.
+    type(image_list_type), intent(out) :: images
+    integer, allocatable :: source(:), cells(:)
+    real(wp), allocatable :: share(:), z(:)
+    integer :: i, k, l, n, counts(3), place(4)
+
+    counts = brick_counts(step%lines)
+    n = 0
+    do i = 1, flat%points%count
+      n = n + counts(3)*size(step%layers(flat%points%body(i))%place)
+    end do
+    allocate (source(n), cells(n), share(n), z(n))
+    n = 0
+    associate (lines => step%lines(3)%lines)
+      do i = 1, flat%points%count
+        associate (layers => step%layers(flat%points%body(i)))
+          place = cell_place(flat%points%cell(i), step%pieces, [counts(1:2), 1])
+          do k = 1, counts(3)
+            do l = 1, size(layers%place)
+              n = n + 1
+              source(n) = i
+              share(n) = layers%share(l)*(lines(k + 1) - lines(k))
+              z(n) = lines(k) + layers%place(l)*(lines(k + 1) - lines(k))
+              place(4) = k - 1
+              cells(n) = cell_number(place, step%pieces, counts)
+            end do
+          end do
+        end associate
+      end do
+    end associate
+    call replicate(flat, source, share, cells, images)
+    call map_coordinate(images, 3, 0.0_wp, z, spread(0.0_wp, 1, n))
+  end subroutine undo_prismatic
+
+  !> Points around the axis, about as far from each other as they stand for in the half section.
+  subroutine undo_revolved(step, flat, images)
+    !> The step.
+    type(reduction_type), intent(in) :: step
+    !> Points of the half section, their volumes per radian.
+    type(image_list_type), intent(in) :: flat
+    !> Points of the scene.
+    type(image_list_type), intent(out), target :: images
+    type(field_list_type) :: list
+    integer, allocatable :: source(:)
+    real(wp), allocatable :: angle(:)
+    integer :: i, k, n, copies(flat%points%count), counts(3), place(4)
+    real(wp) :: sector
+
+    sector = step%sector(2) - step%sector(1)
+    counts = brick_counts(step%lines)
+    do i = 1, flat%points%count
+      associate (r => flat%points%initial_position(1, i))
+        copies(i) = max(1, nint(sector*r/sqrt(flat%points%initial_volume(i)/r)))
+      end associate
+    end do
+    allocate (source(sum(copies)), angle(sum(copies)))
+    n = 0
+    do i = 1, flat%points%count
+      do k = 1, copies(i)
+        n = n + 1
+        source(n) = i
+        angle(n) = step%sector(1) + sector*(k - 0.5_wp)/copies(i)
+      end do
+    end do
+    call replicate(flat, source, sector/copies(source), spread(1, 1, n), images)
+    call images%points%list_fields(list)
+    do i = 1, list%count
+      call turn_field(list%fields(i), step%centre, angle)
+    end do
+    associate (points => images%points)
+      do i = 1, n
+        place = [0, interval(step%lines(1)%lines, points%position(1, i)), &
+          interval(step%lines(2)%lines, points%position(2, i)), interval(step%lines(3)%lines, points%position(3, i))]
+        points%cell(i) = cell_number(place, 1, counts)
+      end do
+    end associate
+  end subroutine undo_revolved
+
+  !> Turn what a half section has about the axis: radius, height and ring become x, y and z.
+  pure subroutine turn_field(field, centre, angle)
+    type(field_type), intent(inout) :: field
+    !> x and z of the axis.
+    real(wp), intent(in) :: centre(2)
+    !> Angle of each point from x to z (n).
+    real(wp), intent(in) :: angle(:)
+    real(wp) :: c, s
+    integer :: k
+
+    if (all(field%kind /= [kind_position, kind_vector, kind_tensor])) return
+    do k = 1, field%point_count()
+      c = cos(angle(k))
+      s = sin(angle(k))
+      associate (v => field%reals(:, k))
+        if (field%kind == kind_tensor) then
+          v = turned_tensor(v, c, s)
+        else
+          v = [c*v(1) - s*v(3), v(2), s*v(1) + c*v(3)]
+        end if
+        if (field%kind == kind_position) v([1, 3]) = v([1, 3]) + centre
+      end associate
+    end do
+  end subroutine turn_field
+
+  !> A symmetric tensor along x, y and z by that along radius, height and ring.
+  pure function turned_tensor(tensor, c, s) result(turned)
+    !> Radius, height, ring and the shear of the first two: 11, 22, 33, 12.
+    real(wp), intent(in) :: tensor(6)
+    !> Cosine and sine of the angle from x to z.
+    real(wp), intent(in) :: c, s
+    real(wp) :: turned(6)
+
+    turned = [c*c*tensor(1) + s*s*tensor(3), tensor(2), s*s*tensor(1) + c*c*tensor(3), c*tensor(4), &
+      c*s*(tensor(1) - tensor(3)), s*tensor(4)]
+  end function turned_tensor
+
+  !> Interval of lines that holds a place, from 0.
+  pure integer function interval(lines, x)
+    !> Rising lines.
+    real(wp), intent(in) :: lines(:)
+    !> The place.
+    real(wp), intent(in) :: x
+
+    interval = max(0, min(size(lines) - 2, count(lines <= x) - 1))
+  end function interval
+
+  !> Columns beside each other. Nothing moves along x, so the column's places are those of all.
+  subroutine undo_column(step, column, images)
+    !> The step.
+    type(reduction_type), intent(in) :: step
+    !> Points of the column.
+    type(image_list_type), intent(in) :: column
+    !> Points of the scene.
+    type(image_list_type), intent(out) :: images
+    integer :: i, k, n, counts(3), place(4)
+    integer, allocatable :: source(:), cells(:)
+    real(wp), allocatable :: ratio(:), x(:)
+
+    counts = brick_counts(step%lines)
+    n = column%points%count*counts(1)
+    allocate (source(n), cells(n), ratio(n), x(n))
+    n = 0
+    associate (lines => step%lines(1)%lines)
+      do i = 1, column%points%count
+        place = cell_place(column%points%cell(i), step%pieces, [1, counts(2:3)])
+        do k = 1, counts(1)
+          n = n + 1
+          source(n) = i
+          ratio(n) = (lines(k + 1) - lines(k))/(lines(2) - lines(1))
+          x(n) = lines(k)
+          place(2) = k - 1
+          cells(n) = cell_number(place, step%pieces, counts)
+        end do
+      end do
+      call replicate(column, source, ratio, cells, images)
+      call map_coordinate(images, 1, lines(1), x, ratio)
+    end associate
+  end subroutine undo_column
+
+  !> The half, and behind it its mirror image.
+  subroutine undo_mirror(step, half, images)
+    !> The step.
+    type(reduction_type), intent(in) :: step
+    !> Points of the half.
+    type(image_list_type), intent(in) :: half
+    !> Points of the scene.
+    type(image_list_type), intent(out), target :: images
+    type(field_list_type) :: list
+    integer :: i, n, counts(3), half_counts(3), place(4), cells(2*half%points%count)
+
+    counts = brick_counts(step%lines)
+    half_counts = counts
+    n = half%points%count
+    associate (a => step%axis)
+      half_counts(a) = counts(a)/2
+      do i = 1, n
+        place = cell_place(half%points%cell(i), step%pieces, half_counts)
+        cells(i) = cell_number(place, step%pieces, counts)
+        place(a + 1) = counts(a) - 1 - place(a + 1)
+        cells(n + i) = cell_number(place, step%pieces, counts)
+      end do
+      call replicate(half, [(i, i=1, n), (i, i=1, n)], spread(1.0_wp, 1, 2*n), cells, images)
+      images%points%body = [step%body(half%points%body), step%image_body(half%points%body)]
+      images%sign(a, n + 1:) = -images%sign(a, n + 1:)
+      call images%points%list_fields(list)
+      do i = 1, list%count
+        call mirror_field(list%fields(i), a, step%plane, n + 1)
+      end do
+    end associate
+  end subroutine undo_mirror
+
+  !> Mirror what the points from one on have.
+  pure subroutine mirror_field(field, axis, plane, first)
+    type(field_type), intent(inout) :: field
+    !> Axis across the mirror, and its coordinate there.
+    integer, intent(in) :: axis
+    real(wp), intent(in) :: plane
+    !> The first point that is mirrored.
+    integer, intent(in) :: first
+
+    if (field%point_count() == 0) return
+    select case (field%kind)
+    case (kind_position)
+      field%reals(axis, first:) = 2.0_wp*plane - field%reals(axis, first:)
+    case (kind_vector)
+      field%reals(axis, first:) = -field%reals(axis, first:)
+    case (kind_tensor)
+      ! The two shear components with the axis in them: 12 and 13, 12 and 23, 13 and 23.
+      associate (shear => merge([4, 5], merge([4, 6], [5, 6], axis == 2), axis == 1))
+        field%reals(shear, first:) = -field%reals(shear, first:)
+      end associate
+    end select
+  end subroutine mirror_field
+
+  !> The part of the scene's grid that a part of the model's grid is an image of.
+  pure function window_of_scene(expansion, window) result(wide)
+    !> The way back.
+    type(expansion_type), intent(in) :: expansion
+    !> The part of the model's grid.
+    type(window_type), intent(in) :: window
+    type(window_type) :: wide
+    integer :: s, counts(3)
+
+    wide = window
+    do s = size(expansion%steps), 1, -1
+      associate (step => expansion%steps(s), a => expansion%steps(s)%axis)
+        counts = brick_counts(step%lines)
+        select case (step%kind)
+        case (reduce_prismatic, reduce_column)
+          wide%first(a) = 1
+          wide%last(a) = counts(a)
+        case (reduce_revolved)
+          wide%first([1, 3]) = 1
+          wide%last([1, 3]) = counts([1, 3])
+        case (reduce_mirror)
+          wide%last(a) = counts(a) + 1 - wide%first(a)
+        end select
+      end associate
+    end do
+  end function window_of_scene
+
+  !> Place of the model that a place of the scene is an image of, and the signs of its vectors. What
+  !> does not move is of sign 0.
+  pure subroutine fold_place(expansion, place, sign)
+    !> The way back.
+    type(expansion_type), intent(in) :: expansion
+    !> Place in the scene in, in the model out (3).
+    real(wp), intent(inout) :: place(3)
+    !> Vector of the scene = sign * vector of the model (3).
+    real(wp), intent(out) :: sign(3)
+    integer :: s, i
+
+    sign = 1.0_wp
+    do s = 1, size(expansion%steps)
+      associate (step => expansion%steps(s), a => expansion%steps(s)%axis)
+        select case (step%kind)
+        case (reduce_prismatic)
+          place(3) = 0.0_wp
+          sign(3) = 0.0_wp
+        case (reduce_revolved)
+          place = [norm2(place([1, 3]) - step%centre), place(2), 0.0_wp]
+          sign([1, 3]) = 0.0_wp
+        case (reduce_column)
+          associate (lines => step%lines(1)%lines)
+            i = max(1, min(size(lines) - 1, count(lines <= place(1))))
+            place(1) = lines(1) + (lines(2) - lines(1))*(place(1) - lines(i))/(lines(i + 1) - lines(i))
+          end associate
+          sign(1) = 0.0_wp
+        case (reduce_mirror)
+          if (place(a) > step%plane) then
+            place(a) = 2.0_wp*step%plane - place(a)
+            sign(a) = -sign(a)
+          end if
+        end select
+      end associate
+    end do
+  end subroutine fold_place
+end module qsmpm_images
