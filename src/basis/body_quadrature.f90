@@ -29,7 +29,7 @@ module qsmpm_body_quadrature
 
   !> Integration points sorted by cell; no bodies and no cells where nothing is carried.
   type :: body_quadrature_type
-    !> Bodies whose outline is carried and holds (bodies).
+    !> Bodies whose outline is carried and bounds their points (bodies).
     logical, allocatable :: carried(:)
     !> Those of a cell: first(c) : first(c+1)-1 (cell_count+1).
     integer, allocatable :: first(:)

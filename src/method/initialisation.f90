@@ -16,6 +16,7 @@ module qsmpm_initialisation
   use qsmpm_point_integration, only: integrate_at_points
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_outlines, only: find_bodies, lay_surfaces
+  use qsmpm_outline_check, only: outline_check_type, measure_outlines
   use qsmpm_cell_average, only: integrate_in_cells
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_merged_groups, only: merge_groups
@@ -68,6 +69,8 @@ module qsmpm_initialisation
     type(window_type) :: window, told
     !> What the rows of a moving mesh have done so far; outlives the step.
     type(moving_mesh_check_type) :: rows
+    !> What the outlines of cut bodies have told so far; outlives the step.
+    type(outline_check_type) :: cut
   end type step_type
 
 contains
@@ -95,6 +98,8 @@ contains
     step%updates_points = model%analysis%method%integration /= integrate_cells .or. &
       model%analysis%method%basis == basis_fem
     step%separate = .not. step%updates_points
+    if (allocated(step%bodies) .and. .not. step%separate) call measure_outlines(model, step%activation, step%bodies, &
+      step%at_points, step%cut)
     if (step%separate) call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, &
       step%activation, model%state%points, model%laws, step%domains, step%integration, step%inaccurate_points, &
       step%bodies)
@@ -184,6 +189,8 @@ contains
     if (size(model%outlines) > 0) then
       allocate (step%bodies)
       call find_bodies(model, step%volumes, step%bodies)
+    end if
+    if (allocated(step%bodies) .and. model%analysis%method%integration == integrate_cells) then
       call lay_surfaces(model, step%bodies)
       allocate (occupied, source=step%bodies%fill > 0.0_wp)
     end if
@@ -193,7 +200,7 @@ contains
     else
       call activate(model%mesh, step%volumes, model%state%points, step%activation, model%loading%open_edge, occupied)
     end if
-    if (allocated(step%bodies)) call choose_sources(model%mesh, step%activation, model%state%points, step%bodies)
+    if (allocated(occupied)) call choose_sources(model%mesh, step%activation, model%state%points, step%bodies)
   end subroutine keep_house
 
   !> Lumped volume of every node.

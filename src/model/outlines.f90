@@ -1,5 +1,4 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts, where cells are integrated apart from
-!> their points.
+!> Bodies whose outline is carried with the material: those that the grid cuts.
 !>
 !> The vertices of an outline are tracers. At the start of every step the outline says which part of each cell its body
 !> holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays in
@@ -7,7 +6,7 @@
 module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, select_outline, grid_degree, surface_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, select_outline, grid_degree, surface_type
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
   use qsmpm_model_surfaces, only: surface_degree, outline_box
@@ -31,7 +30,7 @@ module qsmpm_outlines
   implicit none
   private
 
-  public :: carry_outlines, find_bodies, lay_surfaces
+  public :: carry_outlines, find_bodies, lay_surfaces, seed_outlines
 
   !> Share of a cell that a body must leave free, or hold, to cut it.
   real(wp), parameter :: cut = 1.0e-6_wp
@@ -57,7 +56,7 @@ contains
     logical :: placed
 
     allocate (model%outlines(0))
-    if (model%analysis%method%basis == basis_fem .or. model%analysis%method%integration /= integrate_cells) return
+    if (model%analysis%method%basis == basis_fem) return
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     size_of_cells = huge(1.0_wp)
     do p = 1, model%state%points%count
@@ -277,7 +276,7 @@ contains
     do k = 1, size(model%outlines)
       associate (outline => model%outlines(k))
         if (size(outline%part) == 0 .or. .not. bodies%carried(outline%body)) cycle
-        call seed_parts(model, bodies, outline, list)
+        call seed_parts(model, bodies, outline, outline%part, list)
         associate (now => measures(model, vertices_of(model, outline), outline%corner), from => size(surface) + 1)
           surface = [surface, outline%surface(list%body(from:list%count))]
           stretch = [stretch, now(outline%part(list%body(from:list%count)))/outline%size(outline%part( &
@@ -297,11 +296,27 @@ contains
     vertices = model%state%tracers%position(:, outline%before + 1:outline%before + outline%count)
   end function vertices_of
 
-  !> Seeds on the loaded parts of an outline; their `body` is the place in its list of parts.
-  subroutine seed_parts(model, bodies, outline, list)
+  !> Seeds on all of the outlines.
+  subroutine seed_outlines(model, bodies, list)
+    type(model_type), intent(in) :: model
+    type(body_quadrature_type), intent(in) :: bodies
+    type(seed_list_type), intent(out) :: list
+    integer :: k, i
+
+    do k = 1, size(model%outlines)
+      associate (outline => model%outlines(k))
+        if (bodies%carried(outline%body)) &
+          call seed_parts(model, bodies, outline, [(i, i=1, size(outline%size))], list)
+      end associate
+    end do
+  end subroutine seed_outlines
+
+  !> Seeds on parts of an outline; their `body` is the place in the list of parts.
+  subroutine seed_parts(model, bodies, outline, parts, list)
     type(model_type), intent(in) :: model
     type(body_quadrature_type), intent(in) :: bodies
     type(carried_outline_type), intent(in) :: outline
+    integer, intent(in) :: parts(:)
     type(seed_list_type), intent(inout) :: list
     type(body_shape_type) :: shape
     type(carried_outline_type) :: loaded
@@ -314,14 +329,14 @@ contains
     end do
     vertices = vertices_of(model, outline)
     if (model%mesh%dimension == 3) then
-      loaded%corner = outline%corner(:, outline%part)
+      loaded%corner = outline%corner(:, parts)
       call shape_of_outline(loaded, vertices, shape)
       call seed_facets(model%mesh, occupied, shape%solid, shape%solid%low, shape%solid%high, surface_degree(model), &
-        [(i, i=1, size(outline%part))], list)
+        [(i, i=1, size(parts))], list)
       return
     end if
-    do i = 1, size(outline%part)
-      associate (ends => outline%corner(:, outline%part(i)))
+    do i = 1, size(parts)
+      associate (ends => outline%corner(:, parts(i)))
         call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., &
           [vertices(:, ends(1)), vertices(:, ends(2))], surface_degree(model), i, list)
       end associate
