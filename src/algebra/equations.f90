@@ -17,7 +17,7 @@ module qsmpm_equations
   implicit none
   private
 
-  public :: equations_type, number_equations, add_block
+  public :: equations_type, number_equations, add_block, add_diagonal, gather, scatter
 
   !> Numbering, pattern and where each patch's blocks go.
   type :: equations_type
@@ -332,4 +332,53 @@ contains
       end do
     end do
   end subroutine add_pair
+
+  !> Add to the diagonal at one component of a node; nothing where it is no unknown.
+  pure subroutine add_diagonal(equations, component, node, value, matrix)
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: component, node
+    real(wp), intent(in) :: value
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: row, place
+
+    row = equations%number(component, node)
+    if (row == 0) return
+    place = matrix%row_first(row)
+    do while (matrix%column(place) < row)
+      place = place + 1
+    end do
+    matrix%values(place) = matrix%values(place) + value
+  end subroutine add_diagonal
+
+  !> The free components of nodal values.
+  pure subroutine gather(equations, field, vector)
+    type(equations_type), intent(in) :: equations
+    !> (components, nodes)
+    real(wp), intent(in) :: field(:, :)
+    !> (equations)
+    real(wp), intent(out) :: vector(:)
+    integer :: a, c
+
+    do a = 1, size(field, 2)
+      do c = 1, size(field, 1)
+        if (equations%number(c, a) > 0) vector(equations%number(c, a)) = field(c, a)
+      end do
+    end do
+  end subroutine gather
+
+  !> Put the unknowns among nodal values; the other components stay.
+  pure subroutine scatter(equations, vector, field)
+    type(equations_type), intent(in) :: equations
+    !> (equations)
+    real(wp), intent(in) :: vector(:)
+    !> (components, nodes)
+    real(wp), intent(inout) :: field(:, :)
+    integer :: a, c
+
+    do a = 1, size(field, 2)
+      do c = 1, size(field, 1)
+        if (equations%number(c, a) > 0) field(c, a) = vector(equations%number(c, a))
+      end do
+    end do
+  end subroutine scatter
 end module qsmpm_equations

@@ -1,6 +1,6 @@
 !> The equations of an iteration as a solver sees them: which solver is in charge of the pattern, when
 !> it factorises and when it lives on an older factor, and what happens when it meets a matrix it cannot
-!> take. The matrix itself is built by `system_matrix`, the pattern by `equations`, the choice of solver is
+!> take. The matrix itself is built by the terms of the step, the pattern by `equations`, the choice of solver is
 !> that of `solver_choice`.
 !>
 !> A direct solver of double precision solves by itself. Everything else is a preconditioner of CG or

@@ -7,7 +7,7 @@ module qsmpm_node_graph
   implicit none
   private
 
-  public :: patches_type, node_graph, node_distance
+  public :: patches_type, append_patches, node_graph, node_distance
 
   !> Lists of nodes in compressed rows.
   type :: patches_type
@@ -16,6 +16,17 @@ module qsmpm_node_graph
   end type patches_type
 
 contains
+
+  !> Put node lists behind others.
+  pure subroutine append_patches(patches, more)
+    type(patches_type), intent(inout) :: patches
+    type(patches_type), intent(in) :: more
+
+    if (more%count == 0) return
+    patches%count = patches%count + more%count
+    patches%first = [patches%first, more%first(2:) + size(patches%nodes)]
+    patches%nodes = [patches%nodes, more%nodes]
+  end subroutine append_patches
 
   !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
   pure subroutine node_graph(patches, node_count, active, graph_node, first, neighbour)

@@ -6,6 +6,7 @@ module qsmpm_named_values
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_field_list, only: field_type, field_list_type, field_name_length, shown_nowhere
   use qsmpm_histories, only: take_histories
+  use qsmpm_limit_load, only: limit_loads, relative_compliance
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_model, only: model_type
   use qsmpm_phase_times, only: phase_start_time
@@ -20,11 +21,12 @@ module qsmpm_named_values
   integer, parameter :: name_length = field_name_length
   character(len=*), parameter :: of_point = 'point_'
   !> What there is beside the fields of the points.
-  character(len=name_length), parameter :: other_names(20) = [character(len=name_length) :: &
+  character(len=name_length), parameter :: other_names(22) = [character(len=name_length) :: &
     'point_force', 'node_position', 'node_reaction', 'gravity', 'histories', &
     'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
-    'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error']
+    'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', &
+    'limit_load']
 
 contains
 
@@ -87,7 +89,7 @@ contains
       case ('node_reaction')
         rows = model%mesh%dimension
         columns = model%space%node_count
-      case ('gravity')
+      case ('gravity', 'limit_load')
         rows = 3
       case ('histories')
         columns = size(model%analysis%histories)
@@ -131,6 +133,8 @@ contains
       case ('gravity')
         values = loading%gravity_start + simulation%model%state%progress%fraction* &
           (loading%gravity_final - loading%gravity_start)
+      case ('limit_load')
+        values = limit_load_of(simulation%model)
       case ('histories')
         call take_histories(simulation%model, histories)
         values = histories
@@ -145,6 +149,17 @@ contains
       end select
     end associate
   end subroutine get_values
+
+  !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
+  pure function limit_load_of(model) result(loads)
+    !> The model.
+    type(model_type), intent(in) :: model
+    real(wp) :: loads(3)
+
+    associate (progress => model%state%progress)
+      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+    end associate
+  end function limit_load_of
 
   !> A value that is one number.
   real(wp) function single_value(simulation, name) result(value)
@@ -187,6 +202,8 @@ contains
         value = real(last%rejected, wp)
       case ('step_error')
         value = last%step_error
+      case ('compliance')
+        value = relative_compliance(progress%limit)
       end select
     end associate
   end function single_value

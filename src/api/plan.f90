@@ -20,6 +20,7 @@ module qsmpm_plan
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
   use qsmpm_reduction, only: verdict_type, reduction_name
   use qsmpm_scene, only: verdict_text
+  use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_stopwatch, only: start_stopwatch, part_control
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced
   implicit none
@@ -212,16 +213,18 @@ contains
   !> Solver, factors and memory.
   subroutine plan_solver(step, items)
     !> Scratch of the first step, factorised.
-    type(step_type), intent(in) :: step
+    type(step_type), intent(in), target :: step
     !> The plan.
     type(plan_items_type), intent(inout) :: items
+    type(soil_type), pointer :: soil
     real(wp) :: bytes
 
     call add_item(items, 'solver', step%system%solver%name)
     call add_item(items, 'factors', integer_text(step%system%solver%factor_nonzeros), is_figure=.true.)
+    soil => soil_of(step%terms)
     bytes = number_bytes*real(step%system%solver%factor_nonzeros, wp) &
       + (number_bytes + index_bytes)*real(size(step%matrix%column), wp) &
-      + number_bytes*real(size(step%evaluation%block), wp)
+      + number_bytes*real(size(soil%evaluation%block), wp)
     call add_item(items, 'memory of the equations', short_text(bytes/megabyte, 2)// &
       ' MB: factors, matrix and element blocks')
   end subroutine plan_solver

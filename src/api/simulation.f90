@@ -6,6 +6,7 @@ module qsmpm_simulation
   use qsmpm_analysis, only: three_dimensional
   use qsmpm_audience, only: audience_type
   use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_phases, only: end_phase, phase_is_complete
   use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_displacement, &
@@ -95,7 +96,7 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     under_way = self%march%begun .or. self%model%state%progress%fraction > 0.0_wp
-    if (phase_is_complete(self%model) .or. .not. under_way) then
+    if (.not. under_way .or. (phase_is_complete(self%model) .and. .not. is_found(self%model%state%progress%limit))) then
       call fail(error, error_other, 'no stage is under way')
       return
     end if
@@ -105,6 +106,7 @@ contains
       if (allocated(error)) return
       progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%fraction = 1.0_wp
+      progress%limit = limit_load_type()
     end associate
     call resume_phase(self%model)
     self%march%begun = .true.

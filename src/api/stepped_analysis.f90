@@ -31,6 +31,7 @@ module qsmpm_stepped_analysis
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back, copy_phases
   use qsmpm_stages, only: adopt_stages
   use qsmpm_stopwatch, only: turn_to, part_output, part_control
+  use qsmpm_term_sums, only: share_names
   use qsmpm_whole_scene, only: begin_whole, is_reduced
   implicit none
   private
@@ -323,6 +324,7 @@ contains
     options%banner = program_name()
     call echo_text(self%scene, echo)
     options%fingerprint = text_fingerprint(echo)
+    options%shares = share_names(self%march%step%terms)
     call begin_whole(options%whole, self%scene, self%expansion, self%model, error)
     if (allocated(error)) return
     call turn_to(self%march%step%profile%watch, part_output)

@@ -53,6 +53,10 @@ contains
       default=integer_text(c%max_holds), range='[0, inf)')
     call table%parameter('HOLD FADE', kind_real, 'factor on the stabilisation from hold to hold; 1 keeps it, '// &
       '0.1 saves most of the holds near a limit load', default=real_text(c%hold_fade), range='(0, 1]')
+    call table%parameter('LIMIT COMPLIANCE', kind_real, 'the phase ends at its limit load, where a step is so many '// &
+      'times as compliant as the first one: such a step is refused, the load bisected down to SMALLEST STEP, '// &
+      'and the limit load told; 10 is a good value, 0 asks for no such end', default=real_text(c%limit_compliance), &
+      range='[0, inf)')
     call table%parameter('PROXIMAL', kind_word, 'sub-steps with proximal damping when the static step is '// &
       'lost; a static solve at TOLERANCE ends them', default=answer(c%proximal), allowed=bar_list(answer_words))
     call table%parameter('DRAG SHARE', kind_real, 'share of the load below which the damping of the '// &
@@ -98,6 +102,9 @@ contains
       c%stabilisation_share = card%number('STABILISATION SHARE')
       c%max_holds = card%whole('MAX HOLDS')
       c%hold_fade = card%number('HOLD FADE')
+      c%limit_compliance = card%number('LIMIT COMPLIANCE')
+      if (card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance <= 1.0_wp) call state%fault(card, &
+        'LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the first step: it is 0 or above 1')
       c%proximal = card%word('PROXIMAL') == 'YES'
       c%drag_share = card%number('DRAG SHARE')
       c%max_substeps = card%whole('MAX SUBSTEPS')

@@ -115,7 +115,8 @@ contains
       ', MANY ITERATIONS='//integer_text(c%many_iterations)// &
       ', STEP ERROR='//real_text(c%step_error)//', LARGEST MOVE='//real_text(c%largest_move)//',')
     call echo%line(' STABILISATION SHARE='//real_text(c%stabilisation_share)// &
-      ', MAX HOLDS='//integer_text(c%max_holds)//', HOLD FADE='//real_text(c%hold_fade)//',')
+      ', MAX HOLDS='//integer_text(c%max_holds)//', HOLD FADE='//real_text(c%hold_fade)// &
+      ', LIMIT COMPLIANCE='//real_text(c%limit_compliance)//',')
     if (c%proximal) then
       call echo%line(' PROXIMAL=YES, DRAG SHARE='//real_text(c%drag_share)// &
         ', MAX SUBSTEPS='//integer_text(c%max_substeps))

@@ -114,7 +114,8 @@ contains
   end subroutine size_results
 
   !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one.
-  subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, matrix, prescribed)
+  subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_patch, matrix, &
+    prescribed)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
@@ -127,14 +128,15 @@ contains
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The equations, whose first patches are the groups, and the matrix; it begins anew.
+    !> The equations, the patch that is the first group, and the matrix to add to.
     type(equations_type), intent(in), optional :: equations
+    integer, intent(in), optional :: first_patch
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: start, last, g, me
 
-    call begin(tangent, evaluation, matrix, prescribed)
+    call begin(evaluation, prescribed)
     evaluation%work%batch%share = 0.0_wp
     !$omp parallel default(shared) private(start, last, g, me) if (integration%point_count >= fewest_points)
     me = 1
@@ -151,7 +153,8 @@ contains
       end do
       !$omp end do
       !$omp single
-      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, matrix, prescribed)
+      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_patch, matrix, &
+        prescribed)
       !$omp end single
       if (evaluation%bad_point > 0) exit
     end do
@@ -199,13 +202,9 @@ contains
   end function smallest_share
 
   !> Clear what is summed up.
-  subroutine begin(tangent, evaluation, matrix, prescribed)
-    !> Which tangent is wanted.
-    integer, intent(in) :: tangent
+  subroutine begin(evaluation, prescribed)
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The matrix.
-    type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted.
     real(wp), intent(in), optional :: prescribed(:, :)
 
@@ -215,7 +214,6 @@ contains
     evaluation%bad_point = 0
     evaluation%bad_status = status_ok
     if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
-    if (present(matrix) .and. tangent /= tangent_none) matrix%values = 0.0_wp
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then
       ! The mesh may have been laid anew.
@@ -226,7 +224,8 @@ contains
   end subroutine begin
 
   !> Add forces and blocks of a chunk of groups, in their order.
-  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, matrix, prescribed)
+  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_patch, matrix, &
+    prescribed)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> The groups.
@@ -238,8 +237,9 @@ contains
     integer, intent(in) :: tangent
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
-    !> The equations, and the matrix.
+    !> The equations, the patch that is the first group, and the matrix.
     type(equations_type), intent(in), optional :: equations
+    integer, intent(in), optional :: first_patch
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted.
     real(wp), intent(in), optional :: prescribed(:, :)
@@ -263,7 +263,8 @@ contains
         end do
         evaluation%work_size = evaluation%work_size + abs(work)
         if (tangent == tangent_none) cycle
-        if (present(matrix)) call add_packed(equations, g, d, n, evaluation%block(1, k), matrix)
+        if (present(matrix)) call add_packed(equations, first_patch + g - 1, d, n, &
+          evaluation%block(1, k), matrix)
         if (present(prescribed)) call add_product(nodes, d, n, evaluation%block(1, k), prescribed, &
           evaluation%linear_force)
       end associate
@@ -271,11 +272,11 @@ contains
   end subroutine add_chunk
 
   !> Add a group's block, unpacked by shape.
-  subroutine add_packed(equations, group, dimension, n, block, matrix)
+  subroutine add_packed(equations, patch, dimension, n, block, matrix)
     !> The equations.
     type(equations_type), intent(in) :: equations
-    !> The group, 2 or 3, and the number of nodes.
-    integer, intent(in) :: group
+    !> The patch, 2 or 3, and the number of nodes.
+    integer, intent(in) :: patch
     integer, intent(in) :: dimension
     integer, intent(in) :: n
     !> Its block.
@@ -283,7 +284,7 @@ contains
     !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
 
-    call add_block(equations, group, block, matrix)
+    call add_block(equations, patch, block, matrix)
   end subroutine add_packed
 
   !> Product of a group's block with displacements of its nodes; nothing when these are zero.

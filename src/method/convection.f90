@@ -3,25 +3,21 @@
 !>
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
 !> Omega det F; under the pressure of a group det F includes the volume change found there), also
-!> where the equations were integrated at Gauss points. With BASIS=FEM the mesh
+!> where the equations were integrated at Gauss points (qsmpm_soil_points). With BASIS=FEM the mesh
 !> is carried along instead of being reset; with a moving mesh its rows follow the plate.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
-  use qsmpm_analysis, only: basis_fem, integrate_cells
-  use qsmpm_law, only: tangent_none
+  use qsmpm_analysis, only: basis_fem
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type, measure_cells
-  use qsmpm_merged_groups, only: merge_groups
-  use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
   use qsmpm_space, only: place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, point_displacement
-  use qsmpm_pressures, only: turn_areas
-  use qsmpm_points, only: carried_type, points_type
+  use qsmpm_points, only: carried_type
+  use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
+  use qsmpm_surface_basis, only: turn_areas
   use qsmpm_house_keeping, only: relocate
-  use qsmpm_recovered_gradient, only: recover_gradients
   use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
@@ -40,15 +36,18 @@ contains
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
-    type(step_type), intent(inout) :: step
+    type(step_type), intent(inout), target :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> A point that cannot be updated or has left the mesh, or a tangled mesh.
     type(error_type), allocatable, intent(out) :: error
+    type(soil_type), pointer :: soil
+    integer, allocatable :: source(:)
 
-    call find_stresses(model, step, displacement, error)
+    soil => soil_of(step%terms)
+    call find_point_results(soil, model, step%configuration_type, displacement, source, error)
     if (allocated(error)) return
-    call turn_areas(model, step%activation, displacement)
+    call turn_areas(model, step%configuration_type, displacement)
     call move_carried(model, step, displacement, model%state%surface)
     call move_carried(model, step, displacement, model%state%tracers)
     call move_carried(model, step, displacement, model%state%watched)
@@ -61,99 +60,10 @@ contains
       call find_again(model, error)
     end if
     if (allocated(error)) return
-    call take_stresses(step, model%state%points)
+    call take_point_results(soil, source, model%state%points)
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect
-
-  !> Stress, state and volume of every material point by its own strain, or under the pressure of its
-  !> group; where the equations are integrated at the points the last evaluation has found them.
-  subroutine find_stresses(model, step, displacement, error)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    !> What went wrong, unallocated when nothing did.
-    type(error_type), allocatable, intent(out) :: error
-
-    if (step%updates_points) return
-    if (recovers(model)) call recover_gradients(model%mesh, step%activation, step%volumes, model%laws, &
-      displacement, step%at_points)
-    if (allocated(step%patch)) then
-      call merge_groups(step%at_points, step%patch, step%integration)
-      if (allocated(step%at_points%cell_size)) call measure_cells(model%mesh, step%integration)
-      call evaluate_points(model, step%integration, displacement, step%evaluation, error)
-    else
-      step%separate = .false.
-      call evaluate_points(model, step%at_points, displacement, step%evaluation, error)
-    end if
-  end subroutine find_stresses
-
-  !> Cells of elements are integrated apart from their points; their points follow a continuous gradient.
-  pure logical function recovers(model)
-    !> The model.
-    type(model_type), intent(in) :: model
-
-    recovers = model%analysis%method%integration == integrate_cells .and. .not. model%space%tensor &
-      .and. model%analysis%method%basis /= basis_fem
-  end function recovers
-
-  !> What the laws say of the material points in groups.
-  subroutine evaluate_points(model, at_points, displacement, evaluation, error)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Material points in groups.
-    type(integration_type), intent(in) :: at_points
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    !> Their results.
-    type(evaluation_type), intent(inout) :: evaluation
-    !> What went wrong, unallocated when nothing did.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=100) :: text
-
-    call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., evaluation)
-    call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, evaluation)
-    if (evaluation%ok) return
-    write (text, '(a,i0,a)') 'material point ', at_points%source(evaluation%bad_point), &
-      ' turns inside out or its stress cannot be found'
-    call fail(error, error_not_converged, trim(text))
-  end subroutine evaluate_points
-
-  !> Give the material points the results of the last evaluation.
-  subroutine take_stresses(step, points)
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
-    !> The material points.
-    type(points_type), intent(inout) :: points
-
-    if (step%separate) then
-      call take_from(step%integration%source)
-    else
-      call take_from(step%at_points%source)
-    end if
-  contains
-    !> By the material points behind the results.
-    subroutine take_from(source)
-      !> (n)
-      integer, intent(in) :: source(:)
-      integer :: p, q
-
-      associate (results => step%evaluation%results)
-        !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
-        do q = 1, size(source)
-          p = source(q)
-          points%stress(:, p) = results%stress(:, q)
-          points%state(:, p) = results%state(:, q)
-          points%plastic(p) = results%plastic(q)
-          points%volume(p) = points%volume(p)*results%volume_change(q)
-        end do
-        !$omp end parallel do
-      end associate
-    end subroutine take_from
-  end subroutine take_stresses
 
   !> Move material points.
   subroutine move_points(model, step, displacement)

@@ -1,12 +1,12 @@
 !> The Lagrangian phase (paper, section 3.2): displacements of the step in equilibrium.
 !>
-!>   [K_E + K_G] d(dv) = f_load - f_internal - f_stabilisation - drag          (eqs. 21-25)
+!>   [K_E + K_G] d(dv) = sum f_external - sum f_internal - sum f_numerical          (eqs. 21-25)
 !>
 !> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
 !> the caller looks at `converged`, and a solution that is not is thrown away. A number that cannot be computed
 !> with (NaN, infinite, beyond 1e100) loses the step, and the reason names the force or the point that it
-!> came from.
+!> came from. The forces are those of the terms (qsmpm_term); none is known here by name.
 !>
 !> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
 !> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
@@ -14,22 +14,18 @@ module qsmpm_equilibrium
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
-  use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
+  use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
-  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic, status_failed, status_broken
+  use qsmpm_equations, only: gather, scatter
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
+  use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
-  use qsmpm_assembly, only: evaluation_type
-  use qsmpm_initialisation, only: step_type
-  use qsmpm_integration, only: integration_type, group_of
-  use qsmpm_step_evaluation, only: evaluate_step
-  use qsmpm_penalty_terms, only: add_stabilising_force
-  use qsmpm_stabilisation_share, only: solve_share_type, measure_solve
-  use qsmpm_supports, only: add_support_force
-  use qsmpm_pressures, only: add_pressure_force
-  use qsmpm_system_matrix, only: complete_matrix, linear_force, gather, scatter
-  use qsmpm_linear_system, only: factorise_system, solve_system
-  use qsmpm_text, only: integer_text
+  use qsmpm_limit_load, only: compliance_type
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix, linear_force
+  use qsmpm_term_share, only: solve_share_type
+  use qsmpm_term_sums, only: sum_transient, measure_shares, find_unusable
   implicit none
   private
 
@@ -46,16 +42,14 @@ module qsmpm_equilibrium
 
   !> What is to be reached.
   type :: target_type
-    !> External force at the end of the step but for pressures, whose areas are found with it (dimension, node_count).
-    real(wp), allocatable :: force(:, :)
-    !> Displacement of the step at constrained components (dimension, node_count).
+    !> Displacement of the step at constrained components (dimension, node_count). The loads are in force already.
     real(wp), allocatable :: prescribed(:, :)
+    !> Increment of the loads from the start of the step, on the body as the solve finds it (dimension, node_count).
+    real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
     real(wp) :: tolerance = 1.0e-4_wp
-    !> Coefficient of the proximal drag per volume and displacement; 0 in a static step.
-    real(wp) :: drag = 0.0_wp
   end type target_type
 
   !> What was reached.
@@ -67,20 +61,20 @@ module qsmpm_equilibrium
     character(len=:), allocatable :: reason
     !> Displacement of the step (dimension, node_count).
     real(wp), allocatable :: displacement(:, :)
-    !> Internal force, and loads with the pressures, at the end (dimension, node_count).
+    !> Internal and external force at the end (dimension, node_count).
     real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
     !> Those of an attempt before that led nowhere.
     integer :: lost_iterations = 0
     real(wp) :: out_of_balance = huge(1.0_wp)
-    !> The same at the end with the proximal force left out: what a step is accepted by.
+    !> The same at the end without transient terms: what a step is accepted by.
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
     !> Norm of the load that out-of-balance and shares refer to.
     real(wp) :: load_norm = 0.0_wp
-    !> Force of the drag as a share of it.
-    real(wp) :: drag_share = 0.0_wp
-    !> What the stabilisation carries.
-    type(solve_share_type) :: stabilisation
+    !> What the terms carry that have a share.
+    type(solve_share_type), allocatable :: shares(:)
+    !> What the load increment does; set by whoever knows it.
+    type(compliance_type) :: compliance
     real(wp) :: largest_move = 0.0_wp
     !> Share of the step's displacements and stresses that is due to its length, and whether that is why
     !> it was not taken; set by whoever looks at it.
@@ -119,37 +113,37 @@ contains
     type(controls_type), intent(in) :: controls
     !> What was reached.
     type(solution_type), intent(out) :: solution
-    real(wp) :: residual(step%equations%count), correction(size(goal%force, 1), size(goal%force, 2))
+    real(wp) :: residual(step%equations%count), correction(size(goal%prescribed, 1), size(goal%prescribed, 2))
     type(forecast_type) :: forecast
     integer :: tangent
     logical :: frozen
 
     frozen = controls%newton == newton_modified
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
-    allocate (solution%displacement, mold=goal%force)
+    allocate (solution%displacement, mold=goal%prescribed)
     solution%displacement = 0.0_wp
     if (any(abs(goal%prescribed) > 0.0_wp)) then
       call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
     else
       call evaluate_step(model, step, solution%displacement, tangent)
     end if
-    if (.not. step%evaluation%ok) then
-      call give_up(model, step, 'the stress of a point could not be updated', solution)
+    if (step%failure%failed) then
+      call give_up(step, 'the stress of a point could not be updated', solution)
       return
     end if
     call out_of_balance(step, goal, residual, solution)
-    call check_forces(model, step, goal, residual, solution)
+    call check_forces(step, residual, solution)
     if (allocated(solution%reason)) return
     do
       if (solution%out_of_balance <= goal%tolerance .and. &
         (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) exit
       if (solution%iterations >= controls%max_iterations) then
-        call give_up(model, step, 'no convergence in the iterations allowed', solution)
+        call give_up(step, 'no convergence in the iterations allowed', solution)
         return
       end if
       if (.not. frozen .and. .not. forecast%has_tangent) &
         call evaluate_step(model, step, solution%displacement, tangent)
-      call correct(model, step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
+      call correct(step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
       if (allocated(solution%reason)) return
       solution%iterations = solution%iterations + 1
       call count_iteration(step%profile, model%state%points%count)
@@ -158,13 +152,11 @@ contains
     end do
     solution%converged = .true.
     step%usual_iterations = solution%iterations
-    call take_shares(step, goal, residual, solution)
+    call take_shares(step, residual, solution)
   end subroutine solve_equilibrium
 
-  !> Note why the solution is not to be used.
-  subroutine give_up(model, step, reason, solution)
-    !> The model.
-    type(model_type), intent(in) :: model
+  !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
+  subroutine give_up(step, reason, solution)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Sentence.
@@ -173,44 +165,13 @@ contains
     type(solution_type), intent(inout) :: solution
 
     solution%reason = reason
-    solution%internal_force = step%evaluation%force
-    if (step%evaluation%ok) return
-    solution%broken = step%evaluation%bad_status == status_broken
-    if (step%separate) then
-      call name_point(model, step%integration, step%evaluation, solution)
-    else
-      call name_point(model, step%at_points, step%evaluation, solution)
-    end if
-    solution%share = step%evaluation%bad_share
+    solution%internal_force = step%forces%internal
+    if (.not. step%failure%failed) return
+    if (allocated(step%failure%reason)) solution%reason = step%failure%reason
+    solution%cause = step%failure%cause
+    solution%broken = step%failure%unrecoverable
+    solution%share = step%failure%share
   end subroutine give_up
-
-  !> The point that could not be updated and what its law says. A law of a user names point and material itself.
-  subroutine name_point(model, integration, evaluation, solution)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Integration points in groups.
-    type(integration_type), intent(in) :: integration
-    !> What they said.
-    type(evaluation_type), intent(in) :: evaluation
-    !> What was reached.
-    type(solution_type), intent(inout) :: solution
-
-    associate (material => integration%material(evaluation%bad_point), &
-      point => integration%source(evaluation%bad_point))
-      if (solution%broken .or. (evaluation%bad_status == status_failed .and. model%laws(material)%law%of_user)) &
-        solution%cause = error_user_material
-      if (.not. allocated(evaluation%bad_message)) return
-      solution%reason = evaluation%bad_message
-      if (index(solution%reason, "material '") == 1) return
-      solution%reason = "material '"//model%analysis%materials(material)%name//"': "//solution%reason
-      if (point > 0) then
-        solution%reason = solution%reason//'; material point '//integer_text(point)
-      else
-        solution%reason = solution%reason//'; cell '//integer_text( &
-          model%mesh%cell_label(integration%cell(group_of(integration, evaluation%bad_point))))
-      end if
-    end associate
-  end subroutine name_point
 
   !> Residual at the free components and its size relative to the load (eq. 27).
   subroutine out_of_balance(step, goal, residual, solution)
@@ -222,39 +183,21 @@ contains
     real(wp), intent(out) :: residual(:)
     !> What was reached.
     type(solution_type), intent(inout) :: solution
-    real(wp) :: imbalance(size(goal%force, 1), size(goal%force, 2)), extra(size(goal%force, 1), size(goal%force, 2))
-    real(wp) :: load(size(residual))
+    real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2)), load(size(residual))
 
-    extra = 0.0_wp
-    call add_stabilising_force(step%stabilisation, solution%displacement, extra)
-    call add_support_force(step%supports, solution%displacement, .true., extra)
-    if (goal%drag > 0.0_wp) extra = extra + proximal_force(step, goal, solution%displacement)
-    solution%external_force = goal%force
-    call add_pressure_force(step%pressures, solution%displacement, solution%external_force)
-    imbalance = solution%external_force - step%evaluation%force - extra
-    call gather(step%equations, imbalance, residual)
-    call gather(step%equations, solution%external_force, load)
-    solution%load_norm = max(norm2(load), goal%least_load)
-    if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
-      solution%load_norm = max(solution%load_norm, norm2(pack(step%evaluation%force, &
-      step%equations%constrained .and. spread(step%equations%active, 1, size(goal%force, 1)))))
+    associate (forces => step%forces)
+      imbalance = forces%external - forces%internal - forces%numerical
+      call gather(step%equations, imbalance, residual)
+      call gather(step%equations, forces%external, load)
+      solution%load_norm = max(norm2(load), goal%least_load)
+      if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
+        solution%load_norm = max(solution%load_norm, norm2(pack(forces%internal, &
+        step%equations%constrained .and. spread(step%equations%active, 1, size(imbalance, 1)))))
+    end associate
     solution%out_of_balance = relative(norm2(residual), solution%load_norm)
     where (step%equations%number == 0) imbalance = 0.0_wp
     solution%worst_node = maxloc(maxval(abs(imbalance), dim=1), dim=1)
   end subroutine out_of_balance
-
-  !> alpha W u of the proximal term (dimension, node_count).
-  pure function proximal_force(step, goal, displacement) result(force)
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
-    !> What is to be reached.
-    type(target_type), intent(in) :: goal
-    !> Displacement of the step (dimension, node_count).
-    real(wp), intent(in) :: displacement(:, :)
-    real(wp) :: force(size(displacement, 1), size(displacement, 2))
-
-    force = goal%drag*spread(step%lumped, 1, size(force, 1))*displacement
-  end function proximal_force
 
   !> A norm relative to the load; without any load everything must vanish. What is not a number is as large as
   !> can be.
@@ -269,47 +212,26 @@ contains
   end function relative
 
   !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
-  subroutine check_forces(model, step, goal, residual, solution)
-    !> The model.
-    type(model_type), intent(in) :: model
+  subroutine check_forces(step, residual, solution)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
-    !> What is to be reached.
-    type(target_type), intent(in) :: goal
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
     !> What was reached.
     type(solution_type), intent(inout) :: solution
-    real(wp) :: force(size(goal%force, 1), size(goal%force, 2))
+    character(len=:), allocatable :: name
+    integer :: node
 
     if (all_usable(size(residual), residual) .and. is_usable(solution%load_norm)) return
-    call give_up(model, step, 'the residual is'//unusable(6:), solution)
-    call name_force(solution%external_force, 'load')
-    call name_force(step%evaluation%force, 'internal force')
-    force = 0.0_wp
-    call add_support_force(step%supports, solution%displacement, .true., force)
-    call name_force(force, 'force of the supports')
-    force = 0.0_wp
-    call add_stabilising_force(step%stabilisation, solution%displacement, force)
-    call name_force(force, 'force of the stabilisation')
-    call name_force(proximal_force(step, goal, solution%displacement), 'proximal force')
-  contains
-    !> Name a force that cannot be computed with, and the first node where it acts.
-    subroutine name_force(values, name)
-      !> (dimension, node_count)
-      real(wp), intent(in) :: values(:, :)
-      character(len=*), intent(in) :: name
-
-      if (all(is_usable(values))) return
-      solution%worst_node = findloc(all(is_usable(values), dim=1), .false., dim=1)
-      solution%reason = 'the '//name//' has a value'//unusable
-    end subroutine name_force
+    call give_up(step, 'the residual is'//unusable(6:), solution)
+    call find_unusable(step%terms, solution%displacement, name, node)
+    if (node == 0) return
+    solution%worst_node = node
+    solution%reason = 'the '//name//' has a value'//unusable
   end subroutine check_forces
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
-  subroutine correct(model, step, goal, keep_factors, residual, correction, solution)
-    !> The model.
-    type(model_type), intent(in) :: model
+  subroutine correct(step, goal, keep_factors, residual, correction, solution)
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> What is to be reached.
@@ -333,7 +255,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, goal%drag, solution%displacement)
+      call complete_matrix(step, solution%displacement)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
     end if
@@ -351,12 +273,12 @@ contains
       call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     if (allocated(error)) then
       solution%cause = error_singular
-      call give_up(model, step, error%message, solution)
+      call give_up(step, error%message, solution)
       return
     end if
     if (.not. all_usable(size(x), x)) then
       solution%cause = error_singular
-      call give_up(model, step, 'the equations have a solution'//unusable, solution)
+      call give_up(step, 'the equations have a solution'//unusable, solution)
       return
     end if
     call scatter(step%equations, x, correction)
@@ -408,29 +330,29 @@ contains
         solution%iterations, step%usual_iterations)
       solution%displacement = start + length*correction
       call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
-      if (step%evaluation%ok) then
+      if (.not. step%failure%failed) then
         call out_of_balance(step, goal, residual, solution)
         if (whole .or. frozen .or. .not. controls%line_search) exit
         if (solution%out_of_balance <= (1.0_wp - least_descent*length)*before) exit
         if (solution%out_of_balance <= goal%tolerance) exit
-      else if (whole .or. step%evaluation%bad_status == status_broken) then
+      else if (whole .or. step%failure%unrecoverable) then
         exit
       end if
       if (halving < most_halvings) length = 0.5_wp*length
     end do
     forecast%previous = before
     forecast%halvings = halving
-    if (.not. step%evaluation%ok) then
-      call give_up(model, step, 'an element or point turns inside out', solution)
+    if (step%failure%failed) then
+      call give_up(step, 'an element or point turns inside out', solution)
       return
     end if
-    call check_forces(model, step, goal, residual, solution)
+    call check_forces(step, residual, solution)
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
-      call give_up(model, step, 'the iteration diverges', solution)
+      call give_up(step, 'the iteration diverges', solution)
     else if (.not. frozen .and. .not. whole .and. controls%line_search .and. &
       solution%out_of_balance > most_growth*before) then
-      call give_up(model, step, 'the line search finds no lower residual', solution)
+      call give_up(step, 'the line search finds no lower residual', solution)
     end if
   end subroutine search_line
 
@@ -456,26 +378,22 @@ contains
     wanted = expected > merge(tolerance, 0.01_wp*tolerance, iteration >= usual)
   end function is_wanted
 
-  !> Shares of stabilisation and drag, the residual without the drag, internal force, largest move.
-  subroutine take_shares(step, goal, residual, solution)
+  !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
+  subroutine take_shares(step, residual, solution)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
-    !> What is to be reached.
-    type(target_type), intent(in) :: goal
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
     !> What was reached.
     type(solution_type), intent(inout) :: solution
-    real(wp) :: force(size(goal%force, 1), size(goal%force, 2)), damping(size(residual))
+    real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
 
-    call measure_solve(step%stabilisation, step%equations%patches, solution%displacement, &
-      step%evaluation%force_size, step%evaluation%work_size, solution%stabilisation)
-    force = proximal_force(step, goal, solution%displacement)
-    solution%drag_share = relative(norm2(force), solution%load_norm)
-    call gather(step%equations, force, damping)
-    solution%undamped_out_of_balance = relative(norm2(residual + damping), solution%load_norm)
-    solution%internal_force = step%evaluation%force
-    call add_support_force(step%supports, solution%displacement, .true., solution%internal_force)
+    call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%patches, solution%shares)
+    call sum_transient(step%terms, solution%displacement, force)
+    call gather(step%equations, force, transient)
+    solution%undamped_out_of_balance = relative(norm2(residual + transient), solution%load_norm)
+    solution%internal_force = step%forces%internal
+    solution%external_force = step%forces%external
     solution%largest_move = maxval(abs(solution%displacement))
   end subroutine take_shares
 end module qsmpm_equilibrium

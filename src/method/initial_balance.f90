@@ -9,6 +9,7 @@
 !> a linear stress, which moves the ground a little and hurts nobody.
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
+  use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_analysis, only: phase_type
   use qsmpm_initial_stress, only: reaches_above
@@ -16,14 +17,14 @@ module qsmpm_initial_balance
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_law, only: tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
-  use qsmpm_loads, only: external_force, pressures_at
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: points_type
-  use qsmpm_pressures, only: set_pressures, add_pressure_force
+  use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step
-  use qsmpm_system_matrix, only: complete_matrix, gather, scatter
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_term, only: role_external
+  use qsmpm_term_sums, only: set_loads, sum_forces, discard_terms
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -67,6 +68,7 @@ contains
     call initialise_step(model, step, error)
     if (allocated(error)) return
     call measure_balance(model, step, balance)
+    call discard_terms(step%terms)
     write (text, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
       ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
     if (.not. balance%move > refused) then
@@ -87,29 +89,26 @@ contains
   subroutine measure_balance(model, step, balance)
     type(model_type), intent(in) :: model
     !> Scratch of the step, initialised.
-    type(step_type), intent(inout) :: step
+    type(step_type), intent(inout), target :: step
     type(balance_type), intent(out) :: balance
     type(error_type), allocatable :: error
+    type(integration_type), pointer :: integration
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, stressed, move
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
     move = 0.0_wp
-    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, load)
-    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
-    call add_pressure_force(step%pressures, move, load)
-    if (step%separate) then
-      call internal_force(step%integration, model%state%points, stressed)
-    else
-      call internal_force(step%at_points, model%state%points, stressed)
-    end if
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+    call sum_forces(step%terms, role_external, move, load)
+    integration => integration_of(soil_of(step%terms), step%configuration_type)
+    call internal_force(integration, model%state%points, stressed)
     call gather(step%equations, load, weight)
     call gather(step%equations, load - stressed, residual)
     balance%position = model%mesh%bounds(:, 1)
     if (.not. norm2(weight) > 0.0_wp) return
     balance%residual = norm2(residual)/norm2(weight)
     call evaluate_step(model, step, move, tangent_elastic)
-    if (.not. step%evaluation%ok) return
-    call complete_matrix(step, 0.0_wp, move)
+    if (step%failure%failed) return
+    call complete_matrix(step, move)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)

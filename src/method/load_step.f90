@@ -17,15 +17,15 @@ module qsmpm_load_step
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_penalty_terms, only: weaken
-  use qsmpm_loads, only: external_force, pressures_at
-  use qsmpm_pressures, only: set_pressures, add_pressure_force
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   use qsmpm_pushed_material, only: note_push
-  use qsmpm_supports, only: take_support_reactions
+  use qsmpm_equations, only: gather
+  use qsmpm_term, only: increment_type, role_external
+  use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
   implicit none
@@ -44,7 +44,7 @@ module qsmpm_load_step
 
 contains
 
-  !> Go from the state of the model to equilibrium at a share of the phase.
+  !> Go from the state of the model to equilibrium at a share of the phase. The terms hear once of how it ended.
   subroutine load_step(self, model, step, controls, attempt, solution, error)
     class(load_step_type), intent(inout) :: self
     !> The model.
@@ -59,26 +59,37 @@ contains
     type(solution_type), intent(out) :: solution
     !> Failures no smaller step can mend.
     type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self)
+    end associate
+    call check_state(model, error)
+    if (.not. allocated(error)) call initialise_step(model, step, error)
+    if (.not. allocated(error)) call solve_step(model, step, controls, attempt, solution, error)
+    if (solution%converged .and. .not. allocated(error)) then
+      call commit_terms(step%terms, solution%displacement, model)
+    else if (allocated(step%terms)) then
+      call discard_terms(step%terms)
+    end if
+  end subroutine load_step
+
+  !> The step from where it was initialised (section 3.1) on.
+  subroutine solve_step(model, step, controls, attempt, solution, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(controls_type), intent(in) :: controls
+    type(attempt_type), intent(in) :: attempt
+    type(solution_type), intent(inout) :: solution
+    type(error_type), allocatable, intent(out) :: error
     type(saved_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
 
-    associate (unused => self)
-    end associate
-    ! Initialisation phase, section 3.1
-    call check_state(model, error)
-    if (.not. allocated(error)) call initialise_step(model, step, error)
-    if (allocated(error)) return
-    call weaken(step%stabilisation, attempt%stabilisation)
     call turn_to(step%profile%watch, part_control)
-    goal%tolerance = attempt%tolerance
-    goal%drag = attempt%damping
-    call set_loads(model, step, attempt%fraction, force_before, goal)
-    call check_loads(model, step, goal, error)
+    call set_goal(model, step, attempt, force_before, goal, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
-    call find_equilibrium(model, step, goal, controls, solution)
+    call find_equilibrium(model, step, goal, controls, attempt, solution)
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
@@ -86,6 +97,7 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
+    solution%compliance = compliance_in(step, goal%increment, solution%displacement)
     call take_reactions_and_work(model, step, force_before, solution, error)
     call turn_to(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
@@ -97,12 +109,12 @@ contains
       call note_push(model, attempt%fraction - model%state%progress%fraction)
       model%state%progress%fraction = attempt%fraction
     end if
-  end subroutine load_step
+  end subroutine solve_step
 
   !> Equilibrium of the step. Where nothing yields and the line search does not get there, whole corrections are
   !> tried: a slender body that bends is far out of balance on Newton's way, and a search that wants the
   !> residual to fall makes it a long one. What has worked is tried first from then on.
-  subroutine find_equilibrium(model, step, goal, controls, solution)
+  subroutine find_equilibrium(model, step, goal, controls, attempt, solution)
     !> The model.
     type(model_type), intent(inout) :: model
     !> Scratch of the step.
@@ -111,6 +123,8 @@ contains
     type(target_type), intent(in) :: goal
     !> Step control of the phase.
     type(controls_type), intent(in) :: controls
+    !> What is asked for.
+    type(attempt_type), intent(in) :: attempt
     !> What was reached.
     type(solution_type), intent(out) :: solution
     type(controls_type) :: tried
@@ -120,7 +134,7 @@ contains
     tried%line_search = controls%line_search .and. .not. model%state%progress%whole_corrections
     call solve_equilibrium(model, step, goal, tried, solution)
     if (solution%converged .or. .not. controls%line_search .or. controls%newton /= newton_full) return
-    if (goal%drag > 0.0_wp .or. solution%cause /= error_not_converged .or. solution%share > 0.0_wp) return
+    if (attempt%damping > 0.0_wp .or. solution%cause /= error_not_converged .or. solution%share > 0.0_wp) return
     if (any(model%state%points%plastic > 0)) return
     lost = solution%iterations
     tried%line_search = .not. tried%line_search
@@ -129,68 +143,86 @@ contains
     if (solution%converged) model%state%progress%whole_corrections = .not. tried%line_search
   end subroutine find_equilibrium
 
-  !> Loads and prescribed displacements to be reached, the loads of the start, and the time for the laws.
-  subroutine set_loads(model, step, fraction, force_before, goal)
+  !> Loads in force, prescribed displacements to be reached, the loads of the start, and the time for the laws.
+  subroutine set_goal(model, step, attempt, force_before, goal, error)
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Share of the phase at the end of the step.
-    real(wp), intent(in) :: fraction
+    !> What is asked for.
+    type(attempt_type), intent(in) :: attempt
     !> External force at the start (dimension, node_count).
     real(wp), allocatable, intent(out) :: force_before(:, :)
     !> What is to be reached.
     type(target_type), intent(inout) :: goal
-    real(wp), allocatable :: still(:, :)
+    !> A load or a prescribed displacement is not a number.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, start_of_step
 
-    step%evaluation%moment = moment_type(phase=model%state%progress%phase, step=model%state%progress%step + 1, &
-      step_of_phase=model%state%progress%phase_steps + 1, start=model%state%progress%fraction, &
-      duration=fraction - model%state%progress%fraction, &
-      phase_start=phase_start_time(model%analysis%phases, model%state%progress%phase), &
-      phase_time=model%analysis%phases(model%state%progress%phase)%duration)
-    allocate (goal%force(model%mesh%dimension, model%space%node_count))
-    allocate (force_before, mold=goal%force)
-    allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    call external_force(model, step%activation, step%at_points, model%state%progress%fraction, force_before)
-    call set_pressures(step%pressures, pressures_at(model%loading, model%state%progress%fraction))
-    call add_pressure_force(step%pressures, still, force_before)
-    call external_force(model, step%activation, step%at_points, fraction, goal%force)
+    associate (progress => model%state%progress)
+      call begin_terms(step%terms, increment_type(moment_type(phase=progress%phase, step=progress%step + 1, &
+        step_of_phase=progress%phase_steps + 1, start=progress%fraction, &
+        duration=attempt%fraction - progress%fraction, &
+        phase_start=phase_start_time(model%analysis%phases, progress%phase), &
+        phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
+      allocate (force_before, mold=load)
+      call put_in_force(model, step, progress%fraction, force_before)
+      start_of_step = force_before
+      if (attempt%start < progress%fraction) call put_in_force(model, step, attempt%start, start_of_step)
+      call put_in_force(model, step, attempt%fraction, load)
+      goal%increment = load - start_of_step
+      allocate (goal%prescribed, source=(attempt%fraction - progress%fraction)*model%loading%prescribed)
+    end associate
+    goal%tolerance = attempt%tolerance
     goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
-    call set_pressures(step%pressures, pressures_at(model%loading, fraction))
-    allocate (goal%prescribed, source=(fraction - model%state%progress%fraction)*model%loading%prescribed)
-  end subroutine set_loads
+    call check_nodes(model, 'load', load, error)
+    if (.not. allocated(error)) call check_nodes(model, 'prescribed displacement', goal%prescribed, error)
+  end subroutine set_goal
 
-  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
-  subroutine check_loads(model, step, goal, error)
-    !> The model.
+  !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
+  subroutine put_in_force(model, step, fraction, load)
     type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    real(wp), intent(in) :: fraction
+    !> (dimension, node_count)
+    real(wp), intent(out) :: load(:, :)
+    real(wp) :: still(size(load, 1), size(load, 2))
+
+    still = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, fraction)
+    call sum_forces(step%terms, role_external, still, load)
+  end subroutine put_in_force
+
+  !> What a load increment does by a displacement, at the free components.
+  pure type(compliance_type) function compliance_in(step, increment, displacement)
     !> Scratch of the step.
     type(step_type), intent(in) :: step
-    !> What is to be reached.
-    type(target_type), intent(in) :: goal
+    !> (dimension, node_count)
+    real(wp), intent(in) :: increment(:, :), displacement(:, :)
+    real(wp) :: load(step%equations%count), move(step%equations%count)
+
+    call gather(step%equations, increment, load)
+    call gather(step%equations, displacement, move)
+    compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
+  end function compliance_in
+
+  !> Loads and prescribed displacements are numbers: no smaller step makes them so.
+  subroutine check_nodes(model, name, values, error)
+    !> The model.
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+    !> Values at the nodes (dimension, node_count).
+    real(wp), intent(in) :: values(:, :)
     !> error_other: names the node.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: load(size(goal%force, 1), size(goal%force, 2)), still(size(load, 1), size(load, 2))
+    integer :: node
 
-    load = goal%force
-    still = 0.0_wp
-    call add_pressure_force(step%pressures, still, load)
-    call check_nodes(load, 'load')
-    call check_nodes(goal%prescribed, 'prescribed displacement')
-  contains
-    !> Values at the nodes (dimension, node_count).
-    subroutine check_nodes(values, name)
-      real(wp), intent(in) :: values(:, :)
-      character(len=*), intent(in) :: name
-      integer :: node
-
-      if (allocated(error) .or. all_usable(size(values), values)) return
-      node = findloc(all(is_usable(values), dim=1), .false., dim=1)
-      call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
-        integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
-        integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
-    end subroutine check_nodes
-  end subroutine check_loads
+    if (all_usable(size(values), values)) return
+    node = findloc(all(is_usable(values), dim=1), .false., dim=1)
+    call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
+      integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
+      integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
+  end subroutine check_nodes
 
   !> A step that could be solved but not taken: its message is the reason why not.
   subroutine refuse(error, solution)
@@ -296,6 +328,5 @@ contains
         call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
     end associate
     model%state%reactions = reactions
-    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
   end subroutine take_reactions_and_work
 end module qsmpm_load_step

@@ -10,6 +10,8 @@ module qsmpm_loose_pieces
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_grid_window, only: operator(==)
+  use qsmpm_soil_points, only: soil_type, soil_of
+  use qsmpm_term_sums, only: mark_anchored
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -28,11 +30,12 @@ contains
     !> The model, its state as it stands.
     type(model_type), intent(in) :: model
     !> Scratch of the step that failed.
-    type(step_type), intent(in) :: step
+    type(step_type), intent(in), target :: step
     !> A sentence without its end.
     character(len=:), allocatable, intent(out) :: text
     integer :: root(model%space%node_count), piece(model%state%points%count), n, number, pieces
     logical :: held(model%space%node_count)
+    type(soil_type), pointer :: soil
     character(len=:), allocatable :: one
 
     text = ''
@@ -41,7 +44,8 @@ contains
       root(n) = n
     end do
     call join_groups(step%at_points, root)
-    if (step%separate) call join_groups(step%integration, root)
+    soil => soil_of(step%terms)
+    if (allocated(soil%integration)) call join_groups(soil%integration, root)
     call find_held(model, step, root, held)
     call find_pieces(step%at_points, root, piece)
     pieces = 0
@@ -105,6 +109,7 @@ contains
     logical, intent(out) :: held(:)
     real(wp), allocatable :: matrix(:, :, :)
     real(wp) :: motion(most_motions), centre(model%mesh%dimension), size_of_mesh
+    logical :: anchored(size(root))
     integer :: n, j, m, motions
 
     motions = merge(3, most_motions, model%mesh%dimension == 2)
@@ -124,12 +129,12 @@ contains
     do n = 1, size(root)
       held(n) = root(n) == n .and. has_full_rank(matrix(:, :, n))
     end do
-    ! A surface that is supported holds its piece, in which way is not asked.
-    associate (patches => step%supports%patches)
-      do n = 1, size(patches%nodes)
-        held(root(patches%nodes(n))) = .true.
-      end do
-    end associate
+    ! What is held against the ground holds its piece, in which way is not asked.
+    anchored = .false.
+    call mark_anchored(step%terms, anchored)
+    do n = 1, size(root)
+      if (anchored(n)) held(root(n)) = .true.
+    end do
   end subroutine find_held
 
   !> A component of the rigid motions at a place.

@@ -3,8 +3,9 @@
 module qsmpm_observer
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_model, only: model_type
-  use qsmpm_stabilisation_share, only: step_share_type
+  use qsmpm_term_share, only: step_share_type
   implicit none
   private
 
@@ -12,14 +13,16 @@ module qsmpm_observer
 
   !> How an accepted step went.
   type :: step_record_type
+    !> Share of the phase that the step starts from.
+    real(wp) :: start = 0.0_wp
     !> Newton iterations of all solves of the step, holds and proximal sub-steps included.
     integer :: iterations = 0
     !> Out-of-balance by eq. 27.
     real(wp) :: out_of_balance = 0.0_wp
-    !> Drag of the proximal term as a share of the load.
-    real(wp) :: drag_share = 0.0_wp
-    !> What the stabilisation carries (docs/methods/ghost.md).
-    type(step_share_type) :: stabilisation
+    !> What terms carry that are no part of the physics (docs/methods/ghost.md, docs/methods/proximal.md).
+    type(step_share_type), allocatable :: shares(:)
+    !> What the load increment does.
+    type(compliance_type) :: compliance
     !> Points whose stress differs too much between the cell average and their own history.
     integer :: inaccurate_points = 0
     integer :: plastic_points = 0

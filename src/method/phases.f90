@@ -2,21 +2,23 @@
 !> observer told of every accepted step.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type, fail
+  use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_stopwatch, only: turn_to, part_control, part_output
   use qsmpm_run_profile, only: run_profile_type
-  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_analysis, only: controls_type, phase_type, initial_k0
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_locking_check, only: check_locking
-  use qsmpm_outline_check, only: warn_of_outlines, end_outline_check
+  use qsmpm_cut_cell_check, only: warn_of_cut_cells, end_cut_cell_check
   use qsmpm_moving_mesh_check, only: check_moving_mesh
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_pushed_material, only: check_following
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_limit_load, only: below_refused, close_in, is_found, limit_loads, limit_text, note_accepted, &
+    note_refused, relative_compliance
   use qsmpm_linear_system, only: end_system
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_stepping, only: outcome_type, take_step
   use qsmpm_step_length, only: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
   use qsmpm_step_solver, only: step_solver_type
@@ -26,6 +28,8 @@ module qsmpm_phases
   use qsmpm_hold_test, only: test_hold
   use qsmpm_loose_pieces, only: describe_loose_pieces
   use qsmpm_grid_window, only: cells_of, operator(==)
+  use qsmpm_soil_points, only: inaccurate_points
+  use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   implicit none
   private
@@ -65,12 +69,13 @@ contains
   !> Make ready to step on from where the model stands.
   subroutine begin_march(model, profile, march)
     !> The model.
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> Time and work so far.
     type(run_profile_type), intent(in) :: profile
     !> The run.
     type(march_type), intent(inout) :: march
 
+    call begin_analysis(model, march%step)
     march%step%told = model%state%window
     march%step%profile = profile
     march%begun = .false.
@@ -102,12 +107,14 @@ contains
     if (model%state%progress%phase == size(model%analysis%phases)) is_finished = march%begun .and. march%told
   end function is_finished
 
-  !> Whether the present phase is at its end.
+  !> Whether the present phase is at its end: all of its load is carried, or its limit load is found.
   pure logical function phase_is_complete(model)
     !> The model.
     type(model_type), intent(in) :: model
 
-    phase_is_complete = .not. model%state%progress%fraction < 1.0_wp - closeness
+    associate (progress => model%state%progress)
+      phase_is_complete = .not. progress%fraction < 1.0_wp - closeness .or. is_found(progress%limit)
+    end associate
   end function phase_is_complete
 
   !> One accepted step: the first one of a phase begins it, the last one ends it. Where a run is resumed at the
@@ -134,6 +141,8 @@ contains
     if (phase_is_complete(model)) then
       if (.not. march%told) call end_phase(model, march, observer, error)
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
+      call need_whole_load(model, error)
+      if (allocated(error)) return
       model%state%progress%phase = model%state%progress%phase + 1
       march%told = .false.
       call enter_phase(model, march, observer, error)
@@ -146,6 +155,19 @@ contains
       call end_phase(model, march, observer, error)
     end if
   end subroutine march_step
+
+  !> A phase that has ended at its limit load carries no other.
+  subroutine need_whole_load(model, error)
+    type(model_type), intent(in) :: model
+    !> error_not_converged: names the limit load.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
+      if (is_found(progress%limit)) call fail(error, error_not_converged, "phase '"//phase%name// &
+        "' has ended at its "//limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor))// &
+        '; the phases behind it need the load that it did not carry')
+    end associate
+  end subroutine need_whole_load
 
   !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
   !> a warning.
@@ -186,6 +208,10 @@ contains
 
     march%told = .true.
     call sum_up(model, march, observer)
+    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
+      if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
+        limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
+    end associate
     call turn_to(march%step%profile%watch, part_output)
     call observer%phase_done(model, error)
     call turn_to(march%step%profile%watch, part_control)
@@ -201,7 +227,7 @@ contains
     class(observer_type), intent(inout) :: observer
 
     call tell_worst_share(model, march, observer)
-    call end_outline_check(model%analysis%phases(model%state%progress%phase)%name, march%step%cut, observer)
+    call end_cut_cell_check(model%analysis%phases(model%state%progress%phase)%name, march%step%cut, observer)
     call check_locking(model, observer)
   end subroutine sum_up
 
@@ -229,24 +255,44 @@ contains
         call fail(error, error_stopped, 'stopped on request')
         return
       end if
-      length = model%state%progress%next_step
+      call next_end(model, march%limit, phase%controls, length, last)
+      if (is_found(model%state%progress%limit)) exit
       record = step_record_type()
       if (model%state%watched%count > 0) before = model%state
-      last = min(march%limit, end_of_step(phase%controls, model%state%progress%fraction, length))
       call take_step(model, march%step, march%solver, phase%controls, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
         call follow_sets(model, march, phase, before, observer, error)
         if (allocated(error)) return
         model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
+        call note_accepted(record%compliance, record%start, last, model%state%progress%limit)
         call report_step(model, march, phase, observer, record, error)
-        call watch_share(model, march, observer, record%stabilisation%share)
+        call watch_share(model, march, observer, share_named(record%shares, stabilisation_share))
         return
       end if
+      if (outcome%at_limit) call note_refused(record%compliance, record%start, last, model%state%progress%limit)
       call cut_step(model, march%step, phase, last - model%state%progress%fraction, outcome, observer, error)
       if (allocated(error)) return
     end do
   end subroutine reach_step
+
+  !> Length and end of the next step. No step reaches a load that was refused for its compliance; where none is
+  !> left before that the limit load is found.
+  pure subroutine next_end(model, furthest, controls, length, last)
+    type(model_type), intent(inout) :: model
+    !> Share of the phase that no step goes beyond.
+    real(wp), intent(in) :: furthest
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(out) :: length, last
+
+    associate (progress => model%state%progress)
+      length = progress%next_step
+      last = below_refused(progress%limit, progress%fraction, end_of_step(controls, progress%fraction, length))
+      if (progress%limit%refused > 0.0_wp .and. is_too_short(controls, last - progress%fraction)) &
+        call close_in(controls%limit_compliance, progress%limit)
+      last = min(furthest, last)
+    end associate
+  end subroutine next_end
 
   !> A step after which the material has lost a prescribed set is not kept.
   subroutine follow_sets(model, march, phase, before, observer, error)
@@ -290,14 +336,14 @@ contains
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
       model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-      record%inaccurate_points = step%inaccurate_points
+      record%inaccurate_points = inaccurate_points(step%terms)
       record%plastic_points = sum(model%state%points%plastic)
       record%equations = step%equations%count
       call take_histories(model, record%histories)
       step%profile%steps = step%profile%steps + 1
       call turn_to(step%profile%watch, part_output)
       if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
-      call warn_of_outlines(model, step%bodies, step%cut, observer)
+      call warn_of_cut_cells(model, step%bodies, step%cut, observer)
       call tell_window(model, step, observer)
       call observer%accepted(model, record, error)
       call turn_to(step%profile%watch, part_control)
@@ -418,7 +464,8 @@ contains
     character(len=:), allocatable :: loose, message
 
     model%state%progress%next_step = length_after_loss(phase%controls, length, outcome)
-    if (.not. (outcome%hopeless .or. is_too_short(phase%controls, model%state%progress%next_step))) then
+    if (.not. outcome%hopeless .and. (model%state%progress%limit%refused > 0.0_wp .or. &
+      .not. is_too_short(phase%controls, model%state%progress%next_step))) then
       call observer%note('step cut: '//outcome%reason)
       return
     end if
@@ -431,6 +478,11 @@ contains
       ! Without a stress there is no residual, and none is worth a word where equilibrium was found.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
         outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
+      message = message//trim(text)
+    end if
+    if (phase%controls%limit_compliance > 0.0_wp) then
+      write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
+        ' times as compliant as the first one'
       message = message//trim(text)
     end if
     call fail(error, outcome%cause, message)

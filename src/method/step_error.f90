@@ -17,9 +17,10 @@ module qsmpm_step_error
   use qsmpm_integration, only: integration_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_assembly, only: evaluation_type, evaluate, prepare_evaluation
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_equations, only: gather
   use qsmpm_linear_system, only: solve_system
-  use qsmpm_system_matrix, only: complete_matrix, gather
+  use qsmpm_soil_points, only: soil_type, soil_of, integration_of
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
   implicit none
   private
 
@@ -43,7 +44,7 @@ contains
     !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated and factorised.
-    type(step_type), intent(inout) :: step
+    type(step_type), intent(inout), target :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     !> The errors; huge where the halved walk could not be made or is not a number.
@@ -52,27 +53,22 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(law_slot_type) :: halved(size(model%laws))
     type(evaluation_type) :: whole, walk
+    type(soil_type), pointer :: soil
+    type(integration_type), pointer :: integration
     real(wp) :: residual(step%equations%count), move(step%equations%count)
 
+    soil => soil_of(step%terms)
+    integration => integration_of(soil, step%configuration_type)
     call halve(model%laws, halved)
-    whole%moment = step%evaluation%moment
-    walk%moment = step%evaluation%moment
-    if (step%separate) then
-      call walk_along(step%integration, model, model%laws, displacement, whole)
-      call walk_along(step%integration, model, halved, displacement, walk)
-    else
-      call walk_along(step%at_points, model, model%laws, displacement, whole)
-      call walk_along(step%at_points, model, halved, displacement, walk)
-    end if
+    whole%moment = soil%evaluation%moment
+    walk%moment = soil%evaluation%moment
+    call walk_along(integration, model, model%laws, displacement, whole)
+    call walk_along(integration, model, halved, displacement, walk)
     if (.not. (whole%ok .and. walk%ok)) then
       errors = step_error_type(huge(1.0_wp), huge(1.0_wp))
       return
     end if
-    if (step%separate) then
-      errors%path = 2.0_wp*stress_distance(step%integration%weight, whole%results%stress, walk%results%stress)
-    else
-      errors%path = 2.0_wp*stress_distance(step%at_points%weight, whole%results%stress, walk%results%stress)
-    end if
+    errors%path = 2.0_wp*stress_distance(integration%weight, whole%results%stress, walk%results%stress)
     if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
     call gather(step%equations, whole%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
@@ -100,7 +96,7 @@ contains
 
     if (step%system%solver%approximate) then
       call evaluate_step(model, step, displacement, tangent_consistent)
-      call complete_matrix(step, 0.0_wp, displacement)
+      call complete_matrix(step, displacement)
       call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
     else
       call step%system%solver%solve(residual, move, error)

@@ -1,49 +1,64 @@
-!> Evaluation of a step's integration points, whichever they are, and its matrix.
+!> Evaluation of a step at a trial displacement: forces by their role, the matrix, the linear force of prescribed
+!> displacements. Each is a sum over the terms (qsmpm_term_sums).
 module qsmpm_step_evaluation
   use qsmpm_kinds, only: wp
-  use qsmpm_stopwatch, only: turn_to, part_control, part_evaluation
+  use qsmpm_equations, only: gather
+  use qsmpm_initialisation, only: step_type
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_evaluation
-  use qsmpm_initialisation, only: step_type
-  use qsmpm_assembly, only: evaluate
+  use qsmpm_stopwatch, only: turn_to, part_control, part_evaluation
+  use qsmpm_term, only: role_external, role_internal, role_numerical
+  use qsmpm_term_sums, only: evaluate_terms, sum_forces, add_all_blocks, linear_forces, evaluated_points
   implicit none
   private
 
-  public :: evaluate_step
+  public :: evaluate_step, complete_matrix, linear_force
 
 contains
 
-  !> Internal force and, when a tangent is asked for, the matrix of the groups; with `prescribed` also
-  !> the force it gives these displacements.
+  !> Forces and, when a tangent is asked for, the blocks that are formed with them; with `prescribed` also
+  !> the force these displacements call up. Where it fails the forces stay what they were.
   subroutine evaluate_step(model, step, displacement, tangent, prescribed)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Displacement of the step (dimension, node_count).
+    !> Displacement of the step (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     !> tangent_none, tangent_consistent or tangent_elastic.
     integer, intent(in) :: tangent
-    !> Displacements whose linear force is wanted (dimension, node_count).
+    !> Displacements whose linear force is wanted (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
 
     call turn_to(step%profile%watch, part_evaluation)
-    if (step%separate) then
-      call evaluate(step%integration, model%state%points, model%laws, displacement, tangent, step%evaluation, &
-        step%equations, step%matrix, prescribed)
-    else
-      call evaluate(step%at_points, model%state%points, model%laws, displacement, tangent, step%evaluation, &
-        step%equations, step%matrix, prescribed)
-    end if
+    call evaluate_terms(step%terms, model, step%configuration_type, displacement, tangent, step%equations, &
+      step%matrix, step%failure, prescribed)
     call turn_to(step%profile%watch, part_control)
-    call count_evaluation(step%profile, integrated_points(step))
+    call count_evaluation(step%profile, evaluated_points(step%terms))
+    if (step%failure%failed) return
+    call sum_forces(step%terms, role_external, displacement, step%forces%external)
+    call sum_forces(step%terms, role_internal, displacement, step%forces%internal)
+    call sum_forces(step%terms, role_numerical, displacement, step%forces%numerical)
   end subroutine evaluate_step
 
-  !> Number of integration points of the step.
-  pure integer function integrated_points(step)
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  !> Add the blocks that the last evaluation has not added; once, and only after one with a tangent.
+  subroutine complete_matrix(step, displacement)
+    type(step_type), intent(inout) :: step
+    !> Displacement that was evaluated (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
 
-    integrated_points = merge(step%integration%point_count, step%at_points%point_count, step%separate)
-  end function integrated_points
+    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
+  end subroutine complete_matrix
+
+  !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
+  !> them.
+  subroutine linear_force(step, prescribed, force)
+    type(step_type), intent(in) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: prescribed(:, :)
+    !> (equations)
+    real(wp), intent(out) :: force(:)
+    real(wp) :: nodal(size(prescribed, 1), size(prescribed, 2))
+
+    call linear_forces(step%terms, prescribed, nodal)
+    call gather(step%equations, nodal, force)
+  end subroutine linear_force
 end module qsmpm_step_evaluation

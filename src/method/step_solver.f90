@@ -24,6 +24,8 @@ module qsmpm_step_solver
     real(wp) :: largest_move = huge(1.0_wp)
     !> Factor on the stabilisation.
     real(wp) :: stabilisation = 1.0_wp
+    !> Share of the phase that the step starts from: its load increment is counted from there.
+    real(wp) :: start = 0.0_wp
   end type attempt_type
 
   !> Who solves.

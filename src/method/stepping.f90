@@ -7,6 +7,8 @@
 !>                    without it to the tolerance of the deck
 !>   hold             the load is kept and the mesh reset until the stabilisation carries less than
 !>                    its share; a curve that is not held lags behind failure
+!>   limit            a step more compliant than LIMIT COMPLIANCE allows is left at once, wherever that shows
+!>                    (qsmpm_limit_load)
 !> A step that ends in none of these is never accepted: the state before it is put back, and qsmpm_step_length
 !> says how long the next attempt is.
 module qsmpm_stepping
@@ -15,10 +17,11 @@ module qsmpm_stepping
   use qsmpm_analysis, only: controls_type, basis_fem
   use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
+  use qsmpm_limit_load, only: add_compliance, exceeds
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_stabilisation_share, only: add_solve
+  use qsmpm_term_share, only: add_solves, share_named, load_share_named, drag_share, stabilisation_share
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
@@ -63,9 +66,20 @@ module qsmpm_stepping
     !> Error by the length of the static step; the step was not taken because of it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
+    !> The step is more compliant than LIMIT COMPLIANCE allows.
+    logical :: at_limit = .false.
     !> Share of the step that a law would rather have been asked for; 0 for no opinion.
     real(wp) :: share = 0.0_wp
   end type outcome_type
+
+  !> Damping of the sub-steps of a step.
+  type :: damping_type
+    !> alpha, force per volume and displacement.
+    real(wp) :: value = 0.0_wp
+    !> Share of the load that it carried in the last good sub-step, and below which it is left out.
+    real(wp) :: share = huge(1.0_wp)
+    real(wp) :: quiet = 0.0_wp
+  end type damping_type
 
 contains
 
@@ -92,6 +106,7 @@ contains
     type(state_type) :: before
 
     before = model%state
+    record%start = before%progress%fraction
     call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
     if (.not. allocated(error) .and. .not. outcome%accepted) then
       if (may_be_damped(model, controls, fraction, outcome)) then
@@ -129,7 +144,7 @@ contains
     type(solution_type) :: solution
 
     call solver%solve(model, step, controls, attempt_type(fraction, controls%tolerance, &
-      largest_move=static_limit(model, controls)), solution, error)
+      largest_move=static_limit(model, controls), start=record%start), solution, error)
     if (allocated(error)) return
     call note_solve(solution, record)
     outcome%static_iterations = solution%iterations
@@ -138,6 +153,7 @@ contains
     record%step_error = solution%step_error
     outcome%accepted = solution%converged
     outcome%static = solution%converged
+    call judge_compliance(model, controls, record, outcome)
     if (solution%converged) return
     call note_failure(solution, outcome)
     outcome%hopeless = outcome%hopeless .or. &
@@ -159,7 +175,7 @@ contains
     may_be_damped = controls%proximal .and. model%analysis%method%basis /= basis_fem .and. &
       (fraction - model%state%progress%fraction)*controls%steps <= &
       merge(last_resort, 1.0_wp + round_off, any(abs(model%loading%prescribed) > 0.0_wp)) .and. &
-      .not. (outcome%hopeless .or. outcome%too_long .or. outcome%share > 0.0_wp)
+      .not. (outcome%hopeless .or. outcome%too_long .or. outcome%at_limit .or. outcome%share > 0.0_wp)
   end function may_be_damped
 
   !> Largest move of a static step; a carried mesh has no cells to cross.
@@ -184,10 +200,25 @@ contains
     record%iterations = record%iterations + solution%iterations + solution%lost_iterations
     if (.not. solution%converged) return
     record%out_of_balance = solution%undamped_out_of_balance
-    record%drag_share = solution%drag_share
-    call add_solve(solution%stabilisation, record%stabilisation)
+    call add_solves(solution%shares, record%shares)
+    call add_compliance(solution%compliance, record%compliance)
     record%largest_move = max(record%largest_move, solution%largest_move)
   end subroutine note_solve
+
+  !> Refuse a step that is more compliant than LIMIT COMPLIANCE allows.
+  pure subroutine judge_compliance(model, controls, record, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    type(step_record_type), intent(in) :: record
+    type(outcome_type), intent(inout) :: outcome
+    character(len=80) :: text
+
+    if (.not. exceeds(record%compliance, model%state%progress%limit, controls%limit_compliance)) return
+    write (text, '(a,es9.2,a)') 'the step is more than', controls%limit_compliance, &
+      ' times as compliant as the first one'
+    call reject(trim(text), outcome)
+    outcome%at_limit = .true.
+  end subroutine judge_compliance
 
   !> Remember why.
   subroutine note_failure(solution, outcome)
@@ -221,77 +252,96 @@ contains
 
   !> Proximal sub-steps at a load until it is carried without damping.
   subroutine take_substeps(model, step, solver, controls, fraction, record, outcome, error)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Who solves.
     class(step_solver_type), intent(inout) :: solver
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Share of the phase, 0 to 1.
     real(wp), intent(in) :: fraction
-    !> How the step went.
     type(step_record_type), intent(inout) :: record
-    !> How the attempt ended.
     type(outcome_type), intent(inout) :: outcome
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    type(attempt_type) :: attempt
-    real(wp) :: limit, damping, share, quiet
-    logical :: static
+    type(damping_type) :: damping
+    real(wp) :: limit
     integer :: substep
 
     limit = controls%largest_move*model%cell_size
-    damping = model%state%progress%proximal
-    if (.not. damping > 0.0_wp) damping = first_damping(step, limit)
+    damping = damping_type(model%state%progress%proximal, quiet=controls%drag_share)
+    if (.not. damping%value > 0.0_wp) damping%value = first_damping(step, limit)
     ! Without a force at the start there is no stress that a sub-step could begin with.
-    if (.not. damping > 0.0_wp) return
-    share = huge(1.0_wp)
-    quiet = controls%drag_share
+    if (.not. damping%value > 0.0_wp) return
     do substep = 1, controls%max_substeps
-      static = share < quiet
-      attempt = attempt_type(fraction, substep_tolerance(controls, share), damping, large_move*limit)
-      if (static) attempt = attempt_type(fraction, controls%tolerance, 0.0_wp, limit)
-      call solver%solve(model, step, controls, attempt, solution, error)
+      call solver%solve(model, step, controls, substep_attempt(controls, damping, fraction, record%start, limit), &
+        solution, error)
       if (allocated(error)) return
       call note_solve(solution, record)
-      if (.not. solution%converged) then
+      if (solution%converged) then
+        record%substeps = record%substeps + 1
+        outcome%accepted = solution%undamped_out_of_balance <= controls%tolerance
+        call judge_compliance(model, controls, record, outcome)
+        if (outcome%accepted .or. outcome%at_limit) return
+        model%state%progress%proximal = damping%value
+        call follow_share(controls, solution, limit, damping)
+      else
         record%rejected = record%rejected + 1
         call note_failure(solution, outcome)
-        if (static) quiet = next_static*share
-        if (.not. static) damping = damping_on_failure*damping
-        if (outcome%hopeless .or. .not. damping <= largest_damping) return
-        cycle
+        call damp_more(damping)
+        if (outcome%hopeless .or. .not. damping%value <= largest_damping) return
       end if
-      record%substeps = record%substeps + 1
-      outcome%accepted = solution%undamped_out_of_balance <= controls%tolerance
-      if (outcome%accepted) return
-      model%state%progress%proximal = damping
-      share = solution%drag_share
-      damping = damping*damping_change(controls, solution, limit)
     end do
-    if (.not. solution%converged) return
-    call reject('the load is not carried without damping after all proximal sub-steps', outcome)
+    if (solution%converged) &
+      call reject('the load is not carried without damping after all proximal sub-steps', outcome)
   end subroutine take_substeps
 
-  !> By what the damping changes after a good sub-step.
-  pure real(wp) function damping_change(controls, solution, limit)
-    !> Step control of the phase.
+  !> What the next sub-step is asked for: a static solve once the damping carries little.
+  pure type(attempt_type) function substep_attempt(controls, damping, fraction, start, limit)
     type(controls_type), intent(in) :: controls
-    !> What was reached.
+    type(damping_type), intent(in) :: damping
+    !> Share of the phase, that at the start of the step, and largest move of a static step.
+    real(wp), intent(in) :: fraction, start, limit
+
+    if (is_static(damping)) then
+      substep_attempt = attempt_type(fraction, controls%tolerance, 0.0_wp, limit, start=start)
+    else
+      substep_attempt = attempt_type(fraction, substep_tolerance(controls, damping%share), damping%value, &
+        large_move*limit, start=start)
+    end if
+  end function substep_attempt
+
+  !> Whether the damping carries little enough to be left out.
+  pure logical function is_static(damping)
+    type(damping_type), intent(in) :: damping
+
+    is_static = damping%share < damping%quiet
+  end function is_static
+
+  !> After a lost sub-step.
+  pure subroutine damp_more(damping)
+    type(damping_type), intent(inout) :: damping
+
+    if (is_static(damping)) then
+      damping%quiet = next_static*damping%share
+    else
+      damping%value = damping_on_failure*damping%value
+    end if
+  end subroutine damp_more
+
+  !> After a good sub-step: its share, and by what the damping changes.
+  pure subroutine follow_share(controls, solution, limit, damping)
+    type(controls_type), intent(in) :: controls
     type(solution_type), intent(in) :: solution
     !> Largest move of a static step.
     real(wp), intent(in) :: limit
+    type(damping_type), intent(inout) :: damping
 
-    damping_change = 1.0_wp
+    damping%share = load_share_named(solution%shares, drag_share)
     if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*limit) then
-      damping_change = damping_shrinks
+      damping%value = damping_shrinks*damping%value
     else if (solution%largest_move > limit) then
-      damping_change = damping_grows
+      damping%value = damping_grows*damping%value
     end if
-  end function damping_change
+  end subroutine follow_share
 
   !> Residual allowed in a proximal sub-step: that of the deck only where the damping is nearly gone.
   pure real(wp) function substep_tolerance(controls, share)
@@ -312,27 +362,19 @@ contains
     real(wp), intent(in) :: limit
     real(wp) :: damping
 
-    damping = norm2(step%evaluation%force)/(limit*max(norm2(step%lumped), tiny(limit)))
+    damping = norm2(step%forces%internal)/(limit*max(norm2(step%lumped), tiny(limit)))
   end function first_damping
 
   !> Keep the load, reset the mesh and solve again until the stabilisation carries little; a step whose
   !> share stays above the bound is not accepted.
   subroutine hold_until_quiet(model, step, solver, controls, observer, record, outcome, error)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Who solves.
     class(step_solver_type), intent(inout) :: solver
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
-    !> How the step went.
     type(step_record_type), intent(inout) :: record
-    !> How the attempt ended.
     type(outcome_type), intent(inout) :: outcome
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
     type(controls_type) :: patient
@@ -340,28 +382,30 @@ contains
 
     patient = controls
     patient%max_iterations = more_in_holds*controls%max_iterations
-    do while (.not. record%stabilisation%share <= controls%stabilisation_share .and. &
+    do while (.not. share_named(record%shares, stabilisation_share) <= controls%stabilisation_share .and. &
       record%holds < controls%max_holds)
       record%holds = record%holds + 1
       call solver%solve(model, step, patient, attempt_type(model%state%progress%fraction, controls%tolerance, &
-        largest_move=static_limit(model, controls), stabilisation=max(weakest, controls%hold_fade**record%holds)), &
-        solution, error)
+        largest_move=static_limit(model, controls), start=record%start, &
+        stabilisation=max(weakest, controls%hold_fade**record%holds)), solution, error)
       if (allocated(error)) return
       call note_solve(solution, record)
+      call judge_compliance(model, controls, record, outcome)
+      if (outcome%at_limit) return
       if (solution%converged) cycle
       record%rejected = record%rejected + 1
       call note_failure(solution, outcome)
       if (outcome%hopeless) return
       if (.not. controls%proximal) exit
       call take_substeps(model, step, solver, controls, model%state%progress%fraction, record, outcome, error)
-      if (allocated(error)) return
+      if (allocated(error) .or. outcome%at_limit) return
       if (.not. outcome%accepted) then
         call observer%note('the hold is lost ('//outcome%reason//')')
         return
       end if
     end do
-    if (record%stabilisation%share <= controls%stabilisation_share) return
-    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', record%stabilisation%share, &
+    if (share_named(record%shares, stabilisation_share) <= controls%stabilisation_share) return
+    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(record%shares, stabilisation_share), &
       ' of the forces and holding does not bring it below ', controls%stabilisation_share
     call observer%note(trim(text))
     call reject(trim(text), outcome)

@@ -10,6 +10,7 @@ module qsmpm_model
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_carried_outline, only: carried_outline_type
   use qsmpm_space, only: space_type
+  use qsmpm_limit_load, only: limit_load_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
@@ -40,6 +41,8 @@ module qsmpm_model
     integer :: hold_tests_done = 0
     !> Share of the released forces that a phase ended early has left at its end.
     real(wp) :: release_left = 0.0_wp
+    !> Compliance of the phase and its limit load.
+    type(limit_load_type) :: limit
   end type progress_type
 
   !> What a step changes.

@@ -8,6 +8,7 @@ module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_k0, support_none
   use qsmpm_initial_stress, only: set_k0_stresses
+  use qsmpm_limit_load, only: limit_load_type
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals
   use qsmpm_pushed_material, only: watch_sets
@@ -31,6 +32,7 @@ contains
       progress%load_factor = 0.0_wp
       progress%next_step = 0.0_wp
       progress%hold_tests_done = 0
+      progress%limit = limit_load_type()
       progress%phase_steps = 0
     end associate
     call resume_phase(model)

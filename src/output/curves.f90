@@ -9,6 +9,7 @@ module qsmpm_curves
     quantity_displacement, quantity_position, quantity_stress, quantity_reaction
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
+  use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, real_text
   use qsmpm_observer, only: step_record_type
@@ -23,30 +24,34 @@ module qsmpm_curves
 contains
 
   !> Begin the table.
-  subroutine begin_curves(file, directory, analysis, error)
+  subroutine begin_curves(file, directory, analysis, shares, error)
     !> The table.
     type(file_type), intent(out) :: file
     !> Where it stands.
     character(len=*), intent(in) :: directory
     !> The analysis.
     type(analysis_type), intent(in) :: analysis
+    !> Columns of the shares of terms, a comma in front of each.
+    character(len=*), intent(in) :: shares
     !> Set when it cannot be written.
     type(error_type), allocatable, intent(out) :: error
 
     call append_file(file, directory//file_name, 0_long, error)
     if (allocated(error)) return
-    call put_text(file, curves_header(analysis)//newline)
+    call put_text(file, curves_header(analysis, shares)//newline)
     call flush_file(file, error)
   end subroutine begin_curves
 
   !> Go on with the table behind the row of a step; without a table one is begun.
-  subroutine continue_curves(file, directory, analysis, step, error)
+  subroutine continue_curves(file, directory, analysis, shares, step, error)
     !> The table.
     type(file_type), intent(out) :: file
     !> Where it stands.
     character(len=*), intent(in) :: directory
     !> The analysis.
     type(analysis_type), intent(in) :: analysis
+    !> Columns of the shares of terms, a comma in front of each.
+    character(len=*), intent(in) :: shares
     !> Accepted steps so far, each of which has a row.
     integer, intent(in) :: step
     !> Set when the table is of another analysis, too short, or cannot be written.
@@ -55,12 +60,12 @@ contains
     integer(long) :: length
 
     if (.not. file_exists(directory//file_name)) then
-      call begin_curves(file, directory, analysis, error)
+      call begin_curves(file, directory, analysis, shares, error)
       return
     end if
     call read_text(directory//file_name, text, error)
     if (allocated(error)) return
-    header = curves_header(analysis)//newline
+    header = curves_header(analysis, shares)//newline
     length = length_of_lines(text, step + 1)
     if (length == 0 .or. index(text, header) /= 1) then
       call fail(error, error_other, "cannot continue '"//directory//file_name// &
@@ -105,9 +110,14 @@ contains
     associate (progress => model%state%progress)
       row = integer_text(progress%phase)//','//integer_text(progress%step)//','// &
         real_text(progress%load_factor)//','//integer_text(record%iterations)//','// &
-        real_text(record%out_of_balance)//','//real_text(record%drag_share)//','// &
-        real_text(record%stabilisation%share)//','//integer_text(record%inaccurate_points)//','// &
-        real_text(record%step_error)
+        real_text(record%out_of_balance)
+      if (allocated(record%shares)) then
+        do i = 1, size(record%shares)
+          row = row//','//real_text(record%shares(i)%share)
+        end do
+      end if
+      row = row//','//integer_text(record%inaccurate_points)//','//real_text(record%step_error)//','// &
+        real_text(relative_compliance(progress%limit))
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)
           row = row//','//real_text(record%histories(i))
@@ -120,14 +130,15 @@ contains
   end subroutine append_row
 
   !> The first line, without its end.
-  pure function curves_header(analysis) result(header)
+  pure function curves_header(analysis, shares) result(header)
     !> The analysis.
     type(analysis_type), intent(in) :: analysis
+    !> Columns of the shares of terms, a comma in front of each.
+    character(len=*), intent(in) :: shares
     character(len=:), allocatable :: header
     integer :: i
 
-    header = 'phase,step,load_factor,iterations,out_of_balance,drag_share,stabilisation_share,'// &
-      'inaccurate_points,step_error'
+    header = 'phase,step,load_factor,iterations,out_of_balance'//shares//',inaccurate_points,step_error,compliance'
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &

@@ -7,6 +7,7 @@ module qsmpm_display
   use qsmpm_number_text, only: duration_text, integer_text, short_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
+  use qsmpm_term_share, only: share_named, drag_share, stabilisation_share
   implicit none
   private
 
@@ -172,15 +173,15 @@ contains
     !> How the step went.
     type(step_record_type), intent(in) :: record
     character(len=:), allocatable :: text
+    real(wp) :: drag
 
     associate (progress => model%state%progress)
       text = phase_text(model)//', load factor '//short_text(progress%load_factor, 5)// &
         ', step '//integer_text(progress%step)//', '//integer_text(record%iterations)// &
         ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
-        ', stabilisation '//short_text(record%stabilisation%share, 2)
-      if (abs(record%drag_share) > 0.0_wp) then
-        text = text//', drag '//short_text(record%drag_share, 2)
-      end if
+        ', stabilisation '//short_text(share_named(record%shares, stabilisation_share), 2)
+      drag = share_named(record%shares, drag_share)
+      if (abs(drag) > 0.0_wp) text = text//', drag '//short_text(drag, 2)
     end associate
   end function step_text
 

@@ -14,12 +14,13 @@ module qsmpm_recorder
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
-    read_text
+    read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
   use qsmpm_analysis, only: mesh_grid
+  use qsmpm_limit_load, only: is_found, limit_loads
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
-  use qsmpm_number_text, only: integer_text, numbered, without_last_newline
+  use qsmpm_number_text, only: integer_text, numbered, real_text, without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
@@ -28,6 +29,7 @@ module qsmpm_recorder
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_standard_terms, only: standard_shares
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -46,6 +48,8 @@ module qsmpm_recorder
     integer :: fingerprint(2) = 0
     !> Clock of the whole run.
     type(clock_type) :: clock
+    !> Columns for the shares of the terms (qsmpm_term_sums); those of the standard terms where it is not set.
+    character(len=:), allocatable :: shares
     !> First line of the log: the program and its version.
     character(len=:), allocatable :: banner
     !> The scene that the model answers, where it is a reduced one: results are those of the scene.
@@ -85,6 +89,8 @@ module qsmpm_recorder
   character(len=1), parameter :: newline = new_line('a')
   !> Name of the profile that a run writes on request.
   character(len=*), parameter, public :: profile_file = 'profile.json'
+  !> Name of the limit load of a phase that has asked for one.
+  character(len=*), parameter :: limit_file = 'limit_load.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
 
 contains
@@ -104,6 +110,7 @@ contains
 
     recorder%directory = directory
     recorder%options = options
+    if (.not. allocated(options%shares)) recorder%options%shares = standard_shares()
     call lock_folder(recorder%lock, directory, error)
     if (allocated(error)) return
     call begin_files(recorder, model, error)
@@ -148,7 +155,7 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(9) = [character(len=16) :: 'curves.csv', 'points.pvd', &
+    character(len=*), parameter :: names(10) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
       'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
       profile_file]
     integer :: i, status
@@ -215,7 +222,7 @@ contains
     logical :: there
 
     if (recorder%options%continued) then
-      call continue_curves(recorder%curves, recorder%directory, model%analysis, &
+      call continue_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, &
         model%state%progress%step, error)
       if (allocated(error)) return
       if (file_exists(recorder%directory//'/points.pvd')) then
@@ -223,7 +230,7 @@ contains
           error)
       end if
     else
-      call begin_curves(recorder%curves, recorder%directory, model%analysis, error)
+      call begin_curves(recorder%curves, recorder%directory, model%analysis, recorder%options%shares, error)
     end if
     if (allocated(error)) return
     ! The mesh as it was built: a run that is continued has it, and may look at another part of the grid now.
@@ -304,9 +311,25 @@ contains
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
+    if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
+      call write_text(self%directory//'/'//limit_file, limit_json(model), error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
+
+  !> The limit load of the phase that has ended.
+  pure function limit_json(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: loads(3)
+
+    associate (progress => model%state%progress)
+      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+      text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
+        '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
+        '  "knee": '//real_text(loads(3))//newline//'}'//newline
+    end associate
+  end function limit_json
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine tell_stress_error(recorder, model)

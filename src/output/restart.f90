@@ -95,6 +95,15 @@ contains
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
     call put_attribute(image, '/progress', 'release_left', progress%release_left)
+    associate (limit => progress%limit)
+      call put_attribute(image, '/progress', 'first_compliance', limit%first)
+      call put_attribute(image, '/progress', 'last_compliance', limit%last)
+      call put_attribute(image, '/progress', 'last_middle', limit%middle)
+      call put_attribute(image, '/progress', 'refused', limit%refused)
+      call put_attribute(image, '/progress', 'refused_compliance', limit%refused_compliance)
+      call put_attribute(image, '/progress', 'refused_middle', limit%refused_middle)
+      call put_attribute(image, '/progress', 'knee', limit%knee)
+    end associate
   end subroutine put_progress
 
   !> Put all fields of a carried set.
@@ -229,6 +238,15 @@ contains
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)
     call get_attribute(reader, '/progress', 'release_left', progress%release_left)
+    associate (limit => progress%limit)
+      call get_attribute(reader, '/progress', 'first_compliance', limit%first)
+      call get_attribute(reader, '/progress', 'last_compliance', limit%last)
+      call get_attribute(reader, '/progress', 'last_middle', limit%middle)
+      call get_attribute(reader, '/progress', 'refused', limit%refused)
+      call get_attribute(reader, '/progress', 'refused_compliance', limit%refused_compliance)
+      call get_attribute(reader, '/progress', 'refused_middle', limit%refused_middle)
+      call get_attribute(reader, '/progress', 'knee', limit%knee)
+    end associate
   end subroutine get_progress
 
   !> Get all fields of a carried set; their sizes are those of the model.

@@ -6,6 +6,7 @@ module qsmpm_state_check
   use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_limit_load, only: limit_load_type
   use qsmpm_model, only: model_type, progress_type, state_type
   use qsmpm_model_mesh, only: grid_of
   use qsmpm_field_list, only: field_list_type
@@ -77,8 +78,17 @@ contains
       progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
       progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
       progress%proximal >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%proximal, &
-      progress%external_work, progress%internal_work])
+      progress%external_work, progress%internal_work]) .and. limit_good(progress%limit)
   end function progress_good
+
+  !> Whether compliances and shares can be those of a phase.
+  pure logical function limit_good(limit)
+    type(limit_load_type), intent(in) :: limit
+
+    limit_good = finite([limit%first, limit%last, limit%refused_compliance]) .and. &
+      minval([limit%middle, limit%refused, limit%refused_middle, limit%knee]) >= 0.0_wp .and. &
+      maxval([limit%middle, limit%refused, limit%refused_middle, limit%knee]) <= 1.0_wp
+  end function limit_good
 
   !> Whether all fields are finite and the places in cells of the mesh.
   logical function carried_good(carried, first_cell, last_cell)

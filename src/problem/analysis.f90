@@ -269,6 +269,8 @@ module qsmpm_analysis
     integer :: max_holds = 30
     !> Factor on the stabilisation from hold to hold; 1 keeps it.
     real(wp) :: hold_fade = 1.0_wp
+    !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
+    real(wp) :: limit_compliance = 0.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
     logical :: proximal = .true.
     real(wp) :: drag_share = 1.0e-3_wp

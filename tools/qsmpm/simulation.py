@@ -283,6 +283,20 @@ class Simulation:
         """Load factor of the present stage."""
         return self.number("load_factor")
 
+    @property
+    def compliance(self) -> float:
+        """Compliance of the last accepted step relative to that of the first one of its stage."""
+        return self.number("compliance")
+
+    @property
+    def limit_load(self) -> tuple[float, float, float] | None:
+        """Load factors of the present stage: carried, refused, and the knee; none until its limit load is found.
+
+        A stage asks for it with LIMIT COMPLIANCE of *CONTROLS.
+        """
+        carried, refused, knee = self.get("limit_load").ravel()
+        return (float(carried), float(refused), float(knee)) if knee > 0 else None
+
 
 def _three(vector: Sequence[float]) -> ctypes.Array[c_double]:
     """Three numbers, with zeros behind fewer."""

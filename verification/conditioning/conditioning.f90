@@ -30,9 +30,8 @@ program conditioning
   use qsmpm_house_keeping, only: relocate
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
   use qsmpm_law, only: tangent_elastic
-  use qsmpm_system_matrix, only: complete_matrix
   implicit none
 
   interface
@@ -156,7 +155,7 @@ contains
     call give_up(error)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, 0.0_wp, still)
+    call complete_matrix(step, still)
     call make_dense(step, matrix)
   end subroutine stiffness
 

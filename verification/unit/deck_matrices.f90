@@ -12,9 +12,10 @@ module deck_matrices
   use qsmpm_phase_start, only: start_phase
   use qsmpm_linear_system, only: factorise_system, solve_system, start_system, end_system
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_equations, only: gather, scatter
+  use qsmpm_soil_points, only: soil_type, soil_of
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
   use qsmpm_law, only: tangent_elastic, tangent_consistent
-  use qsmpm_system_matrix, only: complete_matrix, gather, scatter
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none
   private
@@ -100,7 +101,7 @@ contains
     call end_system(step%system)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, 0.0_wp, still)
+    call complete_matrix(step, still)
     still(2, :) = -step%lumped
     allocate (rhs(step%equations%count))
     call gather(step%equations, still, rhs)
@@ -110,13 +111,14 @@ contains
   subroutine yielding_block(model, step, rhs, yielding)
     type(model_type), intent(in) :: model
     !> Scratch with the elastic matrix.
-    type(step_type), intent(inout) :: step
+    type(step_type), intent(inout), target :: step
     !> Nodal weights (n).
     real(wp), intent(in) :: rhs(:)
     !> Share of the points that yield.
     real(wp), intent(out) :: yielding
 
     type(error_type), allocatable :: error
+    type(soil_type), pointer :: soil
     real(wp), allocatable :: sunk(:, :), x(:)
 
     allocate (sunk(model%mesh%dimension, model%space%node_count), source=0.0_wp)
@@ -131,9 +133,10 @@ contains
     call end_system(step%system)
     call scatter(step%equations, x, sunk)
     call evaluate_step(model, step, sunk, tangent_consistent)
-    if (.not. step%evaluation%ok) error stop 'the block could not be evaluated'
-    yielding = sum(min(1, abs(step%evaluation%results%plastic)))/real(step%at_points%point_count, wp)
-    call complete_matrix(step, 0.0_wp, sunk)
+    if (step%failure%failed) error stop 'the block could not be evaluated'
+    soil => soil_of(step%terms)
+    yielding = sum(min(1, abs(soil%evaluation%results%plastic)))/real(step%at_points%point_count, wp)
+    call complete_matrix(step, sunk)
   end subroutine yielding_block
 
   !> Stop with the message of an error.

@@ -60,7 +60,7 @@ contains
       '*FIX| base, XY, Z| some, X|*GRAVITY| 0, 0, -9.81|*CONTROLS, STEPS=3, NEWTON=MODIFIED,|'// &
       ' TOLERANCE=1e-3, MAX ITERATIONS=60, LINE SEARCH=NO, SMALLEST STEP=0.01,|'// &
       ' FEW ITERATIONS=5, MANY ITERATIONS=40, LARGEST MOVE=0.25, STABILISATION SHARE=2e-3,|'// &
-      ' MAX HOLDS=7, HOLD FADE=0.3, PROXIMAL=YES, DRAG SHARE=1e-4,|'// &
+      ' MAX HOLDS=7, HOLD FADE=0.3, LIMIT COMPLIANCE=12, PROXIMAL=YES, DRAG SHARE=1e-4,|'// &
       ' MAX SUBSTEPS=77|*HOLD TEST, REPEATS=4|'// &
       ' 0.1, 0.35,| 0.7|*END PHASE|*PHASE, NAME=push|*RESET DISPLACEMENTS|*FIX| some, FREE|'// &
       '*PRESCRIBE| Top Side, Z, -0.123456789012345678| some, X, 1e-7|'// &
@@ -316,9 +316,9 @@ contains
         q%max_iterations, q%few_iterations, q%many_iterations, q%max_holds, q%max_substeps]) &
         .and. (p%line_search .eqv. q%line_search) .and. (p%proximal .eqv. q%proximal), field)
       call flag('control numbers', all(same_bits([p%tolerance, p%smallest_step, p%largest_move, &
-        p%stabilisation_share, p%hold_fade, p%drag_share], [q%tolerance, q%smallest_step, &
+        p%stabilisation_share, p%hold_fade, p%limit_compliance, p%drag_share], [q%tolerance, q%smallest_step, &
         q%largest_move, &
-        q%stabilisation_share, q%hold_fade, q%drag_share])), field)
+        q%stabilisation_share, q%hold_fade, q%limit_compliance, q%drag_share])), field)
     end associate
   end subroutine compare_phases
 end module deck_samples

@@ -45,6 +45,7 @@ program run_unit_tests
   use test_simulation, only: collect_simulation
   use test_unusable_numbers, only: collect_unusable_numbers
   use test_stepping, only: collect_stepping
+  use test_limit_load, only: collect_limit_load
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
   use test_energy, only: collect_energy
@@ -148,6 +149,7 @@ program run_unit_tests
   call register('simulation', collect_simulation)
   call register('unusable_numbers', collect_unusable_numbers)
   call register('stepping', collect_stepping)
+  call register('limit_load', collect_limit_load)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
   call register('energy', collect_energy)

@@ -8,9 +8,11 @@ module scripted_solver
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
+  use qsmpm_limit_load, only: compliance_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: silent_observer_type, step_record_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
+  use qsmpm_term_share, only: solve_share_type, drag_share, stabilisation_share
   implicit none
   private
 
@@ -26,6 +28,8 @@ module scripted_solver
     real(wp) :: damping_share = 0.0_wp
     real(wp) :: stabilisation_share = 0.0_wp
     real(wp) :: move = 0.0_wp
+    !> Compliance, to a load increment of one.
+    real(wp) :: compliance = 0.0_wp
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
     !> Share of the step that a law asks for.
@@ -83,9 +87,10 @@ contains
       solution%iterations = answer%iterations
       solution%out_of_balance = answer%residual
       solution%undamped_out_of_balance = answer%undamped
-      solution%drag_share = answer%damping_share
-      solution%stabilisation%force_share = answer%stabilisation_share
+      solution%shares = [solve_share_type(name=drag_share, load_share=answer%damping_share), &
+        solve_share_type(name=stabilisation_share, of_cells=.true., force_share=answer%stabilisation_share)]
       solution%largest_move = answer%move
+      solution%compliance = compliance_type(answer%compliance, 1.0_wp)
       solution%step_error = answer%step_error
       solution%too_long = answer%too_long
       solution%share = answer%share
@@ -109,8 +114,8 @@ contains
     if (allocated(step%lumped)) return
     allocate (step%lumped(model%space%node_count), source=0.0_wp)
     step%lumped(1) = 0.5_wp
-    allocate (step%evaluation%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
-    step%evaluation%force(1, 1) = 4.0_wp
+    allocate (step%forces%internal(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+    step%forces%internal(1, 1) = 4.0_wp
   end subroutine make_forces
 
   !> Count a step.

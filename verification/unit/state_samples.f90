@@ -52,6 +52,13 @@ contains
     call alter(progress%proximal)
     call alter(progress%external_work)
     call alter(progress%internal_work)
+    call alter(progress%limit%first)
+    call alter(progress%limit%last)
+    call alter(progress%limit%middle)
+    call alter(progress%limit%refused)
+    call alter(progress%limit%refused_compliance)
+    call alter(progress%limit%refused_middle)
+    call alter(progress%limit%knee)
   end subroutine alter_progress
 
   !> Change all fields of a carried set; the number of its places stays.
@@ -139,6 +146,13 @@ contains
     call note(names, 'proximal', same_reals([a%proximal], [b%proximal]))
     call note(names, 'external_work', same_reals([a%external_work], [b%external_work]))
     call note(names, 'internal_work', same_reals([a%internal_work], [b%internal_work]))
+    call note(names, 'limit%first', same_reals([a%limit%first], [b%limit%first]))
+    call note(names, 'limit%last', same_reals([a%limit%last], [b%limit%last]))
+    call note(names, 'limit%middle', same_reals([a%limit%middle], [b%limit%middle]))
+    call note(names, 'limit%refused', same_reals([a%limit%refused], [b%limit%refused]))
+    call note(names, 'limit%refused_compliance', same_reals([a%limit%refused_compliance], [b%limit%refused_compliance]))
+    call note(names, 'limit%refused_middle', same_reals([a%limit%refused_middle], [b%limit%refused_middle]))
+    call note(names, 'limit%knee', same_reals([a%limit%knee], [b%limit%knee]))
   end function progress_differences
 
   !> Fields of a carried set that differ.

@@ -15,11 +15,11 @@ module test_axisymmetry
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_loads, only: external_force
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_deformation, only: point_displacement, step_gradient
-  use qsmpm_assembly, only: evaluate
   use qsmpm_linear_system, only: end_system
   use deck_samples, only: joined
+  use term_samples, only: load_at
   use testing, only: tests_type
   implicit none
   private
@@ -143,14 +143,10 @@ contains
     call add_side(model, 2, corner(2), corner(1), -1.0_wp, exact)
     call add_side(model, 2, 0.0_wp, corner(1), 1.0_wp, exact)
     still = 0.0_wp
-    if (step%separate) then
-      call evaluate(step%integration, model%state%points, model%laws, still, tangent_none, step%evaluation)
-    else
-      call evaluate(step%at_points, model%state%points, model%laws, still, tangent_none, step%evaluation)
-    end if
+    call evaluate_step(model, step, still, tangent_none)
     do side = 1, 2
       call tests%close(name//': force of a pressure along '//merge('r', 'z', side == 1), &
-        maxval(abs(step%evaluation%force(side, :) - exact(side, :))), 0.0_wp, rounding)
+        maxval(abs(step%forces%internal(side, :) - exact(side, :))), 0.0_wp, rounding)
     end do
   end subroutine check_pressure
 
@@ -254,7 +250,7 @@ contains
     integer, intent(in) :: count
     real(wp), intent(in) :: corner(2)
     type(model_type), intent(in) :: model
-    type(step_type), intent(in) :: step
+    type(step_type), intent(inout) :: step
     real(wp), dimension(2, model%space%node_count) :: weight, exact
     real(wp), allocatable :: r(:), z(:), w(:), h(:)
     integer :: i, j
@@ -269,7 +265,7 @@ contains
         call add_functions(model, [r(i), z(j)], r(i)*w(i)*h(j), 2, exact)
       end do
     end do
-    call external_force(model, step%activation, step%at_points, 1.0_wp, weight)
+    call load_at(model, step, 1.0_wp, weight)
     call tests%close(name//': weight', maxval(abs(weight - exact)), 0.0_wp, rounding)
   end subroutine check_weight
 end module test_axisymmetry

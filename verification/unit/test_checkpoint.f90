@@ -495,7 +495,9 @@ contains
     !> What has been altered.
     character(len=*), intent(in) :: all_names
     character(len=*), parameter :: others = 'coordinates reactions released plate phase step phase_steps '// &
-      'hold_tests_done whole_corrections release_left fraction load_factor next_step proximal external_work internal_work '
+      'hold_tests_done whole_corrections release_left fraction load_factor next_step proximal external_work '// &
+      'internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
+      'limit%refused_middle limit%knee '
     character(len=:), allocatable :: missing, names
     type(state_type) :: state
 

@@ -10,16 +10,16 @@ module test_equilibrium
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
-  use qsmpm_loads, only: external_force
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_penalty_terms, only: add_stabilising_force
   use qsmpm_phase_start, only: start_phase
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_stopwatch, only: start_stopwatch, part_assembly, part_control, part_evaluation, part_factorisation, &
     part_solves
-  use qsmpm_supports, only: add_support_force, take_support_reactions
+  use qsmpm_term, only: term_type
+  use qsmpm_term_share, only: drag_share
   use deck_samples, only: joined
+  use term_samples, only: term_named, force_named, load_at, damp, share_of
   use testing, only: tests_type
   implicit none
   private
@@ -55,7 +55,7 @@ contains
   end subroutine collect_equilibrium
 
   !> A block that cuts its grid, its first step prepared, and the target of its whole phase.
-  subroutine build(method, material, weight, more, model, step, goal)
+  subroutine build(method, material, weight, more, model, step, goal, load)
     !> Words of *METHOD, material and cards of the phase between bars.
     character(len=*), intent(in) :: method, material, more
     !> Unit weight.
@@ -63,6 +63,8 @@ contains
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
     type(target_type), intent(out) :: goal
+    !> External force.
+    real(wp), allocatable, intent(out) :: load(:, :)
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
@@ -82,38 +84,34 @@ contains
     call start_phase(model)
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'a step of the equilibrium suite cannot be made'
-    allocate (goal%force(2, model%space%node_count))
-    call external_force(model, step%activation, step%at_points, 1.0_wp, goal%force)
+    allocate (load(2, model%space%node_count))
+    call load_at(model, step, 1.0_wp, load)
     allocate (goal%prescribed, source=model%loading%prescribed)
     goal%tolerance = 1.0e-9_wp
   end subroutine build
 
   !> Residual at the free components of active nodes, from the forces.
-  function residual_of(model, step, goal, u, damped) result(residual)
+  function residual_of(model, step, load, u, drag) result(residual)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
-    type(target_type), intent(in) :: goal
-    real(wp), intent(in) :: u(:, :)
-    !> With the proximal force.
-    logical, intent(in) :: damped
+    real(wp), intent(in) :: load(:, :), u(:, :)
+    !> Coefficient of the proximal force.
+    real(wp), intent(in) :: drag
     real(wp) :: residual(size(u, 1), size(u, 2))
 
     call evaluate_step(model, step, u, tangent_none)
-    residual = 0.0_wp
-    call add_stabilising_force(step%stabilisation, u, residual)
-    call add_support_force(step%supports, u, .true., residual)
-    residual = goal%force - step%evaluation%force - residual
-    if (damped) residual = residual - goal%drag*spread(step%lumped, 1, 2)*u
+    residual = load - force_named(step, 'internal force', u) - force_named(step, 'force of the supports', u) &
+      - force_named(step, 'force of the stabilisation', u) - drag*spread(step%lumped, 1, 2)*u
     where (model%loading%constrained .or. .not. spread(step%equations%active, 1, 2)) residual = 0.0_wp
   end function residual_of
 
   !> Norm of the load at the free components.
-  real(wp) function load_of(model, step, goal)
+  real(wp) function load_of(model, step, load)
     type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
-    type(target_type), intent(in) :: goal
+    real(wp), intent(in) :: load(:, :)
 
-    load_of = norm2(pack(goal%force, .not. model%loading%constrained .and. spread(step%equations%active, 1, 2)))
+    load_of = norm2(pack(load, .not. model%loading%constrained .and. spread(step%equations%active, 1, 2)))
   end function load_of
 
   !> A step under its weight, free of drag or with some, is in balance to its tolerance.
@@ -124,26 +122,28 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
-    real(wp) :: off
+    real(wp) :: off, coefficient
     character(len=:), allocatable :: name
 
     name = method//merge(' with drag', '          ', drag > 0.0_wp)//': '
-    call build(method, material, weight, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
-    goal%drag = drag*norm2(goal%force)
+    call build(method, material, weight, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
+    coefficient = drag*norm2(load)
+    call damp(step, coefficient)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check(name//'equilibrium is found', solution%converged .and. .not. allocated(solution%reason))
     if (.not. solution%converged) return
-    off = norm2(residual_of(model, step, goal, solution%displacement, .true.))/load_of(model, step, goal)
+    off = norm2(residual_of(model, step, load, solution%displacement, coefficient))/load_of(model, step, load)
     call tests%check(name//'the residual of all forces is within the tolerance', off <= 1.0001_wp*goal%tolerance)
     call tests%close(name//'it is the one that is told', solution%out_of_balance, off, 1.0e-6_wp*goal%tolerance)
-    call tests%close(name//'relative to the load', solution%load_norm, load_of(model, step, goal), &
+    call tests%close(name//'relative to the load', solution%load_norm, load_of(model, step, load), &
       1.0e-12_wp*solution%load_norm)
     call tests%check(name//'the body sinks', minval(solution%displacement(2, :)) < -1.0e-3_wp)
     call tests%close(name//'the largest move is told', solution%largest_move, maxval(abs(solution%displacement)), 0.0_wp)
     call tests%close(name//'the internal force is that of the points', &
-      maxval(abs(solution%internal_force - step%evaluation%force)), 0.0_wp, 1.0e-9_wp*maxval(abs(goal%force)))
+      maxval(abs(solution%internal_force - step%forces%internal)), 0.0_wp, 1.0e-9_wp*maxval(abs(load)))
     call tests%check(name//'fixed nodes stay', all(abs(pack(solution%displacement, model%loading%constrained)) <= 0.0_wp))
     call end_system(step%system)
   end subroutine check_balance
@@ -154,21 +154,23 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: free, damped
     type(controls_type) :: controls
+    real(wp), parameter :: coefficient = 3000.0_wp
     real(wp) :: drag
 
-    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, free)
-    call tests%close('without drag its share is nothing', free%drag_share, 0.0_wp, 0.0_wp)
+    call tests%close('without drag its share is nothing', share_of(free%shares, drag_share), 0.0_wp, 0.0_wp)
     call tests%close('and the residual without it is the residual', free%undamped_out_of_balance, free%out_of_balance, 0.0_wp)
-    goal%drag = 3000.0_wp
+    call damp(step, coefficient)
     call solve_equilibrium(model, step, goal, controls, damped)
     call tests%check('drag slows the body', damped%converged .and. damped%largest_move < 0.9_wp*free%largest_move)
-    drag = norm2(goal%drag*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
-    call tests%close('the share of the drag is told', damped%drag_share, drag, 1.0e-12_wp)
+    drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
+    call tests%close('the share of the drag is told', share_of(damped%shares, drag_share), drag, 1.0e-12_wp)
     call tests%close('the residual without the drag is told', damped%undamped_out_of_balance, &
-      norm2(residual_of(model, step, goal, damped%displacement, .false.))/damped%load_norm, 1.0e-9_wp)
+      norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%load_norm, 1.0e-9_wp)
     call end_system(step%system)
   end subroutine check_drag
 
@@ -176,27 +178,30 @@ contains
   subroutine check_supported(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    class(term_type), pointer :: supports
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
     real(wp), allocatable :: springs(:, :)
 
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=ALL', &
-      model, step, goal)
+      model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a supported body finds its equilibrium', solution%converged)
-    call tests%check('the residual with the springs is within the tolerance', norm2(residual_of(model, step, goal, &
-      solution%displacement, .true.)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
-    allocate (springs(2, size(goal%force, 2)), source=0.0_wp)
-    call add_support_force(step%supports, solution%displacement, .true., springs)
+    call tests%check('the residual with the springs is within the tolerance', norm2(residual_of(model, step, load, &
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+    allocate (springs, source=force_named(step, 'force of the supports', solution%displacement))
     call tests%check('the springs carry load', norm2(springs) > 0.01_wp*solution%load_norm)
     call tests%close('the internal force holds the springs', &
-      maxval(abs(solution%internal_force - step%evaluation%force - springs)), 0.0_wp, 1.0e-10_wp*solution%load_norm)
-    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
+      maxval(abs(solution%internal_force - force_named(step, 'internal force', solution%displacement) - springs)), &
+      0.0_wp, 1.0e-10_wp*solution%load_norm)
+    supports => term_named(step, 'force of the supports')
+    call supports%commit(solution%displacement, model)
     call tests%check('surface points hold the reactions of their springs', maxval(abs(model%state%surface%reaction)) > 0.0_wp)
-    step%supports%patches%count = 0
-    call take_support_reactions(step%supports, solution%displacement, model%state%surface)
+    supports%patches%count = 0
+    call supports%commit(solution%displacement, model)
     call tests%check('and none without springs', maxval(abs(model%state%surface%reaction)) <= 0.0_wp)
     call end_system(step%system)
   end subroutine check_supported
@@ -207,11 +212,12 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
     real(wp) :: first
 
-    call build('BASIS=STANDARD', elastic, 60.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 60.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     controls%max_iterations = 1
     goal%tolerance = 1.0e-12_wp
     call solve_equilibrium(model, step, goal, controls, solution)
@@ -229,7 +235,7 @@ contains
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('nor a fifth of it', solution%converged .and. solution%iterations >= 2 .and. &
       solution%out_of_balance <= goal%tolerance)
-    goal%force = 0.0_wp
+    call load_at(model, step, 0.0_wp, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a body without load is in equilibrium as it is', solution%converged .and. solution%iterations == 0 &
       .and. maxval(abs(solution%displacement)) <= 0.0_wp)
@@ -242,12 +248,13 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
     logical :: given(2, 49)
     real(wp) :: reactions
 
-    call build('BASIS=STANDARD', elastic, 1.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -0.01', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('equilibrium under prescribed displacements', solution%converged .and. solution%iterations >= 1)
     given = .false.
@@ -255,9 +262,9 @@ contains
     call tests%check('some are prescribed', count(given) > 1)
     call tests%close('they are there', maxval(abs(pack(solution%displacement - goal%prescribed, model%loading%constrained))), &
       0.0_wp, 0.0_wp)
-    call tests%check('the residual is within the tolerance of the reactions', norm2(residual_of(model, step, goal, &
-      solution%displacement, .true.)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
-    reactions = norm2(pack(step%evaluation%force, model%loading%constrained .and. spread(step%equations%active, 1, 2)))
+    call tests%check('the residual is within the tolerance of the reactions', norm2(residual_of(model, step, load, &
+      solution%displacement, 0.0_wp)) <= 1.0001_wp*goal%tolerance*solution%load_norm)
+    reactions = norm2(pack(step%forces%internal, model%loading%constrained .and. spread(step%equations%active, 1, 2)))
     call tests%close('which they are', solution%load_norm, reactions, 1.0e-10_wp*reactions)
     call tests%check('the sides bulge', maxval(abs(solution%displacement(1, :))) > 1.0e-4_wp)
     call end_system(step%system)
@@ -269,10 +276,11 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
 
-    call build('BASIS=STANDARD', elastic, 1.0_wp, '*PRESCRIBE|every, X, 0.02|every, Y, 0.01', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 1.0_wp, '*PRESCRIBE|every, X, 0.02|every, Y, 0.01', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, solution)
     call tests%check('a step without equations is taken', solution%converged .and. step%equations%count == 0)
     call tests%close('and moves as prescribed', maxval(abs(solution%displacement - goal%prescribed)), 0.0_wp, 0.0_wp)
@@ -285,10 +293,11 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: full, frozen
     type(controls_type) :: controls
 
-    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     controls%newton = newton_full
     call solve_equilibrium(model, step, goal, controls, full)
     call tests%check('full Newton converges and factorises in every iteration', full%converged .and. &
@@ -326,10 +335,11 @@ contains
       type(model_type) :: model
       type(step_type) :: step
       type(target_type) :: goal
+      real(wp), allocatable :: load(:, :)
       type(solution_type) :: solution
       type(controls_type) :: controls
 
-      call build('BASIS=STANDARD', material, weight, phase, model, step, goal)
+      call build('BASIS=STANDARD', material, weight, phase, model, step, goal, load)
       controls%newton = newton
       controls%max_iterations = iterations
       call solve_equilibrium(model, step, goal, controls, solution)
@@ -349,17 +359,18 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
     real(wp) :: residual(2, 49)
     integer :: n
 
-    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', yielding, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     n = model%space%node_count
     controls%max_iterations = 1
     call solve_equilibrium(model, step, goal, controls, solution)
     residual = 0.0_wp
-    residual(:, :n) = residual_of(model, step, goal, solution%displacement, .true.)
+    residual(:, :n) = residual_of(model, step, load, solution%displacement, 0.0_wp)
     call tests%check('the worst node has the largest residual', &
       solution%worst_node == maxloc(maxval(abs(residual(:, :n)), dim=1), dim=1) .and. maxval(abs(residual)) > 0.0_wp)
     call end_system(step%system)
@@ -371,10 +382,11 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: solution
     type(controls_type) :: controls
 
-    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call start_stopwatch(step%profile%watch, part_control)
     call solve_equilibrium(model, step, goal, controls, solution)
     associate (calls => step%profile%watch%calls, n => solution%iterations)
@@ -394,11 +406,12 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(target_type) :: goal
+    real(wp), allocatable :: load(:, :)
     type(solution_type) :: first, again
     type(controls_type) :: controls
     integer :: evaluations
 
-    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal)
+    call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, first)
     call tests%check('the usual number of iterations is remembered', step%usual_iterations == first%iterations)
     evaluations = int(step%profile%evaluations)

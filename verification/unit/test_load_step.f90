@@ -13,6 +13,7 @@ module test_load_step
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: start_stopwatch, part_control, part_convection, part_initialisation, part_step_error
   use deck_samples, only: joined
@@ -33,6 +34,7 @@ contains
     call tests%start('load_step')
     call check_taken(tests)
     call check_second(tests)
+    call check_compliance(tests)
     call check_too_far(tests)
     call check_lost_point(tests)
     call check_too_long(tests)
@@ -112,11 +114,52 @@ contains
     call end_system(step%system)
   end subroutine check_taken
 
+  !> The load increment of a step by the displacement of each of its solves.
+  subroutine check_compliance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: sunk, square
+
+    call build('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    call solve(0.25_wp, 0.0_wp)
+    square = solution%compliance%square
+    ! A quarter of two weights.
+    call tests%close('it is the load of the step on the points times what they sink', solution%compliance%work, &
+      0.5_wp*sunk, 1.0e-9_wp*sunk)
+    call tests%check('over the square of the load', square > 0.0_wp)
+    call solve(0.5_wp, 0.25_wp)
+    call tests%close('the next step counts its own load', solution%compliance%work, 0.5_wp*sunk, 1.0e-9_wp*sunk)
+    ! The weights sit a little lower in their cells.
+    call tests%close('which is the same', solution%compliance%square, square, 5.0e-3_wp*square)
+    call solve(0.5_wp, 0.25_wp)
+    call tests%close('at held load it is still the load of the step', solution%compliance%square, square, 5.0e-3_wp*square)
+    call tests%close('times what the points sink now', solution%compliance%work, 0.5_wp*sunk, 1.0e-9_wp)
+    call end_system(step%system)
+
+  contains
+
+    !> Solve to a share of the phase; the points have sunk by so much work.
+    subroutine solve(fraction, start)
+      real(wp), intent(in) :: fraction, start
+      type(load_step_type) :: solver
+      real(wp) :: before(model%state%points%count)
+
+      before = model%state%points%position(2, :)
+      call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(fraction, 1.0e-9_wp, start=start), &
+        solution, error)
+      sunk = sum(model%state%points%weight*(before - model%state%points%position(2, :)))
+    end subroutine solve
+  end subroutine check_compliance
+
   !> The second step is told where it stands and goes on from the loads of the first.
   subroutine check_second(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    type(soil_type), pointer :: soil
     type(state_type) :: before
     type(solution_type) :: solution
     type(error_type), allocatable :: error
@@ -130,7 +173,8 @@ contains
     before = model%state
     call go(model, step, 0.75_wp, 1.0_wp, solution, error)
     call tests%check('a second step is taken', solution%converged .and. .not. allocated(error))
-    associate (moment => step%evaluation%moment)
+    soil => soil_of(step%terms)
+    associate (moment => soil%evaluation%moment)
       call tests%check('the laws know phase and step', moment%phase == 1 .and. moment%step == 8 .and. &
         moment%step_of_phase == 5)
       call tests%check('and the times of the step', abs(moment%start - 0.25_wp) <= 0.0_wp .and. &

@@ -7,12 +7,12 @@ module test_loads
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_loads, only: external_force
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_space, only: node_position
   use deck_samples, only: joined
+  use term_samples, only: load_at
   use testing, only: tests_type
   implicit none
   private
@@ -73,13 +73,13 @@ contains
   !> Sum of the nodal forces, and of x times them: resultant, and first moments [i, j] = sum x_i f_j.
   subroutine measure(model, step, fraction, total, moments)
     type(model_type), intent(in) :: model
-    type(step_type), intent(in) :: step
+    type(step_type), intent(inout) :: step
     real(wp), intent(in) :: fraction
     real(wp), intent(out) :: total(2), moments(2, 2)
     real(wp) :: force(2, model%space%node_count), x(2)
     integer :: a
 
-    call external_force(model, step%activation, step%at_points, fraction, force)
+    call load_at(model, step, fraction, force)
     total = sum(force, dim=2)
     moments = 0.0_wp
     do a = 1, size(force, 2)

@@ -1,6 +1,7 @@
 !> Tests of src/output on a mesh of four squares with three points: what is written is read back.
 module test_output
   use, intrinsic :: iso_fortran_env, only: int8
+  use qsmpm_term_share, only: step_share_type
   use testing, only: tests_type
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain, quantity_stress, quantity_displacement
@@ -41,6 +42,7 @@ contains
     call test_restart(tests, directory)
     call test_vtu(tests, directory)
     call test_recorder(tests, directory//'/run')
+    call test_limit_file(tests, directory//'/run')
     call remove_folder(directory)
   end subroutine collect_output
 
@@ -219,7 +221,7 @@ contains
     call read_text(directory//'/whole/curves.csv', whole, error)
     header = whole(:index(whole, newline) - 1)
     call tests%check('columns carry units', header == 'phase,step,load_factor,iterations,'// &
-      'out_of_balance,drag_share,stabilisation_share,inaccurate_points,step_error,top [mm],sigma [kN/m^2],'// &
+      'out_of_balance,drag_share,stabilisation_share,inaccurate_points,step_error,compliance,top [mm],sigma [kN/m^2],'// &
       'external_work [kN m/m],internal_work [kN m/m]')
     call tests%check('six steps have six rows', line_count(whole) == 7)
     call tests%check('the log ends with the word that the run finished', &
@@ -269,6 +271,37 @@ contains
     if (fails) call fail(outcome, error_not_converged, 'no convergence')
     call close(recorder, model, error, outcome)
   end subroutine run_steps
+
+  !> A phase that ends at its limit load leaves it in a file; a run that does not removes it.
+  subroutine test_limit_file(tests, directory)
+    type(tests_type), intent(inout) :: tests
+    !> Directory of recorded runs.
+    character(len=*), intent(in) :: directory
+    type(model_type) :: model
+    type(recorder_type) :: recorder
+    type(recorder_options_type) :: options
+    type(error_type), allocatable :: error, outcome
+    character(len=:), allocatable :: text
+
+    call make_model(model)
+    options%display = display_quiet
+    options%fingerprint = [3, 4]
+    call start_clock(options%clock)
+    model%analysis%phases(1)%load_factor = 8.0_wp
+    model%state%progress%fraction = 0.25_wp
+    model%state%progress%limit%refused = 0.5_wp
+    model%state%progress%limit%knee = 0.375_wp
+    call create(recorder, model, directory, options, error)
+    if (.not. allocated(error)) call recorder%phase_done(model, error)
+    if (.not. allocated(error)) call close(recorder, model, error, outcome)
+    if (.not. allocated(error)) call read_text(directory//'/limit_load.json', text, error)
+    call tests%check('the limit load is a file', .not. allocated(error))
+    if (allocated(error)) return
+    call tests%check('with the loads and the knee', text == '{'//newline//'  "phase": 1,'//newline// &
+      '  "carried": 2,'//newline//'  "refused": 4,'//newline//'  "knee": 3'//newline//'}'//newline)
+    call run_steps(model, directory, 6, .false., error)
+    call tests%check('which the next run removes', .not. file_exists(directory//'/limit_load.json'))
+  end subroutine test_limit_file
 
   !> Continue a run at step 4, the last with a restart file that field_every does not meet.
   subroutine continue_steps(directory, last, error)
@@ -453,7 +486,8 @@ contains
 
     record%iterations = 3 + step
     record%out_of_balance = 1.0e-5_wp/step
-    record%stabilisation%share = 1.0e-3_wp/3.0_wp
+    record%shares = [step_share_type(name='drag_share'), &
+      step_share_type(name='stabilisation_share', share=1.0e-3_wp/3.0_wp)]
     record%equations = 12
     allocate (record%histories(2))
     record%histories = [0.1_wp*step, -10.0_wp/(step + 2)]

@@ -42,6 +42,8 @@ contains
     call check_cuts(tests)
     call check_end(tests)
     call check_limit(tests)
+    call check_limit_load(tests)
+    call check_limit_resumed(tests)
     call check_resumed(tests)
     call check_stop(tests)
     call check_hold_test(tests)
@@ -243,6 +245,95 @@ contains
     call tests%check('a step ends at the limit, and the next on a multiple', &
       run%reached([0.25_wp, 0.3_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
   end subroutine check_limit
+
+  !> Solves of these compliances.
+  pure function compliant(compliance) result(answers)
+    real(wp), intent(in) :: compliance(:)
+    type(answer_type) :: answers(size(compliance))
+    integer :: k
+
+    answers = [(answer_type(compliance=compliance(k), iterations=9), k=1, size(compliance))]
+  end function compliant
+
+  !> The limit load by the compliance of the steps.
+  subroutine check_limit_load(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    real(wp), parameter :: course(6) = [1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp, 7.0_wp]
+
+    run = new_run(compliant(course), ', LIMIT COMPLIANCE=10')
+    run%model%analysis%phases = run%model%analysis%phases(:1)
+    call run%to_end()
+    call tests%check('a step too compliant is bisected down to the smallest', run%reached([0.25_wp, 0.5_wp, 0.625_wp]) &
+      .and. asked(run) == 5)
+    call tests%check('that is the end of the phase, and no error', .not. allocated(run%error) .and. &
+      run%listener%phases == 1 .and. is_finished(run%model, run%march))
+    ! Compliance 5 in the middle of 0.5 and 0.625, 12 in that of 0.625 and 0.6875: ten times the first at 5.0938.
+    call tests%check('the limit load and its knee are told: '//run%listener%text, index(run%listener%text, &
+      "phase 'first': limit load between 5 and 5.5, knee at 5.09381|") > 0)
+    call tests%close('as a share of the phase', run%model%state%progress%limit%knee, 0.5625_wp + &
+      0.09375_wp*log(2.0_wp)/log(2.4_wp), rounding)
+
+    run = new_run(compliant(course), ', LIMIT COMPLIANCE=10')
+    call run%to_end()
+    call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
+    call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
+      'limit load between 5 and 5.5, knee at 5.09381; the phases behind it need the load that it did not carry')
+    call tests%check('its own end is told', run%listener%phases == 1)
+
+    run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')
+    run%model%analysis%phases = run%model%analysis%phases(:1)
+    call run%to_end()
+    call tests%check('equilibrium lost before the refused load ends the bisection', .not. allocated(run%error) .and. &
+      run%reached([0.25_wp, 0.5_wp]) .and. index(run%listener%text, 'limit load between 4 and 6, knee at 3.79588|') > 0)
+
+    run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
+    call run%to_end()
+    call tests%check('without a step too compliant it is no limit load', run%error%code == error_not_converged .and. &
+      index(run%error%message, 'equilibrium lost beyond load factor') > 0)
+    call tests%check('and how far the compliance has come is told: '//run%error%message, &
+      index(run%error%message, 'the last step was 4.0 times as compliant as the first one') > 0)
+
+    run = new_run(compliant(course), '')
+    call run%to_end()
+    call tests%check('nor is there one that was not asked for', run%listener%steps == 6 .and. .not. allocated(run%error))
+    call tests%close('the next phase begins without a compliance', run%model%state%progress%limit%first, 12.0_wp, 0.0_wp)
+  end subroutine check_limit_load
+
+  !> A run that is resumed within the bisection, or that a host steps there.
+  subroutine check_limit_resumed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run, resumed
+    type(run_profile_type) :: profile
+    integer :: k
+
+    run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp]), ', LIMIT COMPLIANCE=10')
+    run%model%analysis%phases = run%model%analysis%phases(:1)
+    do k = 1, 3
+      call march_step(run%model, run%march, run%listener, run%error)
+    end do
+    resumed = new_run(compliant([12.0_wp]), ', LIMIT COMPLIANCE=10')
+    resumed%model%analysis%phases = resumed%model%analysis%phases(:1)
+    resumed%model%state = run%model%state
+    call run%to_end()
+    call resumed%to_end()
+    call tests%check('a resumed run goes on where the bisection stood', &
+      len(state_differences(run%model%state, resumed%model%state)) == 0 .and. asked(resumed) == 1)
+    call begin_march(resumed%model, profile, resumed%march)
+    resumed%listener%phases = 0
+    call resumed%to_end()
+    call tests%check('and at its end nothing is left but to tell so', asked(resumed) == 1 .and. &
+      resumed%listener%phases == 1 .and. .not. allocated(resumed%error))
+
+    run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp]), ', LIMIT COMPLIANCE=10')
+    do k = 1, 3
+      call march_step(run%model, run%march, run%listener, run%error)
+    end do
+    run%march%limit = 0.625_wp + 1.0e-6_wp
+    call march_step(run%model, run%march, run%listener, run%error)
+    call tests%check('a host may step by less than the smallest', .not. is_finished(run%model, run%march) .and. &
+      run%reached([0.25_wp, 0.5_wp, 0.625_wp, 0.625_wp + 1.0e-6_wp]))
+  end subroutine check_limit_resumed
 
   !> A run that is resumed in a phase, or at its end.
   subroutine check_resumed(tests)

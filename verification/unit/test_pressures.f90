@@ -10,12 +10,14 @@ module test_pressures
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step
-  use qsmpm_system_matrix, only: complete_matrix, gather
+  use qsmpm_equations, only: gather
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
   use qsmpm_sparse_matrix, only: multiply
   use qsmpm_space, only: node_position
-  use qsmpm_pressures, only: set_pressures, add_pressure_force, add_pressure_change
+  use qsmpm_pressures, only: pressures_type
+  use qsmpm_term, only: term_type
   use deck_samples, only: joined
+  use term_samples, only: term_named, force_named
   use testing, only: tests_type
   implicit none
   private
@@ -25,6 +27,8 @@ module test_pressures
   !> Pressure in force, and steps of the central differences: the force is quadratic in the displacement, so that
   !> these have no error but rounding.
   real(wp), parameter :: pressure = 1.0_wp, difference = 1.0e-3_wp
+
+  character(len=*), parameter :: name = 'load of the pressures'
 
 contains
 
@@ -97,8 +101,21 @@ contains
     call start_phase(model)
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'the step of the test cannot be made'
-    call set_pressures(step%pressures, [pressure, pressure])
+    call set_pressures(step, pressure)
   end subroutine make_step
+
+  !> Put one pressure on all surfaces in force.
+  subroutine set_pressures(step, value)
+    type(step_type), intent(inout), target :: step
+    real(wp), intent(in) :: value
+    class(term_type), pointer :: term
+
+    term => term_named(step, name)
+    select type (term)
+    type is (pressures_type)
+      term%pressure = value
+    end select
+  end subroutine set_pressures
 
   !> The matrix with pressures less the one without is the derivative of their force, or its symmetric part.
   subroutine check_tangent(tests, kind, element, basis, friction)
@@ -107,7 +124,8 @@ contains
     integer, intent(in) :: friction
     character(len=:), allocatable :: label
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    class(term_type), pointer :: term
     real(wp), allocatable :: u(:, :), v(:, :), w(:, :), force(:, :), change(:, :), found(:)
     real(wp), allocatable :: found_by_differences(:)
     integer :: a, c
@@ -130,7 +148,8 @@ contains
     end where
     force = derivative(step, u, v)
     change = 0.0_wp
-    call add_pressure_change(step%pressures, v, change)
+    term => term_named(step, name)
+    call term%add_linear_force(v, change)
     call tests%close(label//'load stiffness of a prescribed displacement', &
       maxval(abs(change + derivative(step, 0.0_wp*u, v))), 0.0_wp, 1.0e-9_wp*maxval(abs(change)))
     call matrix_part(model, step, u, v, found)
@@ -153,13 +172,9 @@ contains
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :), direction(:, :)
     real(wp) :: change(size(displacement, 1), size(displacement, 2))
-    real(wp) :: back(size(displacement, 1), size(displacement, 2))
 
-    change = 0.0_wp
-    back = 0.0_wp
-    call add_pressure_force(step%pressures, displacement + difference*direction, change)
-    call add_pressure_force(step%pressures, displacement - difference*direction, back)
-    change = (change - back)/(2.0_wp*difference)
+    change = (force_named(step, name, displacement + difference*direction) &
+      - force_named(step, name, displacement - difference*direction))/(2.0_wp*difference)
   end function derivative
 
   !> What the pressures add to the product of the matrix and a direction (equations).
@@ -174,13 +189,13 @@ contains
     allocate (part(step%equations%count), x(step%equations%count), without(step%equations%count))
     call gather(step%equations, direction, x)
     call evaluate_step(model, step, displacement, tangent_consistent)
-    call complete_matrix(step, 0.0_wp, displacement)
+    call complete_matrix(step, displacement)
     call multiply(step%matrix, x, part)
-    call set_pressures(step%pressures, [0.0_wp, 0.0_wp])
+    call set_pressures(step, 0.0_wp)
     call evaluate_step(model, step, displacement, tangent_consistent)
-    call complete_matrix(step, 0.0_wp, displacement)
+    call complete_matrix(step, displacement)
     call multiply(step%matrix, x, without)
-    call set_pressures(step%pressures, [pressure, pressure])
+    call set_pressures(step, pressure)
     part = part - without
   end subroutine matrix_part
 
@@ -196,14 +211,12 @@ contains
 
     call make_step(kind, element, 'SPLINE2', 0, '1', model, step)
     allocate (u(model%mesh%dimension, model%space%node_count))
-    allocate (force, mold=u)
     do a = 1, size(u, 2)
       u(:, a) = node_position(model%space, model%mesh, a)
       u(:2, a) = [0.1_wp*u(1, a) + 0.2_wp*u(2, a), -0.05_wp*u(2, a)]
       if (size(u, 1) == 3) u(3, a) = 0.3_wp*u(3, a)
     end do
-    force = 0.0_wp
-    call add_pressure_force(step%pressures, u, force)
+    allocate (force, source=force_named(step, name, u))
     total = sum(force(:2, :), dim=2)
     ! F = [1.1 0.2; 0 0.95], F_33 = 1 or 1.3; areas 2 along x and y, cofactor F_33 [0.95 0; -0.2 1.1].
     call tests%close(kind//': force on the areas of a homogeneous step', norm2(total + pressure*2.0_wp* &

@@ -48,6 +48,7 @@ contains
     call check_share(tests)
     call check_stages(tests)
     call check_cut_stage(tests)
+    call check_limit_load(tests)
     call check_snapshot(tests)
     call check_saved(tests)
     call check_point_forces(tests)
@@ -246,6 +247,33 @@ contains
     call tests%close('gravity and pressure end half way', carried(run), 0.7_wp*weight + 2.5_wp, 1.0e-3_wp*weight)
     call run%destroy()
   end subroutine check_cut_stage
+
+  !> A stage that has ended at its limit load, here one that is put into the state.
+  subroutine check_limit_load(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+    real(wp) :: loads(3)
+
+    call begin(run, '1, 4')
+    call run%advance_to(0.4_wp, error)
+    call get_values(run, 'limit_load', loads, error)
+    call tests%check('a stage has no limit load until it is found', all(abs(loads) <= 0.0_wp))
+    run%model%state%progress%limit%refused = 0.5_wp
+    run%model%state%progress%limit%knee = 0.45_wp
+    call run%run(error)
+    call tests%check('the limit load ends a stage', .not. allocated(error) .and. run%finished())
+    call get_values(run, 'limit_load', loads, error)
+    call tests%check('and can be had', all(abs(loads - [0.4_wp, 0.5_wp, 0.45_wp]) <= 1.0e-12_wp))
+    call run%add_stage('rest', 1, error)
+    call run%run(error)
+    call tests%check('another stage cannot begin at a load that is not carried', allocated(error))
+    call run%end_stage(error)
+    call tests%check('but at the load reached', .not. allocated(error))
+    call run%run(error)
+    call tests%close('it does', carried(run), 0.4_wp*weight, force_tolerance*weight)
+    call run%destroy()
+  end subroutine check_limit_load
 
   !> States kept in memory.
   subroutine check_snapshot(tests)

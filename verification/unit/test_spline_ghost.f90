@@ -11,8 +11,8 @@ module test_spline_ghost
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_space, only: space_type
   use qsmpm_domains, only: domains_type, touch_cells
-  use qsmpm_penalty_terms, only: stabilisation_type, add_stabilising_force
-  use qsmpm_stabilisation, only: build_stabilisation
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
+  use qsmpm_boundary_stabilisation, only: build_penalty
   use qsmpm_analysis, only: stabilise_none, stabilise_ghost, stabilise_background
   use sample_models, only: uneven_grid, sample_space, tiled_box, lines_x
   use testing, only: tests_type
@@ -69,7 +69,7 @@ contains
     integer, intent(in) :: dimension, degree, kind
     type(mesh_type), intent(out) :: mesh
     type(space_type), intent(out) :: space
-    type(stabilisation_type), intent(out) :: stabilisation
+    type(penalty_matrices_type), intent(out) :: stabilisation
     !> A set whose sides are kinks.
     real(wp), intent(in), optional :: box(3, 2)
     type(points_type) :: points
@@ -90,7 +90,7 @@ contains
     type(points_type), intent(in) :: points
     type(domains_type), intent(in) :: domains
     integer, intent(in) :: kind
-    type(stabilisation_type), intent(out) :: stabilisation
+    type(penalty_matrices_type), intent(out) :: stabilisation
     type(activation_type) :: activation
     real(wp) :: volumes(mesh%cell_count)
     real(wp), allocatable :: stiffness(:)
@@ -99,7 +99,7 @@ contains
     call activate(mesh, volumes, points, activation)
     call touch_cells(space, domains, activation%touched)
     allocate (stiffness(activation%active_count), source=young)
-    call build_stabilisation(mesh, space, activation, kind, factor, stiffness, volumes, stabilisation)
+    call build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, stabilisation)
   end subroutine build
 
   !> Control values along an axis of (x - shift)^degree, or with `upper` of its part above `shift`, or
@@ -149,7 +149,7 @@ contains
     integer, intent(in) :: dimension, degree
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :), force(:, :)
     integer :: variant
 
@@ -160,13 +160,13 @@ contains
       call multiply(space, dimension, along_axis(space, 1, 1.9_wp, .false.), along_axis(space, 2, 1.2_wp, .false.), &
         third_axis(space, dimension), field)
       force = 0.0_wp
-      call add_stabilising_force(stabilisation, field, force)
+      call add_penalty_force(stabilisation, field, force)
       call tests%close('ghost of '//name//merge(' kinked', '       ', variant == 2)// &
         ' lets polynomials of its degree pass', maxval(abs(force)), 0.0_wp, rounding)
       field = 0.0_wp
       field(1, space%node_count/2) = 1.0_wp
       force = 0.0_wp
-      call add_stabilising_force(stabilisation, field, force)
+      call add_penalty_force(stabilisation, field, force)
       call tests%check('and resists a single control value', force(1, space%node_count/2) > 1.0e-3_wp)
       deallocate (field, force)
     end do
@@ -196,12 +196,12 @@ contains
 
   !> Energy of a field.
   real(wp) function energy(stabilisation, field)
-    type(stabilisation_type), intent(in) :: stabilisation
+    type(penalty_matrices_type), intent(in) :: stabilisation
     real(wp), intent(in) :: field(:, :)
     real(wp) :: force(size(field, 1), size(field, 2))
 
     force = 0.0_wp
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     energy = sum(force*field)
   end function energy
 
@@ -214,7 +214,7 @@ contains
     integer, parameter :: factorial(3) = [1, 2, 6], line(3) = [4, 3, 2]
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :)
     real(wp) :: h, wanted, area(3)
     character(len=1), parameter :: axes(3) = ['x', 'y', 'z']
@@ -261,7 +261,7 @@ contains
     integer, intent(in) :: dimension, degree
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :)
     real(wp) :: wanted
 
@@ -280,7 +280,7 @@ contains
     integer, intent(in) :: degree
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: matrix(:, :), values(:), work(:)
     integer :: k, n, info
 
@@ -311,7 +311,7 @@ contains
     integer, intent(in) :: dimension, degree
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :)
 
     call thin_body(dimension, degree, stabilise_background, mesh, space, stabilisation)
@@ -332,7 +332,7 @@ contains
     type(space_type) :: space
     type(points_type) :: points
     type(domains_type) :: domains
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :)
 
     call uneven_grid(2, mesh)
@@ -355,7 +355,7 @@ contains
     type(space_type) :: space
     type(points_type) :: points
     type(domains_type) :: domains
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :)
 
     call uneven_grid(2, mesh)
@@ -376,10 +376,10 @@ contains
     type(tests_type), intent(inout) :: tests
     type(mesh_type) :: mesh
     type(space_type) :: space
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
 
     call thin_body(2, 2, stabilise_none, mesh, space, stabilisation)
     call tests%check('no stabilisation has no terms', stabilisation%patches%count == 0 .and. &
-      size(stabilisation%patches%nodes) == 0)
+      .not. allocated(stabilisation%matrix))
   end subroutine check_none
 end module test_spline_ghost

@@ -5,8 +5,8 @@ module test_stabilisation
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_house_keeping, only: activation_type, activate
-  use qsmpm_penalty_terms, only: stabilisation_type, add_stabilising_force
-  use qsmpm_stabilisation, only: build_stabilisation
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
+  use qsmpm_boundary_stabilisation, only: build_penalty
   use qsmpm_space, only: space_type
   use qsmpm_space_builder, only: element_space
   use qsmpm_analysis, only: stabilise_ghost, stabilise_background
@@ -44,7 +44,7 @@ contains
   subroutine thin_body(mesh, kind, stabilisation, filled)
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: kind
-    type(stabilisation_type), intent(out) :: stabilisation
+    type(penalty_matrices_type), intent(out) :: stabilisation
     !> Cells to the left of here along x are filled to 0.9; none when absent.
     real(wp), intent(in), optional :: filled
     type(space_type) :: space
@@ -66,7 +66,7 @@ contains
     call activate(mesh, volumes, points, activation)
     stiffness = 1.0_wp
     call element_space(mesh, space)
-    call build_stabilisation(mesh, space, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
+    call build_penalty(mesh, space, activation, kind, 1.0_wp, stiffness, volumes, stabilisation)
   end subroutine thin_body
 
   !> The ghost penalty resists no linear field, and on quadratic elements no quadratic one.
@@ -74,7 +74,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: name
     type(mesh_type) :: mesh
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :), force(:, :)
 
     call sample_grid(name, 2, 0.1_wp, mesh)
@@ -82,19 +82,19 @@ contains
     allocate (field, source=2.0_wp*mesh%coordinates)
     field(1, :) = field(1, :) - mesh%coordinates(2, :)
     allocate (force(mesh%dimension, mesh%node_count), source=0.0_wp)
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     call tests%close('ghost penalty on '//name//' lets a linear field pass', maxval(abs(force)), 0.0_wp, 1.0e-11_wp)
     if (index(name, '6') > 0 .and. name /= 'WEDGE6' .or. name == 'WEDGE15' .or. name == 'TET10') then
       field = mesh%coordinates**2
       force = 0.0_wp
-      call add_stabilising_force(stabilisation, field, force)
+      call add_penalty_force(stabilisation, field, force)
       call tests%close('ghost penalty on '//name//' lets a quadratic field pass', maxval(abs(force)), 0.0_wp, &
         1.0e-9_wp)
     end if
     field = 0.0_wp
     field(1, 1) = 1.0_wp
     force = 0.0_wp
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     call tests%check('ghost penalty on '//name//' resists a single node', force(1, 1) > 1.0e-3_wp)
   end subroutine check_ghost
 
@@ -106,7 +106,7 @@ contains
     !> Energy for g = E = 1 and a middle of length (area) one.
     real(wp), intent(in) :: wanted
     type(mesh_type) :: mesh
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :), force(:, :)
     real(wp) :: skew
     integer :: k
@@ -116,7 +116,7 @@ contains
     allocate (field(1, mesh%node_count), force(1, mesh%node_count))
     field(1, :) = max(mesh%coordinates(1, :) - 0.5_wp, 0.0_wp)
     force = 0.0_wp
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     call tests%close('ghost penalty on '//name//' has the energy of a jump of slope', sum(force*field), wanted, &
       1.0e-11_wp)
     skew = 0.0_wp
@@ -132,7 +132,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: name
     type(mesh_type) :: mesh
-    type(stabilisation_type) :: stabilisation
+    type(penalty_matrices_type) :: stabilisation
     real(wp), allocatable :: field(:, :), force(:, :)
 
     call sample_grid(name, 2, 0.1_wp, mesh)
@@ -140,14 +140,14 @@ contains
     allocate (field, source=2.0_wp*mesh%coordinates + 1.0_wp)
     field(1, :) = field(1, :) - mesh%coordinates(2, :)
     allocate (force(mesh%dimension, mesh%node_count), source=0.0_wp)
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     call tests%close('background on '//name//' lets a linear field pass', maxval(abs(force)), 0.0_wp, 1.0e-12_wp)
     call sample_grid(name, 2, 0.0_wp, mesh)
     call thin_body(mesh, stabilise_background, stabilisation, 0.5_wp)
     field = 0.0_wp
     field(1, :) = max(mesh%coordinates(1, :) - 0.5_wp, 0.0_wp)
     force = 0.0_wp
-    call add_stabilising_force(stabilisation, field, force)
+    call add_penalty_force(stabilisation, field, force)
     call tests%close('background on '//name//' ties thin cells to filled ones', sum(force*field), 0.5_wp, 1.0e-11_wp)
   end subroutine check_background
 end module test_stabilisation

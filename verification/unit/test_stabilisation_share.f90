@@ -4,8 +4,8 @@ module test_stabilisation_share
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use qsmpm_kinds, only: wp
   use qsmpm_node_graph, only: patches_type
-  use qsmpm_penalty_terms, only: stabilisation_type, weaken
-  use qsmpm_stabilisation_share, only: solve_share_type, step_share_type, measure_solve, add_solve
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
+  use qsmpm_term_share, only: solve_share_type, step_share_type, share_of_cells, add_solves
   use testing, only: tests_type
   implicit none
   private
@@ -33,7 +33,7 @@ contains
   !> unless all around is quiet.
   subroutine check_force(tests)
     type(tests_type), intent(inout) :: tests
-    type(stabilisation_type) :: terms
+    type(penalty_matrices_type) :: terms
 
     call make_spring(terms)
     call tests%close('two layers away counts', force_share(terms, [0.0_wp, 0.0_wp, 10.0_wp, 0.0_wp, 0.0_wp]), &
@@ -42,7 +42,7 @@ contains
       force_share(terms, [0.0_wp, 0.0_wp, 10.0_wp, 100.0_wp, 0.0_wp]), spring/10.0_wp, rounding)
     call tests%close('all around quiet: a thousandth of the largest force', &
       force_share(terms, [0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1000.0_wp]), spring, rounding)
-    call weaken(terms, 0.1_wp)
+    terms%matrix = 0.1_wp*terms%matrix
     call tests%close('a tenth of the stabilisation carries a tenth', &
       force_share(terms, [0.0_wp, 0.0_wp, 10.0_wp, 0.0_wp, 0.0_wp]), spring/100.0_wp, rounding)
   end subroutine check_force
@@ -50,46 +50,46 @@ contains
   !> The work of the last solve refers to that of all solves of the step; the larger of both shares is taken.
   subroutine check_work(tests)
     type(tests_type), intent(inout) :: tests
-    type(stabilisation_type) :: terms
+    type(penalty_matrices_type) :: terms
     type(solve_share_type) :: solve
-    type(step_share_type) :: step
+    type(step_share_type), allocatable :: step(:)
 
     call make_spring(terms)
     call measure(terms, 1.0_wp, [0.0_wp, 0.0_wp, 10.0_wp, 0.0_wp, 0.0_wp], 4.0_wp, solve)
-    call add_solve(solve, step)
-    call tests%close('work of the stabilisation over that of the cells', step%share, spring/4.0_wp, rounding)
+    call add_solves([solve], step)
+    call tests%close('work of the stabilisation over that of the cells', step(1)%share, spring/4.0_wp, rounding)
     solve%internal_work = 1.0_wp
-    call add_solve(solve, step)
-    call tests%close('the works of the cells add up over the step', step%share, spring/5.0_wp, rounding)
+    call add_solves([solve], step)
+    call tests%close('the works of the cells add up over the step', step(1)%share, spring/5.0_wp, rounding)
     solve%internal_work = 1.0e3_wp
-    call add_solve(solve, step)
-    call tests%close('where the work is small the force counts', step%share, spring/10.0_wp, rounding)
+    call add_solves([solve], step)
+    call tests%close('where the work is small the force counts', step(1)%share, spring/10.0_wp, rounding)
   end subroutine check_work
 
   !> Nothing carries nothing; a force where there is no other, or none that is a number, is beyond any bound.
   subroutine check_nothing(tests)
     type(tests_type), intent(inout) :: tests
-    type(stabilisation_type) :: terms
+    type(penalty_matrices_type) :: terms
     type(solve_share_type) :: solve
-    type(step_share_type) :: step
+    type(step_share_type), allocatable :: step(:)
 
     call make_spring(terms)
     call measure(terms, 0.0_wp, spread(0.0_wp, 1, 5), 0.0_wp, solve)
-    call add_solve(solve, step)
-    call tests%check('no displacement, no share', step%share <= 0.0_wp)
+    call add_solves([solve], step)
+    call tests%check('no displacement, no share', step(1)%share <= 0.0_wp)
     call measure(terms, 1.0_wp, spread(0.0_wp, 1, 5), 0.0_wp, solve)
-    call add_solve(solve, step)
-    call tests%check('all of nothing', step%share > 1.0_wp)
+    call add_solves([solve], step)
+    call tests%check('all of nothing', step(1)%share > 1.0_wp)
     call tests%put_off_traps()
     call measure(terms, ieee_value(1.0_wp, ieee_quiet_nan), spread(1.0_wp, 1, 5), 1.0_wp, solve)
-    call add_solve(solve, step)
-    call tests%check('not a number is no small share', .not. step%share <= 1.0_wp)
+    call add_solves([solve], step)
+    call tests%check('not a number is no small share', .not. step(1)%share <= 1.0_wp)
     call tests%trap_again()
   end subroutine check_nothing
 
   !> Force share for internal forces at the nodes (5).
   real(wp) function force_share(terms, forces)
-    type(stabilisation_type), intent(in) :: terms
+    type(penalty_matrices_type), intent(in) :: terms
     real(wp), intent(in) :: forces(5)
     type(solve_share_type) :: solve
 
@@ -99,23 +99,25 @@ contains
 
   !> Measure a move of the first node.
   subroutine measure(terms, move, forces, work, solve)
-    type(stabilisation_type), intent(in) :: terms
+    type(penalty_matrices_type), intent(in) :: terms
     real(wp), intent(in) :: move, forces(5), work
     type(solve_share_type), intent(out) :: solve
     type(patches_type) :: cells
-    real(wp) :: displacement(2, 5), force_size(2, 5)
+    real(wp), dimension(2, 5) :: displacement, force, force_size
 
     cells = patches_type(4, [1, 3, 5, 7, 9], [1, 2, 2, 3, 3, 4, 4, 5])
     displacement = 0.0_wp
     displacement(1, 1) = move
     force_size = 0.0_wp
     force_size(2, :) = forces
-    call measure_solve(terms, cells, displacement, force_size, work, solve)
+    force = 0.0_wp
+    call add_penalty_force(terms, displacement, force)
+    solve = share_of_cells('share', force, displacement, cells, force_size, work)
   end subroutine measure
 
   !> A spring between the first two nodes.
   subroutine make_spring(terms)
-    type(stabilisation_type), intent(out) :: terms
+    type(penalty_matrices_type), intent(out) :: terms
 
     terms%patches = patches_type(1, [1, 3], [1, 2])
     allocate (terms%matrix(2, 2, 1))

@@ -60,6 +60,7 @@ contains
     call check_hopeless(tests)
     call check_holds(tests)
     call check_lost_holds(tests)
+    call check_compliance(tests)
     call check_fatal(tests)
     call tests%put_off_traps()
     call check_not_numbers(tests)
@@ -258,7 +259,7 @@ contains
       size(it%script%asked) < 40 .and. it%outcome%reason == 'the script says no')
     it = trial()
     allocate (it%step%lumped(1), source=1.0_wp)
-    allocate (it%step%evaluation%force(2, 1), source=0.0_wp)
+    allocate (it%step%forces%internal(2, 1), source=0.0_wp)
     call it%go([lost()])
     call tests%check('without a force there is nothing to damp', size(it%script%asked) == 1 .and. it%is_restored() .and. &
       it%outcome%reason == 'the script says no')
@@ -350,6 +351,67 @@ contains
     call tests%check('and while the load is held', it%is_restored() .and. it%outcome%hopeless .and. &
       size(it%script%asked) == 2 .and. it%outcome%cause == error_user_material)
   end subroutine check_hopeless
+
+  !> A step that is too compliant is left at once, wherever that shows.
+  subroutine check_compliance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = limited()
+    call it%go([answer_type(compliance=20.0_wp)])
+    call tests%check('a step as compliant as LIMIT COMPLIANCE allows is accepted', it%outcome%accepted .and. &
+      .not. it%outcome%at_limit)
+    it = limited()
+    call it%go([answer_type(compliance=20.1_wp, stabilisation_share=0.05_wp), answer_type()])
+    call tests%check('one more compliant is refused before it is held', it%is_restored() .and. it%outcome%at_limit .and. &
+      size(it%script%asked) == 1)
+    call tests%check('without a word of damping', .not. allocated(it%listener%text) .and. it%outcome%cause == &
+      error_not_converged)
+    call tests%check('and says why', index(it%outcome%reason, 'times as compliant as the first one') > 0)
+    it = limited()
+    call it%go([answer_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
+      answer_type(compliance=4.0_wp, stabilisation_share=0.05_wp), &
+      answer_type(compliance=4.1_wp, stabilisation_share=0.05_wp), answer_type()])
+    call tests%check('the displacements of holds count, and end them', it%is_restored() .and. it%outcome%at_limit .and. &
+      size(it%script%asked) == 3)
+    it = limited()
+    call it%go([lost(), damped(0.5_wp), answer_type(damping_share=0.4_wp, undamped=0.4_wp, compliance=21.0_wp), &
+      answer_type()])
+    call tests%check('so do those of sub-steps', it%is_restored() .and. it%outcome%at_limit .and. &
+      size(it%script%asked) == 3)
+    it = limited()
+    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), answer_type(damping_share=0.4_wp, &
+      undamped=0.4_wp, compliance=21.0_wp), answer_type()])
+    call tests%check('also of those in a hold', it%is_restored() .and. it%outcome%at_limit .and. &
+      size(it%script%asked) == 3 .and. .not. allocated(it%listener%text))
+    it = limited()
+    call it%go([answer_type(compliance=12.0_wp, stabilisation_share=0.05_wp), answer_type(compliance=4.0_wp)])
+    call tests%check('loads are counted from the start of the step, in holds too', it%outcome%accepted .and. &
+      all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp) .and. abs(it%record%start - 0.1_wp) <= 0.0_wp)
+    call tests%close('the record has the displacements of all solves', it%record%compliance%work, 16.0_wp, 0.0_wp)
+    call tests%close('and the load of the first', it%record%compliance%square, 1.0_wp, 0.0_wp)
+    it = limited()
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), answer_type()])
+    call tests%check('nor do sub-steps count it anew', all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp))
+    it = limited()
+    call it%go([answer_type(converged=.false., compliance=21.0_wp, residual=0.5_wp, undamped=0.5_wp), &
+      damped(0.5_wp), damped(5.0e-4_wp), answer_type()])
+    call tests%check('a solve that is lost has no compliance', it%outcome%accepted)
+    it = limited()
+    it%controls%limit_compliance = 0.0_wp
+    call it%go([answer_type(compliance=1.0e9_wp)])
+    call tests%check('unless it is asked for nothing ends a step for it', it%outcome%accepted)
+  end subroutine check_compliance
+
+  !> A trial at a tenth of the phase whose first step had a compliance of two, with ten times that allowed.
+  function limited() result(it)
+    type(trial_type) :: it
+
+    it = trial()
+    it%model%state%progress%fraction = 0.1_wp
+    it%model%state%progress%limit%first = 2.0_wp
+    it%controls%limit_compliance = 10.0_wp
+  end function limited
 
   !> Re-equilibration at constant load.
   subroutine check_holds(tests)

@@ -11,8 +11,9 @@ module test_supports
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_convection, only: convect
   use qsmpm_space, only: node_position
-  use qsmpm_supports, only: add_support_force, support_block
+  use qsmpm_supports, only: supports_type, support_block
   use deck_samples, only: joined
+  use term_samples, only: term_named, force_named
   use testing, only: tests_type
   implicit none
   private
@@ -21,6 +22,8 @@ module test_supports
 
   !> The slanted side of the body and its unit normal.
   real(wp), parameter :: normal(2) = [0.6_wp, -0.8_wp], tangent(2) = [0.8_wp, 0.6_wp]
+
+  character(len=*), parameter :: springs = 'force of the supports'
 
 contains
 
@@ -58,43 +61,54 @@ contains
     if (allocated(error)) error stop 'the step of the test cannot be made'
   end subroutine make_step
 
+  !> The supports among the terms.
+  function supports_of(step) result(supports)
+    type(step_type), intent(in), target :: step
+    type(supports_type), pointer :: supports
+
+    supports => null()
+    select type (term => term_named(step, springs))
+    type is (supports_type)
+      supports => term
+    end select
+  end function supports_of
+
   !> Force and stiffness of the springs.
   subroutine check_springs(tests, basis, kind)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis, kind
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    type(supports_type), pointer :: supports
     real(wp), allocatable :: u(:, :), force(:, :), linear(:, :), block(:, :, :, :)
     real(wp) :: total(2)
     integer :: a, b, k, n
 
     call make_step(basis, kind, model, step)
+    supports => supports_of(step)
     allocate (u(2, model%space%node_count), force(2, model%space%node_count), &
       linear(2, model%space%node_count))
     ! The springs resist a push along the normal by their whole stiffness, whatever the functions: they sum to one.
     u = spread(normal, 2, model%space%node_count)
-    force = 0.0_wp
-    call add_support_force(step%supports, u, .true., force)
+    force = force_named(step, springs, u)
     total = sum(force, dim=2)
     call tests%close(kind//': a push along the normal is resisted', dot_product(total, normal), &
-      sum(step%supports%stiffness), 1.0e-10_wp*sum(step%supports%stiffness))
+      sum(supports%stiffness), 1.0e-10_wp*sum(supports%stiffness))
     u = spread(tangent, 2, model%space%node_count)
-    force = 0.0_wp
-    call add_support_force(step%supports, u, .true., force)
+    force = force_named(step, springs, u)
     total = sum(force, dim=2)
     call tests%close(kind//': sliding is free or as stiff', dot_product(total, tangent), &
-      merge(sum(step%supports%stiffness), 0.0_wp, kind == 'ALL'), 1.0e-10_wp*sum(step%supports%stiffness))
+      merge(sum(supports%stiffness), 0.0_wp, kind == 'ALL'), 1.0e-10_wp*sum(supports%stiffness))
     do a = 1, size(u, 2)
       u(:, a) = [sin(1.7_wp*a), cos(2.3_wp*a)]
     end do
-    force = 0.0_wp
     linear = 0.0_wp
-    call add_support_force(step%supports, u, .false., force)
-    do k = 1, step%supports%patches%count
-      allocate (block, source=support_block(step%supports, k))
+    force = force_named(step, springs, u) - force_named(step, springs, 0.0_wp*u)
+    do k = 1, supports%patches%count
+      allocate (block, source=support_block(supports, k))
       n = size(block, 2)
-      associate (nodes => step%supports%patches%nodes(step%supports%patches%first(k): &
-        step%supports%patches%first(k + 1) - 1))
+      associate (nodes => supports%patches%nodes(supports%patches%first(k): &
+        supports%patches%first(k + 1) - 1))
         do b = 1, n
           do a = 1, n
             linear(:, nodes(a)) = linear(:, nodes(a)) + matmul(block(:, a, :, b), u(:, nodes(b)))
@@ -112,18 +126,20 @@ contains
   subroutine check_gap(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
-    type(step_type) :: step
+    type(step_type), target :: step
+    type(supports_type), pointer :: supports
     type(error_type), allocatable :: error
     real(wp), allocatable :: force(:, :), still(:, :)
 
     call make_step('SPLINE2', 'NORMAL', model, step)
+    supports => supports_of(step)
     model%state%surface%position = model%state%surface%position &
       + 0.01_wp*spread(normal, 2, model%state%surface%count)
     call initialise_step(model, step, error)
-    allocate (force(2, model%space%node_count), still(2, model%space%node_count), source=0.0_wp)
-    call add_support_force(step%supports, still, .true., force)
+    allocate (still(2, model%space%node_count), source=0.0_wp)
+    allocate (force, source=force_named(step, springs, still))
     call tests%close('the gap of earlier steps is resisted', dot_product(sum(force, dim=2), normal), &
-      0.01_wp*sum(step%supports%stiffness), 1.0e-10_wp*sum(step%supports%stiffness))
+      0.01_wp*sum(supports%stiffness), 1.0e-10_wp*sum(supports%stiffness))
   end subroutine check_gap
 
   !> A homogeneous step turns and stretches areas by the cofactor of its gradient.

@@ -13,7 +13,7 @@ module qsmpm_spline_ghost
   use qsmpm_house_keeping, only: activation_type, boundary_fill
   use qsmpm_space, only: space_type, cell_position, tensor_nodes
   use qsmpm_spline_axis, only: spline_axis_type, axis_values, lowest_jump, highest_degree
-  use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
   private
 
@@ -42,7 +42,7 @@ contains
     !> Young's modulus in each active cell (active_count).
     real(wp), intent(in) :: stiffness(:)
     !> The stabilisation terms.
-    type(stabilisation_type), intent(inout) :: stabilisation
+    type(penalty_matrices_type), intent(inout) :: stabilisation
     logical :: boundary(mesh%cell_count), penalised(size(mesh%interior_face, 2))
     real(wp) :: young(mesh%cell_count)
     integer, allocatable :: faces(:)
@@ -120,7 +120,7 @@ contains
     !> Interior faces.
     integer, intent(in) :: faces(:)
     !> Its patches are set.
-    type(stabilisation_type), intent(inout) :: stabilisation
+    type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: first(3, size(faces)), count(3, size(faces)), k, normal
 
     associate (patches => stabilisation%patches)

@@ -1,43 +1,81 @@
-!> External forces (eq. 19): the weight of the material points and the tractions, each somewhere
+!> Dead loads (eq. 19): the weight of the material points and the tractions, each somewhere
 !> between its value at the start and at the end of the phase. The reactions of fixities and supports that a phase has
 !> freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
-module qsmpm_loads
+module qsmpm_dead_loads
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: carrier_points, carrier_surface
-  use qsmpm_model, only: model_type, loading_type
+  use qsmpm_load_path, only: between
+  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_configuration, only: configuration_type
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_model, only: model_type
   use qsmpm_space, only: place_type
-  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_term, only: term_type, role_external
   implicit none
   private
 
-  public :: external_force, pressures_at
+  public :: new_dead_loads
+
+  type, extends(term_type) :: dead_loads_type
+    !> Nodal forces in force (dimension, nodes).
+    real(wp), allocatable :: force(:, :)
+  contains
+    procedure :: prepare
+    procedure :: set_load
+    procedure :: add_force
+  end type dead_loads_type
 
 contains
 
-  !> Force of all loads but pressures (qsmpm_pressures) at a share of the phase.
-  subroutine external_force(model, activation, at_points, fraction, force)
-    !> The model.
+  !> The term.
+  subroutine new_dead_loads(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (dead_loads_type :: term)
+    term%name = 'load'
+    term%role = role_external
+  end subroutine new_dead_loads
+
+  !> Nothing is in force yet.
+  subroutine prepare(self, model, configuration)
+    class(dead_loads_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    !> Basis functions at the material points.
-    type(integration_type), intent(in) :: at_points
-    !> Share of the phase, 0 to 1.
+    type(configuration_type), intent(in) :: configuration
+
+    associate (unused => configuration)
+    end associate
+    if (allocated(self%force)) deallocate (self%force)
+    allocate (self%force(model%mesh%dimension, model%space%node_count), source=0.0_wp)
+  end subroutine prepare
+
+  !> The loads of a fraction of the phase.
+  subroutine set_load(self, model, configuration, fraction)
+    class(dead_loads_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
-    !> (dimension, node_count)
-    real(wp), intent(out) :: force(:, :)
     real(wp) :: gravity(3)
 
-    force = 0.0_wp
+    self%force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-    call add_weight(model, at_points, gravity(:model%mesh%dimension), force)
-    force = force + still_held(model, fraction)*model%state%released
+    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), self%force)
+    self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
-    call add_surface_tractions(model, activation, fraction, force)
-    call add_carried_tractions(model, activation, fraction, force)
-  end subroutine external_force
+    call add_surface_tractions(model, configuration%activation, fraction, self%force)
+    call add_carried_tractions(model, configuration%activation, fraction, self%force)
+  end subroutine set_load
+
+  !> They do not follow the displacement.
+  subroutine add_force(self, displacement, force)
+    class(dead_loads_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    associate (unused => displacement)
+    end associate
+    force = force + self%force
+  end subroutine add_force
 
   !> Share of the released forces that is still there.
   pure real(wp) function still_held(model, fraction) result(share)
@@ -47,24 +85,6 @@ contains
 
     share = max(1.0_wp - fraction, model%state%progress%release_left)
   end function still_held
-
-  !> Pressure of each surface at a share of the phase.
-  pure function pressures_at(loading, fraction) result(pressure)
-    type(loading_type), intent(in) :: loading
-    !> Share of the phase, 0 to 1.
-    real(wp), intent(in) :: fraction
-    real(wp) :: pressure(size(loading%pressure_start))
-
-    pressure = between(loading%pressure_start, loading%pressure_final, fraction)
-  end function pressures_at
-
-  !> Linear between two values.
-  elemental function between(start, final, fraction) result(value)
-    real(wp), intent(in) :: start, final, fraction
-    real(wp) :: value
-
-    value = start + fraction*(final - start)
-  end function between
 
   !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
   subroutine add_weight(model, at_points, gravity, force)
@@ -162,4 +182,4 @@ contains
       force(:, place%node(a)) = force(:, place%node(a)) + place%shape(a)*vector(:size(force, 1))
     end do
   end subroutine spread_force
-end module qsmpm_loads
+end module qsmpm_dead_loads

@@ -10,7 +10,7 @@ module qsmpm_background
   use qsmpm_house_keeping, only: activation_type, boundary_fill
   use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, most_functions
   use qsmpm_node_graph, only: patches_type
-  use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
   private
 
@@ -29,7 +29,7 @@ contains
     !> eps, and Young's modulus in each active cell (active_count).
     real(wp), intent(in) :: factor, stiffness(:)
     !> The stabilisation terms.
-    type(stabilisation_type), intent(inout) :: stabilisation
+    type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: k, n, cells(count(activation%boundary)), roots(count(activation%boundary))
 
     cells = pack(activation%active_cell, activation%boundary)

@@ -10,75 +10,74 @@
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all
+  use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_house_keeping, only: activation_type
   use qsmpm_model, only: model_type
   use qsmpm_space, only: place_type
-  use qsmpm_house_keeping, only: activation_type
-  use qsmpm_carried_basis, only: basis_at, nearest_point
-  use qsmpm_node_graph, only: patches_type
-  use qsmpm_points, only: surface_points_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_surface_basis, only: places_of, set_patches
+  use qsmpm_term, only: term_type
   implicit none
   private
 
-  public :: supports_type, build_supports, add_support_force, support_block, take_support_reactions
+  public :: supports_type, new_supports, support_block
 
   !> Spring stiffness over E/h: high enough for a gap invisible beside the error in space, low enough
   !> for the equations (verification/cases/inclined.toml).
   real(wp), parameter :: strength = 1.0e3_wp
 
-  !> Springs, one a held surface point.
-  type :: supports_type
+  !> Springs, one a held surface point; their node lists are the patches.
+  type, extends(term_type) :: supports_type
     !> Surface point of each spring (springs).
     integer, allocatable :: point(:)
-    !> Node lists, one a spring.
-    type(patches_type) :: patches
     !> Basis functions (most nodes, springs), stiffness times area (springs).
     real(wp), allocatable :: shape(:, :), stiffness(:)
     !> Directions held (dimension, dimension, springs) and the gap at the start of the step.
     real(wp), allocatable :: projection(:, :, :), gap(:, :)
+  contains
+    procedure :: prepare
+    procedure :: add_force
+    procedure :: add_blocks
+    procedure :: commit
   end type supports_type
 
 contains
 
+  !> The term.
+  subroutine new_supports(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (supports_type :: term)
+    term%name = 'force of the supports'
+    term%anchors = .true.
+  end subroutine new_supports
+
   !> The springs of a step.
-  subroutine build_supports(model, activation, supports)
-    !> The model.
+  subroutine prepare(self, model, configuration)
+    class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
-    !> What house-keeping found.
-    type(activation_type), intent(in) :: activation
-    !> The springs.
-    type(supports_type), intent(out) :: supports
+    type(configuration_type), intent(in) :: configuration
     type(place_type), allocatable :: place(:)
-    integer, allocatable :: held(:)
-    integer :: i, k, n
+    integer :: i, k
 
     associate (surface => model%state%surface, d => model%mesh%dimension)
-      allocate (held, source=pack([(i, i=1, surface%count)], &
-        [(model%loading%support(surface%surface(i)) /= support_none, i=1, surface%count)]))
-      allocate (place(size(held)), supports%stiffness(size(held)), supports%gap(d, size(held)), &
-        supports%projection(d, d, size(held)), supports%patches%first(size(held) + 1))
-      supports%point = held
-      supports%patches%count = size(held)
-      supports%patches%first(1) = 1
-      do k = 1, size(held)
-        i = held(k)
-        call basis_at(model%mesh, model%space, activation, model%state%points, surface, i, place(k))
-        supports%patches%first(k + 1) = supports%patches%first(k) + place(k)%count
-        supports%stiffness(k) = strength*young_at(model, activation, i)/model%cell_size*surface%area(i)
-        supports%gap(:, k) = surface%position(:, i) - surface%initial_position(:, i)
-        supports%projection(:, :, k) = directions(surface%normal(:, i), &
+      self%point = pack([(i, i=1, surface%count)], &
+        [(model%loading%support(surface%surface(i)) /= support_none, i=1, surface%count)])
+      call places_of(model, configuration, self%point, place)
+      call set_patches(place, self%patches, self%shape)
+      if (allocated(self%stiffness)) deallocate (self%stiffness, self%gap, self%projection)
+      allocate (self%stiffness(size(place)), self%gap(d, size(place)), self%projection(d, d, size(place)))
+      do k = 1, size(place)
+        i = self%point(k)
+        self%stiffness(k) = strength*young_at(model, configuration%activation, i)/model%cell_size*surface%area(i)
+        self%gap(:, k) = surface%position(:, i) - surface%initial_position(:, i)
+        self%projection(:, :, k) = directions(surface%normal(:, i), &
           model%loading%support(surface%surface(i)) == support_all)
       end do
     end associate
-    allocate (supports%patches%nodes(supports%patches%first(size(held) + 1) - 1))
-    n = 0
-    if (size(held) > 0) n = maxval(place%count)
-    allocate (supports%shape(n, size(held)), source=0.0_wp)
-    do k = 1, size(held)
-      n = place(k)%count
-      supports%patches%nodes(supports%patches%first(k):supports%patches%first(k + 1) - 1) = place(k)%node(:n)
-      supports%shape(:n, k) = place(k)%shape(:n)
-    end do
-  end subroutine build_supports
+  end subroutine prepare
 
   !> n n', or the identity.
   pure function directions(normal, all_held) result(projection)
@@ -107,79 +106,87 @@ contains
     real(wp) :: young
     integer :: p
 
+    p = 0
     associate (group => activation%active_number(model%state%surface%cell(i)))
       if (group > 0) then
-        p = activation%point(activation%first(group))
-      else
-        p = nearest_point(model%state%points, model%state%surface%position(:, i))
+        if (activation%first(group + 1) > activation%first(group)) p = activation%point(activation%first(group))
       end if
     end associate
+    if (p == 0) p = nearest_point(model%state%points, model%state%surface%position(:, i))
     young = model%laws(model%state%points%material(p))%law%stiffness_scale
   end function young_at
 
-  !> Forces of the supports on the surface points at the end of a step.
-  pure subroutine take_support_reactions(supports, displacement, surface)
-    type(supports_type), intent(in) :: supports
-    !> (dimension, node_count)
+  !> The surface points keep what the springs push at them.
+  subroutine commit(self, displacement, model)
+    class(supports_type), intent(inout) :: self
+    !> (dimension, nodes)
     real(wp), intent(in) :: displacement(:, :)
-    type(surface_points_type), intent(inout) :: surface
+    type(model_type), intent(inout) :: model
     integer :: k
 
-    surface%reaction = 0.0_wp
-    do k = 1, supports%patches%count
-      surface%reaction(:, supports%point(k)) = -spring_force(supports, k, displacement, .true.)
+    model%state%surface%reaction = 0.0_wp
+    do k = 1, self%patches%count
+      model%state%surface%reaction(:, self%point(k)) = -spring_force(self, k, displacement)
     end do
-  end subroutine take_support_reactions
+  end subroutine commit
 
   !> Force of one spring for a displacement of the step.
-  pure function spring_force(supports, k, displacement, with_gap) result(force)
-    type(supports_type), intent(in) :: supports
+  pure function spring_force(supports, k, displacement) result(force)
+    class(supports_type), intent(in) :: supports
     !> Which of them.
     integer, intent(in) :: k
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)
-    !> With the gap of the start; without it the force is linear in the displacement.
-    logical, intent(in) :: with_gap
     real(wp) :: force(size(displacement, 1))
     integer :: a, first
 
     first = supports%patches%first(k)
-    force = 0.0_wp
-    if (with_gap) force = supports%gap(:, k)
+    force = supports%gap(:, k)
     do a = first, supports%patches%first(k + 1) - 1
       force = force + supports%shape(a - first + 1, k)*displacement(:, supports%patches%nodes(a))
     end do
     force = supports%stiffness(k)*matmul(supports%projection(:, :, k), force)
   end function spring_force
 
-  !> Force of the springs for a displacement of the step.
-  pure subroutine add_support_force(supports, displacement, with_gap, force)
-    !> The springs.
-    type(supports_type), intent(in) :: supports
-    !> (dimension, node_count)
+  !> Force of the springs.
+  subroutine add_force(self, displacement, force)
+    class(supports_type), intent(in) :: self
+    !> (dimension, nodes)
     real(wp), intent(in) :: displacement(:, :)
-    !> With the gap of the start; without it the force is linear in the displacement.
-    logical, intent(in) :: with_gap
-    !> The force is added (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: spring(size(force, 1))
     integer :: k, a, first
 
-    do k = 1, supports%patches%count
-      first = supports%patches%first(k)
-      spring = spring_force(supports, k, displacement, with_gap)
-      do a = first, supports%patches%first(k + 1) - 1
-        associate (node => supports%patches%nodes(a))
-          force(:, node) = force(:, node) + supports%shape(a - first + 1, k)*spring
+    do k = 1, self%patches%count
+      first = self%patches%first(k)
+      spring = spring_force(self, k, displacement)
+      do a = first, self%patches%first(k + 1) - 1
+        associate (node => self%patches%nodes(a))
+          force(:, node) = force(:, node) + self%shape(a - first + 1, k)*spring
         end associate
       end do
     end do
-  end subroutine add_support_force
+  end subroutine add_force
+
+  !> Stiffness of the springs.
+  subroutine add_blocks(self, displacement, equations, matrix)
+    class(supports_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: k
+
+    associate (unused => displacement)
+    end associate
+    do k = 1, self%patches%count
+      call add_block(equations, self%first_patch + k - 1, support_block(self, k), matrix)
+    end do
+  end subroutine add_blocks
 
   !> Stiffness of one spring (dimension, nodes, dimension, nodes).
   pure function support_block(supports, k) result(block)
     !> The springs.
-    type(supports_type), intent(in) :: supports
+    class(supports_type), intent(in) :: supports
     !> Which of them.
     integer, intent(in) :: k
     real(wp), allocatable :: block(:, :, :, :)

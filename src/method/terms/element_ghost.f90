@@ -10,7 +10,7 @@ module qsmpm_element_ghost
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_house_keeping, only: activation_type
   use qsmpm_node_graph, only: patches_type
-  use qsmpm_penalty_terms, only: stabilisation_type, most_nodes
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
   private
 
@@ -26,7 +26,7 @@ contains
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
     !> The stabilisation terms.
-    type(stabilisation_type), intent(inout) :: stabilisation
+    type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: i, k, one, two, n
     logical :: penalised(size(mesh%interior_face, 2))
 

@@ -1,0 +1,117 @@
+!> Where a step starts (paper, section 3.1): active cells, the basis at the material points, volumes. All of it is found
+!> anew from the state; the terms of the equations look at it and nothing changes it until the step has ended.
+module qsmpm_configuration
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric, integrate_cells
+  use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
+  use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_domains, only: domains_type, place_domains, touch_cells
+  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_integration, only: integration_type, place_of, measure_cells
+  use qsmpm_model, only: model_type
+  use qsmpm_outlines, only: find_bodies
+  use qsmpm_point_integration, only: integrate_at_points
+  implicit none
+  private
+
+  public :: configuration_type, find_configuration, forget_configuration
+
+  type :: configuration_type
+    type(activation_type) :: activation
+    !> What bodies whose outline is carried hold of the cells; unallocated without.
+    type(body_quadrature_type), allocatable :: bodies
+    !> Domains of the points, where the space averages over them.
+    type(domains_type) :: domains
+    !> Basis at the material points.
+    type(integration_type) :: at_points
+    !> Volume of each cell, and lumped volume of each node, sum |N| V.
+    real(wp), allocatable :: volumes(:), lumped(:)
+  end type configuration_type
+
+contains
+
+  !> Find it from the state of the model. Points that may share their pressure are grouped by cells.
+  subroutine find_configuration(model, configuration)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(inout) :: configuration
+
+    associate (c => configuration)
+      if (.not. allocated(c%volumes)) allocate (c%volumes(model%mesh%cell_count))
+      call cell_volumes(model%mesh, model%analysis%model == axisymmetric, c%volumes)
+      call activate_cells(model, c)
+      if (model%space%domains) then
+        call place_domains(model%space, c%activation, model%state%points, c%domains)
+        call touch_cells(model%space, c%domains, c%activation%touched)
+      end if
+      call integrate_at_points(model%mesh, model%space, model%analysis%model == axisymmetric, c%activation, &
+        model%state%points, c%domains, c%at_points, any(model%laws%pressure_factor > 0.0_wp))
+      if (any_law_asks_where(model)) call measure_cells(model%mesh, c%at_points)
+    end associate
+    call lump_volumes(model%space%node_count, configuration)
+  end subroutine find_configuration
+
+  !> Cells that own points or, where cells are integrated, hold parts of carried bodies. Splines take cells without a
+  !> point for touched, as those that domains reach into.
+  subroutine activate_cells(model, configuration)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(inout) :: configuration
+    logical, allocatable :: occupied(:)
+
+    associate (c => configuration)
+      if (allocated(c%bodies)) deallocate (c%bodies)
+      if (size(model%outlines) > 0) then
+        allocate (c%bodies)
+        call find_bodies(model, c%volumes, c%bodies)
+        if (model%analysis%method%integration == integrate_cells) allocate (occupied, source=c%bodies%fill > 0.0_wp)
+      end if
+      if (model%space%tensor) then
+        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge)
+        if (allocated(occupied)) c%activation%touched = c%activation%touched .or. occupied
+      else
+        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge, occupied)
+      end if
+      if (allocated(occupied)) call choose_sources(model%mesh, c%activation, model%state%points, c%bodies)
+    end associate
+  end subroutine activate_cells
+
+  !> Whether the centres and sizes of cells are wanted.
+  pure logical function any_law_asks_where(model) result(asks)
+    type(model_type), intent(in) :: model
+    integer :: m
+
+    asks = .false.
+    do m = 1, size(model%laws)
+      asks = asks .or. model%laws(m)%law%asks_where
+    end do
+  end function any_law_asks_where
+
+  !> Lumped volume of every node.
+  subroutine lump_volumes(node_count, configuration)
+    integer, intent(in) :: node_count
+    type(configuration_type), intent(inout) :: configuration
+    integer :: g, q, a, n, place
+
+    if (.not. allocated(configuration%lumped)) allocate (configuration%lumped(node_count))
+    configuration%lumped = 0.0_wp
+    associate (p => configuration%at_points, lumped => configuration%lumped)
+      do g = 1, p%group_count
+        n = p%node_first(g + 1) - p%node_first(g)
+        do q = p%first(g), p%first(g + 1) - 1
+          place = place_of(p, g, q)
+          do a = 1, n
+            lumped(p%nodes(p%node_first(g) + a - 1)) = lumped(p%nodes(p%node_first(g) + a - 1)) &
+              + abs(p%shape(place + a))*p%weight(q)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine lump_volumes
+
+  !> Throw away what is as long as a mesh that is no more.
+  subroutine forget_configuration(configuration)
+    type(configuration_type), intent(inout) :: configuration
+
+    if (allocated(configuration%volumes)) deallocate (configuration%volumes)
+    if (allocated(configuration%lumped)) deallocate (configuration%lumped)
+  end subroutine forget_configuration
+end module qsmpm_configuration

@@ -1,0 +1,147 @@
+!> Basis functions at points of surfaces, at the start of a step: node lists, values, gradients, and how areas turn.
+!>
+!>   a = cof(F) a_0                                                          (Nanson)
+!>
+!> with the gradient F of the step at the surface point itself, F_33 = 1 + u_r/r in axisymmetry.
+module qsmpm_surface_basis
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: patches_type
+  use qsmpm_space, only: place_type
+  use qsmpm_tensor, only: cofactor, identity
+  implicit none
+  private
+
+  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas
+
+  type :: surface_basis_type
+    !> Connectivity, one list a point.
+    type(patches_type) :: patches
+    !> Basis functions (most nodes, points) and their gradients; the third row is N/r in axisymmetry and zero in
+    !> plane strain (3, most nodes, points).
+    real(wp), allocatable :: shape(:, :), gradient(:, :, :)
+    !> Area vectors (3, points).
+    real(wp), allocatable :: area(:, :)
+  end type surface_basis_type
+
+contains
+
+  !> The functions at some surface points.
+  subroutine places_of(model, configuration, points, place)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> Numbers of the surface points.
+    integer, intent(in) :: points(:)
+    type(place_type), allocatable, intent(out) :: place(:)
+    integer :: k
+
+    allocate (place(size(points)))
+    do k = 1, size(points)
+      call basis_at(model%mesh, model%space, configuration%activation, model%state%points, model%state%surface, &
+        points(k), place(k))
+    end do
+  end subroutine places_of
+
+  !> Their node lists and values.
+  subroutine set_patches(place, patches, shape)
+    type(place_type), intent(in) :: place(:)
+    type(patches_type), intent(out) :: patches
+    !> (most nodes, points)
+    real(wp), allocatable, intent(out) :: shape(:, :)
+    integer :: k, n
+
+    patches%count = size(place)
+    allocate (patches%first(size(place) + 1))
+    patches%first(1) = 1
+    do k = 1, size(place)
+      patches%first(k + 1) = patches%first(k) + place(k)%count
+    end do
+    n = 0
+    if (size(place) > 0) n = maxval(place%count)
+    allocate (patches%nodes(patches%first(size(place) + 1) - 1))
+    allocate (shape(n, size(place)), source=0.0_wp)
+    do k = 1, size(place)
+      n = place(k)%count
+      patches%nodes(patches%first(k):patches%first(k + 1) - 1) = place(k)%node(:n)
+      shape(:n, k) = place(k)%shape(:n)
+    end do
+  end subroutine set_patches
+
+  !> Functions, gradients and areas of some surface points.
+  subroutine find_basis(model, configuration, points, basis)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> Numbers of the surface points.
+    integer, intent(in) :: points(:)
+    type(surface_basis_type), intent(out) :: basis
+    type(place_type), allocatable :: place(:)
+    integer :: k, n
+
+    call places_of(model, configuration, points, place)
+    call set_patches(place, basis%patches, basis%shape)
+    allocate (basis%gradient(3, size(basis%shape, 1), size(points)), basis%area(3, size(points)), source=0.0_wp)
+    associate (surface => model%state%surface, d => model%mesh%dimension)
+      do k = 1, size(points)
+        n = place(k)%count
+        basis%gradient(:d, :n, k) = place(k)%gradient(:d, :n)
+        if (model%analysis%model == axisymmetric) basis%gradient(3, :n, k) = &
+          hoop_gradient(place(k)%shape(:n), place(k)%gradient(1, :n), surface%position(1, points(k)))
+        basis%area(:d, k) = surface%area_vector(:, points(k))
+      end do
+    end associate
+  end subroutine find_basis
+
+  !> N/r of the hoop direction; on the axis, where no radial displacement is left, its limit N,r.
+  pure function hoop_gradient(shape, slope, radius) result(hoop)
+    !> Basis functions and their derivative by the radius (nodes).
+    real(wp), intent(in) :: shape(:), slope(:)
+    real(wp), intent(in) :: radius
+    real(wp) :: hoop(size(shape))
+
+    hoop = slope
+    if (radius > 0.0_wp) hoop = shape/radius
+  end function hoop_gradient
+
+  !> Gradient F of the step at a point.
+  pure function gradient_of(basis, k, displacement) result(f)
+    type(surface_basis_type), intent(in) :: basis
+    !> Number of the point.
+    integer, intent(in) :: k
+    !> (dimension, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: f(3, 3)
+    integer :: a, j, d, first
+
+    d = size(displacement, 1)
+    f = identity
+    first = basis%patches%first(k)
+    do a = 1, basis%patches%first(k + 1) - first
+      associate (u => displacement(:, basis%patches%nodes(first + a - 1)))
+        do j = 1, d
+          f(:d, j) = f(:d, j) + u*basis%gradient(j, a, k)
+        end do
+        if (d == 2) f(3, 3) = f(3, 3) + u(1)*basis%gradient(3, a, k)
+      end associate
+    end do
+  end function gradient_of
+
+  !> Area vectors of all surface points follow a step that is taken.
+  subroutine turn_areas(model, configuration, displacement)
+    type(model_type), intent(inout) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> Displacement of the step (dimension, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    type(surface_basis_type) :: basis
+    real(wp) :: a(3)
+    integer :: i
+
+    call find_basis(model, configuration, [(i, i=1, model%state%surface%count)], basis)
+    do i = 1, model%state%surface%count
+      a = matmul(cofactor(gradient_of(basis, i, displacement)), basis%area(:, i))
+      model%state%surface%area_vector(:, i) = a(:model%mesh%dimension)
+    end do
+  end subroutine turn_areas
+end module qsmpm_surface_basis

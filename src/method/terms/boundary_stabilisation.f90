@@ -1,0 +1,178 @@
+!> Stabilisation of boundary cells, acting on the displacement of the step in residual and tangent.
+!>
+!> A body ends somewhere inside a cell; the smaller the piece, the worse the equations. Two cures,
+!> both bounding the condition number for any cut (docs/methods/ghost.md):
+!>   background   a soft material in each boundary cell (`qsmpm_background`),
+!>   ghost        a penalty on the jumps of derivatives over the faces of boundary cells
+!>                (`qsmpm_element_ghost`, `qsmpm_spline_ghost`).
+!> Either resists the step and is no load: its share is reported and a step is held until the
+!> share is below its bound.
+module qsmpm_boundary_stabilisation
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: basis_fem, stabilise_none, stabilise_background, stabilise_ghost
+  use qsmpm_background, only: build_background
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_element_ghost, only: build_element_ghost
+  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: patches_type, append_patches
+  use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
+  use qsmpm_space, only: space_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_spline_ghost, only: build_spline_ghost
+  use qsmpm_term, only: term_type, increment_type, force_sizes_type, role_numerical
+  use qsmpm_term_share, only: solve_share_type, share_of_cells, stabilisation_share
+  implicit none
+  private
+
+  public :: new_boundary_stabilisation, build_penalty
+
+  type, extends(term_type) :: stabilisation_type
+    type(penalty_matrices_type) :: penalty
+  contains
+    procedure :: prepare
+    procedure :: couple
+    procedure :: begin
+    procedure :: add_force
+    procedure :: add_blocks
+    procedure :: measure
+  end type stabilisation_type
+
+contains
+
+  !> The term.
+  subroutine new_boundary_stabilisation(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (stabilisation_type :: term)
+    term%name = 'force of the stabilisation'
+    term%role = role_numerical
+    term%share_name = stabilisation_share
+  end subroutine new_boundary_stabilisation
+
+  !> The chosen penalty on the boundary cells of this step; FEM has none.
+  subroutine prepare(self, model, configuration)
+    class(stabilisation_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp) :: stiffness(configuration%activation%active_count)
+    integer :: kind
+
+    call stiffness_of_cells(model, configuration, stiffness)
+    kind = model%analysis%method%stabilisation
+    if (model%analysis%method%basis == basis_fem) kind = stabilise_none
+    call build_penalty(model%mesh, model%space, configuration%activation, kind, &
+      model%analysis%method%stabilisation_factor, stiffness, configuration%volumes, self%penalty)
+  end subroutine prepare
+
+  !> A penalty by its kind.
+  subroutine build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, penalty)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    type(activation_type), intent(in) :: activation
+    !> stabilise_none, stabilise_background or stabilise_ghost.
+    integer, intent(in) :: kind
+    !> eps or g.
+    real(wp), intent(in) :: factor
+    !> Young's modulus in each active cell (active_count), volume of each cell (cell_count).
+    real(wp), intent(in) :: stiffness(:), volumes(:)
+    type(penalty_matrices_type), intent(out) :: penalty
+
+    select case (kind)
+    case (stabilise_background)
+      call build_background(mesh, space, activation, factor, stiffness, penalty)
+    case (stabilise_ghost)
+      if (space%tensor) then
+        call build_spline_ghost(mesh, space, activation, factor, stiffness, penalty)
+      else
+        call build_element_ghost(mesh, activation, factor, stiffness, volumes, penalty)
+      end if
+    end select
+  end subroutine build_penalty
+
+  !> Largest Young's modulus in each active cell.
+  subroutine stiffness_of_cells(model, configuration, stiffness)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (active_count)
+    real(wp), intent(out) :: stiffness(:)
+    integer :: g, p
+
+    associate (activation => configuration%activation)
+      do g = 1, activation%active_count
+        stiffness(g) = 0.0_wp
+        do p = activation%first(g), activation%first(g + 1) - 1
+          stiffness(g) = max(stiffness(g), &
+            model%laws(model%state%points%material(activation%point(p)))%law%stiffness_scale)
+        end do
+      end do
+    end associate
+  end subroutine stiffness_of_cells
+
+  !> The nodes of the penalty.
+  subroutine couple(self, configuration, patches)
+    class(stabilisation_type), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    type(patches_type), intent(inout) :: patches
+
+    associate (unused => configuration)
+    end associate
+    call append_patches(patches, self%penalty%patches)
+  end subroutine couple
+
+  !> Fade in a re-equilibration.
+  subroutine begin(self, increment)
+    class(stabilisation_type), intent(inout) :: self
+    type(increment_type), intent(in) :: increment
+
+    if (self%penalty%patches%count > 0) self%penalty%matrix = increment%stabilisation*self%penalty%matrix
+  end subroutine begin
+
+  !> G u.
+  subroutine add_force(self, displacement, force)
+    class(stabilisation_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    call add_penalty_force(self%penalty, displacement, force)
+  end subroutine add_force
+
+  !> G, the same for every component.
+  subroutine add_blocks(self, displacement, equations, matrix)
+    class(stabilisation_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    real(wp), allocatable :: block(:, :, :, :)
+    integer :: k, n, c
+
+    do k = 1, self%penalty%patches%count
+      n = self%penalty%patches%first(k + 1) - self%penalty%patches%first(k)
+      allocate (block(size(displacement, 1), n, size(displacement, 1), n), source=0.0_wp)
+      do c = 1, size(block, 1)
+        block(c, :, c, :) = self%penalty%matrix(:n, :n, k)
+      end do
+      call add_block(equations, self%first_patch + k - 1, block, matrix)
+      deallocate (block)
+    end do
+  end subroutine add_blocks
+
+  !> Its share of the forces of the cells: what the material does not carry.
+  subroutine measure(self, displacement, load_norm, patches, sizes, share)
+    class(stabilisation_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(in) :: load_norm
+    type(patches_type), intent(in) :: patches
+    type(force_sizes_type), intent(in) :: sizes
+    type(solve_share_type), intent(out) :: share
+    real(wp) :: force(size(displacement, 1), size(displacement, 2))
+
+    associate (unused => load_norm)
+    end associate
+    force = 0.0_wp
+    call self%add_force(displacement, force)
+    share = share_of_cells(self%share_name, force, displacement, patches, sizes%force, sizes%work)
+  end subroutine measure
+end module qsmpm_boundary_stabilisation

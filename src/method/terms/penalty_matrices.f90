@@ -1,0 +1,47 @@
+!> Quadratic terms on the displacement of the step: scalar matrices on patches of nodes, the same for
+!> every displacement component.
+module qsmpm_penalty_matrices
+  use qsmpm_kinds, only: wp
+  use qsmpm_node_graph, only: patches_type
+  implicit none
+  private
+
+  public :: penalty_matrices_type, add_penalty_force, most_nodes
+
+  type :: penalty_matrices_type
+    type(patches_type) :: patches
+    !> (most nodes, most nodes, patches), symmetric.
+    real(wp), allocatable :: matrix(:, :, :)
+  end type penalty_matrices_type
+
+contains
+
+  !> Most nodes of a patch.
+  pure function most_nodes(patches) result(most)
+    !> Node lists that couple.
+    type(patches_type), intent(in) :: patches
+    integer :: most
+
+    most = 0
+    if (patches%count > 0) most = maxval(patches%first(2:) - patches%first(:patches%count))
+  end function most_nodes
+
+  !> Force for a displacement of the step.
+  subroutine add_penalty_force(penalty, displacement, force)
+    type(penalty_matrices_type), intent(in) :: penalty
+    !> (dimension, node_count)
+    real(wp), intent(in) :: displacement(:, :)
+    !> The force is added (dimension, node_count).
+    real(wp), intent(inout) :: force(:, :)
+    integer :: k, n, first
+
+    do k = 1, penalty%patches%count
+      first = penalty%patches%first(k)
+      n = penalty%patches%first(k + 1) - first
+      associate (nodes => penalty%patches%nodes(first:first + n - 1))
+        force(:, nodes) = force(:, nodes) &
+          + matmul(displacement(:, nodes), penalty%matrix(:n, :n, k))
+      end associate
+    end do
+  end subroutine add_penalty_force
+end module qsmpm_penalty_matrices

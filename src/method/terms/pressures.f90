@@ -1,0 +1,194 @@
+!> Pressures on surfaces as they stand at the end of a step.
+!>
+!>   force on the nodes   -p N_a a,  a = cof(F) a_0                       (Nanson)
+!>   stiffness             p N_a d(cof(F) a_0)/du_b                       (load stiffness)
+!>
+!> with p at the end of the step, the area vector a_0 of a surface point at its start, and F the gradient of the step
+!> at the surface point itself, F_33 = 1 + u_r/r in axisymmetry. Tangential derivatives of the displacement are all
+!> that enters. The load stiffness is symmetric but for terms on the rim of the surface; beside much stiffer soil
+!> its symmetric part serves, so that the equations stay symmetric. docs/methods/supports.md.
+module qsmpm_pressures
+  use qsmpm_kinds, only: wp
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_load_path, only: between
+  use qsmpm_model, only: model_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_surface_basis, only: surface_basis_type, find_basis, gradient_of
+  use qsmpm_tensor, only: cofactor, cross, identity
+  use qsmpm_term, only: term_type, role_external
+  implicit none
+  private
+
+  public :: pressures_type, new_pressures
+
+  !> Largest pressure over the least Young's modulus for which the symmetric part of the load stiffness serves: 40
+  !> iterations for 35 at this ratio, 57 for 40 at five times it (verification/cases/pressure.toml).
+  real(wp), parameter :: symmetric_ratio = 0.02_wp
+
+  !> Surface points under pressure; their node lists are the patches.
+  type, extends(term_type) :: pressures_type
+    type(surface_basis_type) :: basis
+    !> Surface of each point, and pressure in force (points).
+    integer, allocatable :: surface(:)
+    real(wp), allocatable :: pressure(:)
+  contains
+    procedure :: prepare
+    procedure :: set_load
+    procedure :: add_force
+    procedure :: add_blocks
+    procedure :: add_linear_force
+  end type pressures_type
+
+contains
+
+  !> The term.
+  subroutine new_pressures(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (pressures_type :: term)
+    term%name = 'load of the pressures'
+    term%role = role_external
+  end subroutine new_pressures
+
+  !> Points under a pressure in this phase, as they are at the start of a step.
+  subroutine prepare(self, model, configuration)
+    class(pressures_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    integer, allocatable :: points(:)
+    integer :: i
+
+    associate (load => model%loading, surface => model%state%surface)
+      points = pack([(i, i=1, surface%count)], .not. &
+        abs(load%pressure_start(surface%surface)) + abs(load%pressure_final(surface%surface)) <= 0.0_wp)
+      self%surface = surface%surface(points)
+    end associate
+    call find_basis(model, configuration, points, self%basis)
+    self%patches = self%basis%patches
+    self%pressure = spread(0.0_wp, 1, size(points))
+    self%symmetric = is_nearly_symmetric(model)
+  end subroutine prepare
+
+  !> Put the pressures of a fraction of the phase in force.
+  subroutine set_load(self, model, configuration, fraction)
+    class(pressures_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    real(wp), intent(in) :: fraction
+
+    associate (unused => configuration)
+    end associate
+    self%pressure = between(model%loading%pressure_start(self%surface), model%loading%pressure_final(self%surface), &
+      fraction)
+  end subroutine set_load
+
+  !> Force of the pressures on the areas that a displacement of the step makes.
+  subroutine add_force(self, displacement, force)
+    class(pressures_type), intent(in) :: self
+    !> (dimension, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+    real(wp) :: push(3)
+    integer :: k, a, first
+
+    do k = 1, self%patches%count
+      push = -self%pressure(k)*matmul(cofactor(gradient_of(self%basis, k, displacement)), self%basis%area(:, k))
+      first = self%patches%first(k)
+      do a = first, self%patches%first(k + 1) - 1
+        associate (node => self%patches%nodes(a))
+          force(:, node) = force(:, node) + self%basis%shape(a - first + 1, k)*push(:size(force, 1))
+        end associate
+      end do
+    end do
+  end subroutine add_force
+
+  !> Load stiffness.
+  subroutine add_blocks(self, displacement, equations, matrix)
+    class(pressures_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: k
+
+    do k = 1, self%patches%count
+      call add_block(equations, self%first_patch + k - 1, &
+        pressure_block(self, k, displacement, equations%symmetric), matrix)
+    end do
+  end subroutine add_blocks
+
+  !> Load stiffness of one point, or its symmetric part (dimension, nodes, dimension, nodes).
+  !>
+  !> With the columns f_j of F, cof(F) a = a_1 f_2 x f_3 + a_2 f_3 x f_1 + a_3 f_1 x f_2 changes by the sum of
+  !> w_j x df_j, w_1 = a_2 f_3 - a_3 f_2 and so on round, and df_j = du N,j.
+  pure function pressure_block(pressures, k, displacement, symmetric) result(block)
+    class(pressures_type), intent(in) :: pressures
+    !> Number of the point.
+    integer, intent(in) :: k
+    !> (dimension, node_count)
+    real(wp), intent(in) :: displacement(:, :)
+    logical, intent(in) :: symmetric
+    real(wp), allocatable :: block(:, :, :, :)
+    real(wp) :: f(3, 3), w(3, 3), change(3, 3)
+    integer :: a, b, c, j, d, n
+
+    d = size(displacement, 1)
+    n = pressures%patches%first(k + 1) - pressures%patches%first(k)
+    f = gradient_of(pressures%basis, k, displacement)
+    do j = 1, 3
+      associate (next => modulo(j, 3) + 1, last => modulo(j + 1, 3) + 1)
+        w(:, j) = pressures%pressure(k)*(pressures%basis%area(next, k)*f(:, last) &
+          - pressures%basis%area(last, k)*f(:, next))
+      end associate
+    end do
+    allocate (block(d, n, d, n))
+    do b = 1, n
+      associate (gradient => pressures%basis%gradient(:, b, k))
+        do c = 1, d
+          change(:, c) = cross(matmul(w(:, :d), gradient(:d)), identity(:, c))
+        end do
+        if (d == 2) change(:, 1) = change(:, 1) + cross(w(:, 3), identity(:, 3))*gradient(3)
+      end associate
+      do a = 1, n
+        block(:, a, :, b) = pressures%basis%shape(a, k)*change(:d, :d)
+      end do
+    end do
+    if (symmetric) block = 0.5_wp*(block + reshape(block, shape(block), order=[3, 4, 1, 2]))
+  end function pressure_block
+
+  !> Load stiffness at the start of the step times a displacement.
+  subroutine add_linear_force(self, displacement, force)
+    class(pressures_type), intent(in) :: self
+    !> (dimension, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+    real(wp), allocatable :: block(:, :, :, :)
+    real(wp) :: still(size(force, 1), size(force, 2))
+    integer :: k, a, b
+
+    still = 0.0_wp
+    do k = 1, self%patches%count
+      block = pressure_block(self, k, still, .false.)
+      associate (nodes => self%patches%nodes(self%patches%first(k):self%patches%first(k + 1) - 1))
+        do b = 1, size(nodes)
+          do a = 1, size(nodes)
+            force(:, nodes(a)) = force(:, nodes(a)) + matmul(block(:, a, :, b), displacement(:, nodes(b)))
+          end do
+        end do
+      end associate
+    end do
+  end subroutine add_linear_force
+
+  !> Whether the pressures of this phase are so small that the symmetric part of their stiffness serves.
+  pure logical function is_nearly_symmetric(model)
+    type(model_type), intent(in) :: model
+    real(wp) :: largest
+    integer :: m
+
+    largest = maxval(abs([0.0_wp, model%loading%pressure_start, model%loading%pressure_final]))
+    is_nearly_symmetric = .true.
+    do m = 1, size(model%laws)
+      is_nearly_symmetric = is_nearly_symmetric .and. largest <= symmetric_ratio*model%laws(m)%law%stiffness_scale
+    end do
+  end function is_nearly_symmetric
+end module qsmpm_pressures

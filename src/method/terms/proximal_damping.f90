@@ -1,0 +1,87 @@
+!> Proximal damping: a force alpha W u against the displacement of a sub-step, W the lumped volumes. It helps a body
+!> that moves under a load it cannot carry yet, and is no part of the equilibrium that a step is accepted by.
+!> docs/methods/proximal.md
+module qsmpm_proximal_damping
+  use qsmpm_kinds, only: wp
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type, add_diagonal
+  use qsmpm_model, only: model_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_term, only: term_type, increment_type, role_numerical
+  use qsmpm_term_share, only: drag_share
+  implicit none
+  private
+
+  public :: new_proximal_damping
+
+  type, extends(term_type) :: damping_type
+    !> alpha, and W (nodes).
+    real(wp) :: coefficient = 0.0_wp
+    real(wp), allocatable :: volume(:)
+  contains
+    procedure :: prepare
+    procedure :: begin
+    procedure :: add_force
+    procedure :: add_blocks
+  end type damping_type
+
+contains
+
+  !> The term.
+  subroutine new_proximal_damping(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (damping_type :: term)
+    term%name = 'proximal force'
+    term%role = role_numerical
+    term%share_name = drag_share
+    term%transient = .true.
+  end subroutine new_proximal_damping
+
+  !> It couples nothing that the others do not.
+  subroutine prepare(self, model, configuration)
+    class(damping_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+
+    associate (unused => model)
+    end associate
+    self%coefficient = 0.0_wp
+    self%volume = configuration%lumped
+  end subroutine prepare
+
+  !> Take the coefficient.
+  subroutine begin(self, increment)
+    class(damping_type), intent(inout) :: self
+    type(increment_type), intent(in) :: increment
+
+    self%coefficient = increment%damping
+  end subroutine begin
+
+  !> alpha W u.
+  subroutine add_force(self, displacement, force)
+    class(damping_type), intent(in) :: self
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    if (self%coefficient > 0.0_wp) &
+      force = force + self%coefficient*spread(self%volume, 1, size(force, 1))*displacement
+  end subroutine add_force
+
+  !> alpha W.
+  subroutine add_blocks(self, displacement, equations, matrix)
+    class(damping_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: a, c
+
+    if (.not. self%coefficient > 0.0_wp) return
+    do a = 1, size(self%volume)
+      do c = 1, size(displacement, 1)
+        call add_diagonal(equations, c, a, self%coefficient*self%volume(a), matrix)
+      end do
+    end do
+  end subroutine add_blocks
+end module qsmpm_proximal_damping

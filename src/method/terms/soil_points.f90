@@ -1,0 +1,357 @@
+!> The soil: internal force and stiffness K^E + K^G of the material points, eqs. 16-20 and 25.
+!>
+!>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
+!>
+!> The first of the terms, and the only one that is heavy: its blocks are formed and added in the evaluation itself,
+!> chunk by chunk in parallel (qsmpm_assembly). The sums run over the material points, over Gauss points of full cells,
+!> or over patches of cells that share a pressure; only here is it known which.
+module qsmpm_soil_points
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells
+  use qsmpm_assembly, only: evaluation_type, prepare_evaluation, evaluate
+  use qsmpm_cell_average, only: integrate_in_cells
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type
+  use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
+  use qsmpm_integration, only: integration_type, group_of, measure_cells
+  use qsmpm_law, only: tangent_none, status_failed, status_broken
+  use qsmpm_merged_groups, only: merge_groups
+  use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: patches_type
+  use qsmpm_points, only: points_type
+  use qsmpm_pressure_groups, only: needs_patches, pressure_patches
+  use qsmpm_recovered_gradient, only: recover_gradients
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_term, only: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: soil_type, new_soil, soil_of, inaccurate_points, integration_of, find_point_results, take_point_results
+
+  !> Points from which handing them their results is worth waking the threads.
+  integer, parameter :: fewest_points = 50000
+
+  type, extends(term_type) :: soil_type
+    !> What the equations are integrated with; unallocated where that is the material points as they are.
+    type(integration_type), allocatable :: integration
+    !> The equations are integrated at the material points, so that an evaluation yields their stresses.
+    logical :: updates_points = .false.
+    !> Patch of cells that each group of the material points shares its pressure in; unallocated when cells are
+    !> all patches by themselves.
+    integer, allocatable :: patch(:)
+    !> Points of full cells that differ much from the mean of their cell.
+    integer :: inaccurate_points = 0
+    type(evaluation_type) :: evaluation
+  contains
+    procedure :: prepare
+    procedure :: couple
+    procedure :: begin
+    procedure :: evaluate => evaluate_soil
+    procedure :: add_force
+    procedure :: add_sizes
+    procedure :: add_linear_force
+  end type soil_type
+
+contains
+
+  !> The term.
+  subroutine new_soil(term)
+    class(term_type), allocatable, intent(out) :: term
+
+    allocate (soil_type :: term)
+    term%name = 'internal force'
+  end subroutine new_soil
+
+  !> The soil among the terms; null where there is none.
+  function soil_of(terms) result(soil)
+    type(term_slot_type), intent(in), target :: terms(:)
+    type(soil_type), pointer :: soil
+    integer :: t
+
+    soil => null()
+    do t = 1, size(terms)
+      select type (term => terms(t)%term)
+      type is (soil_type)
+        soil => term
+      end select
+    end do
+  end function soil_of
+
+  !> Points of full cells that differ much from the mean of their cell.
+  integer function inaccurate_points(terms)
+    type(term_slot_type), allocatable, intent(in), target :: terms(:)
+    type(soil_type), pointer :: soil
+
+    inaccurate_points = 0
+    if (.not. allocated(terms)) return
+    soil => soil_of(terms)
+    inaccurate_points = soil%inaccurate_points
+  end function inaccurate_points
+
+  !> The integration points of the equations.
+  function integration_of(soil, configuration) result(integration)
+    class(soil_type), intent(in), target :: soil
+    type(configuration_type), intent(in), target :: configuration
+    type(integration_type), pointer :: integration
+
+    integration => configuration%at_points
+    if (allocated(soil%integration)) integration => soil%integration
+  end function integration_of
+
+  !> Integration points of the step.
+  subroutine prepare(self, model, configuration)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    integer :: m
+
+    self%updates_points = model%analysis%method%integration /= integrate_cells .or. &
+      model%analysis%method%basis == basis_fem
+    self%inaccurate_points = 0
+    if (allocated(self%integration)) deallocate (self%integration)
+    if (.not. self%updates_points) then
+      allocate (self%integration)
+      call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, configuration%activation, &
+        model%state%points, model%laws, configuration%domains, self%integration, self%inaccurate_points, &
+        configuration%bodies)
+    end if
+    call group_by_pressure(self, model, configuration%at_points)
+    if (allocated(self%integration) .and. allocated(configuration%at_points%cell_size)) &
+      call measure_cells(model%mesh, self%integration)
+    self%symmetric = .true.
+    do m = 1, size(model%laws)
+      self%symmetric = self%symmetric .and. model%laws(m)%law%symmetric
+    end do
+    call prepare_soil_evaluation(self, model, configuration)
+  end subroutine prepare
+
+  !> Room for the results of an evaluation.
+  subroutine prepare_soil_evaluation(self, model, configuration)
+    class(soil_type), intent(inout), target :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in), target :: configuration
+    type(integration_type), pointer :: integration
+
+    integration => integration_of(self, configuration)
+    self%point_count = integration%point_count
+    call prepare_evaluation(integration, model%mesh%dimension, model%space%node_count, self%updates_points, .false., &
+      self%evaluation)
+  end subroutine prepare_soil_evaluation
+
+  !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
+  subroutine group_by_pressure(self, model, at_points)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    !> Basis at the material points.
+    type(integration_type), intent(in) :: at_points
+    type(integration_type), allocatable :: merged
+    logical :: wanted(at_points%group_count)
+    integer :: g, p
+
+    if (allocated(self%patch)) deallocate (self%patch)
+    wanted = .false.
+    do g = 1, at_points%group_count
+      if (.not. needs_patches(model%mesh%cell_kind(at_points%cell(g)))) cycle
+      do p = at_points%first(g), at_points%first(g + 1) - 1
+        wanted(g) = wanted(g) .or. model%laws(at_points%material(p))%pressure_factor > 0.0_wp
+      end do
+    end do
+    if (.not. any(wanted)) return
+    call pressure_patches(model%mesh, at_points%cell, wanted, self%patch)
+    allocate (merged)
+    if (allocated(self%integration)) then
+      call merge_groups(self%integration, self%patch, merged)
+    else
+      call merge_groups(at_points, self%patch, merged)
+    end if
+    call move_alloc(merged, self%integration)
+  end subroutine group_by_pressure
+
+  !> The nodes of the groups.
+  subroutine couple(self, configuration, patches)
+    class(soil_type), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    type(patches_type), intent(inout) :: patches
+
+    if (allocated(self%integration)) then
+      call add_groups(self%integration)
+    else
+      call add_groups(configuration%at_points)
+    end if
+  contains
+    subroutine add_groups(integration)
+      type(integration_type), intent(in) :: integration
+
+      patches%count = patches%count + integration%group_count
+      patches%first = [patches%first, integration%node_first(2:integration%group_count + 1) + size(patches%nodes)]
+      patches%nodes = [patches%nodes, integration%nodes]
+    end subroutine add_groups
+  end subroutine couple
+
+  !> The laws are told when the step takes place.
+  subroutine begin(self, increment)
+    class(soil_type), intent(inout) :: self
+    type(increment_type), intent(in) :: increment
+
+    self%evaluation%moment = increment%moment
+  end subroutine begin
+
+  !> Stresses, internal force and, with a tangent, the blocks of the groups.
+  subroutine evaluate_soil(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (dimension, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    integer, intent(in) :: tangent
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    type(failure_type), intent(inout) :: failure
+    real(wp), intent(in), optional :: prescribed(:, :)
+
+    if (allocated(self%integration)) then
+      call evaluate_with(self%integration)
+    else
+      call evaluate_with(configuration%at_points)
+    end if
+  contains
+    subroutine evaluate_with(integration)
+      type(integration_type), intent(in) :: integration
+
+      call evaluate(integration, model%state%points, model%laws, displacement, tangent, self%evaluation, &
+        equations, self%first_patch, matrix, prescribed)
+      if (.not. self%evaluation%ok) call name_point(model, integration, self%evaluation, failure)
+    end subroutine evaluate_with
+  end subroutine evaluate_soil
+
+  !> The point that could not be updated and what its law says. A law of a user names point and material itself.
+  subroutine name_point(model, integration, evaluation, failure)
+    type(model_type), intent(in) :: model
+    type(integration_type), intent(in) :: integration
+    type(evaluation_type), intent(in) :: evaluation
+    type(failure_type), intent(inout) :: failure
+
+    failure%failed = .true.
+    failure%unrecoverable = evaluation%bad_status == status_broken
+    failure%share = evaluation%bad_share
+    associate (material => integration%material(evaluation%bad_point), &
+      point => integration%source(evaluation%bad_point))
+      if (failure%unrecoverable .or. &
+        (evaluation%bad_status == status_failed .and. model%laws(material)%law%of_user)) &
+        failure%cause = error_user_material
+      if (.not. allocated(evaluation%bad_message)) return
+      failure%reason = evaluation%bad_message
+      if (index(failure%reason, "material '") == 1) return
+      failure%reason = "material '"//model%analysis%materials(material)%name//"': "//failure%reason
+      if (point > 0) then
+        failure%reason = failure%reason//'; material point '//integer_text(point)
+      else
+        failure%reason = failure%reason//'; cell '//integer_text( &
+          model%mesh%cell_label(integration%cell(group_of(integration, evaluation%bad_point))))
+      end if
+    end associate
+  end subroutine name_point
+
+  !> Internal force of the last evaluation.
+  subroutine add_force(self, displacement, force)
+    class(soil_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    associate (unused => displacement)
+    end associate
+    force = force + self%evaluation%force
+  end subroutine add_force
+
+  !> The same cell by cell.
+  subroutine add_sizes(self, sizes)
+    class(soil_type), intent(in) :: self
+    type(force_sizes_type), intent(inout) :: sizes
+
+    sizes%force = sizes%force + self%evaluation%force_size
+    sizes%work = sizes%work + self%evaluation%work_size
+  end subroutine add_sizes
+
+  !> Force that the tangent of the evaluation gives the displacements prescribed there.
+  subroutine add_linear_force(self, displacement, force)
+    class(soil_type), intent(in) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    associate (unused => displacement)
+    end associate
+    force = force + self%evaluation%linear_force
+  end subroutine add_linear_force
+
+  !> Stress, state and volume of every material point by its own strain, or under the pressure of its
+  !> group; where the equations are integrated at the points the last evaluation has found them.
+  subroutine find_point_results(self, model, configuration, displacement, source, error)
+    class(soil_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    !> Its points may get gradients of their own.
+    type(configuration_type), intent(inout) :: configuration
+    !> Displacement of the step (dimension, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    !> Material point of each result.
+    integer, allocatable, intent(out) :: source(:)
+    !> A point that cannot be updated.
+    type(error_type), allocatable, intent(out) :: error
+    type(integration_type) :: merged
+
+    if (self%updates_points) then
+      source = configuration%at_points%source
+      if (allocated(self%integration)) source = self%integration%source
+      return
+    end if
+    if (recovers(model)) call recover_gradients(model%mesh, configuration%activation, configuration%volumes, &
+      model%laws, displacement, configuration%at_points)
+    if (allocated(self%patch)) then
+      call merge_groups(configuration%at_points, self%patch, merged)
+      if (allocated(configuration%at_points%cell_size)) call measure_cells(model%mesh, merged)
+      call evaluate_points(merged)
+    else
+      call evaluate_points(configuration%at_points)
+    end if
+  contains
+    !> What the laws say of material points in groups.
+    subroutine evaluate_points(at_points)
+      type(integration_type), intent(in) :: at_points
+
+      source = at_points%source
+      call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., self%evaluation)
+      call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, self%evaluation)
+      if (.not. self%evaluation%ok) call fail(error, error_not_converged, 'material point '// &
+        integer_text(at_points%source(self%evaluation%bad_point))//' turns inside out or its stress cannot be found')
+    end subroutine evaluate_points
+  end subroutine find_point_results
+
+  !> Cells of elements are integrated apart from their points; their points follow a continuous gradient.
+  pure logical function recovers(model)
+    type(model_type), intent(in) :: model
+
+    recovers = model%analysis%method%integration == integrate_cells .and. .not. model%space%tensor &
+      .and. model%analysis%method%basis /= basis_fem
+  end function recovers
+
+  !> Give the material points their results.
+  subroutine take_point_results(self, source, points)
+    class(soil_type), intent(in) :: self
+    !> Material point of each result.
+    integer, intent(in) :: source(:)
+    type(points_type), intent(inout) :: points
+    integer :: p, q
+
+    associate (results => self%evaluation%results)
+      !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
+      do q = 1, size(source)
+        p = source(q)
+        points%stress(:, p) = results%stress(:, q)
+        points%state(:, p) = results%state(:, q)
+        points%plastic(p) = results%plastic(q)
+        points%volume(p) = points%volume(p)*results%volume_change(q)
+      end do
+      !$omp end parallel do
+    end associate
+  end subroutine take_point_results
+end module qsmpm_soil_points

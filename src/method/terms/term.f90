@@ -1,0 +1,279 @@
+!> One term of the equations of a step: what pushes at the nodes, or resists.
+!>
+!>   sum f_external - sum f_internal - sum f_numerical = 0
+!>
+!> The soil is one, every load, support or penalty another. The step knows them as an array alone and goes through it
+!> for residual, matrix, linear force of prescribed displacements, shares and messages (qsmpm_term_sums), always in the
+!> same order. A new term is an extension of `term_type` and a line in qsmpm_standard_terms, or `add_term` of whoever
+!> holds the analysis. A solve calls it in this order:
+!>
+!>   prepare, couple      node lists and scratch of the step, from the state
+!>   begin                when the step takes place, damping and fading of numerical terms
+!>   set_load             loads as they stand at a fraction of the phase: that of the start, then that of the end
+!>   evaluate, add_force, add_blocks, ...   for each trial displacement
+!>   commit or discard    exactly once, when the solve is taken or not
+!>
+!> What a term holds is parameters and scratch. What it keeps from step to step (multipliers, a history) it lays into
+!> `model%state%kept` under a name of its own (`start`) and changes in `commit` alone: checkpoint, restart file and a
+!> step that is cut then bring it back without knowing it.
+module qsmpm_term
+  use qsmpm_kinds, only: wp
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type
+  use qsmpm_error, only: error_not_converged
+  use qsmpm_law, only: moment_type
+  use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: patches_type, append_patches
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_term_share, only: solve_share_type, share_of_load
+  implicit none
+  private
+
+  public :: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
+
+  !> What the force of a term is in the balance: a load; a resistance, part of the reactions and of the internal work;
+  !> or a help of the method that is no part of the physics.
+  integer, parameter, public :: role_external = 1, role_internal = 2, role_numerical = 3
+
+  !> What a step is asked to be, beside its loads.
+  type :: increment_type
+    type(moment_type) :: moment
+    !> Coefficient of the proximal damping per volume and displacement; 0 in a static step.
+    real(wp) :: damping = 0.0_wp
+    !> Factor on the boundary stabilisation.
+    real(wp) :: stabilisation = 1.0_wp
+  end type increment_type
+
+  !> Why a trial displacement cannot be evaluated.
+  type :: failure_type
+    logical :: failed = .false.
+    !> No smaller step will help: a model is out of order.
+    logical :: unrecoverable = .false.
+    !> One of the error codes.
+    integer :: cause = error_not_converged
+    !> Load fraction that may be tried next; 0 for not set.
+    real(wp) :: share = 0.0_wp
+    !> Sentence; unallocated where there is none better than that of the caller.
+    character(len=:), allocatable :: reason
+  end type failure_type
+
+  !> Internal forces by their size, which do not cancel: what shares refer to.
+  type :: force_sizes_type
+    !> Sum of the contributions by their size (components, nodes).
+    real(wp), allocatable :: force(:, :)
+    !> Work of the contributions on the displacement by their size.
+    real(wp) :: work = 0.0_wp
+  end type force_sizes_type
+
+  type, abstract :: term_type
+    !> For messages: 'the NAME has a value ...'.
+    character(len=:), allocatable :: name
+    integer :: role = role_internal
+    !> Column of curves.csv with the share that it carries; unallocated for none.
+    character(len=:), allocatable :: share_name
+    !> A step is accepted by the residual without it.
+    logical :: transient = .false.
+    !> It holds the body against the ground, which rigid motions of a piece do not satisfy.
+    logical :: anchors = .false.
+    !> Its blocks are symmetric; known when it is prepared.
+    logical :: symmetric = .true.
+    !> Points whose stress an evaluation updates, for the profile of the run.
+    integer :: point_count = 0
+    !> Node lists that couple, one for each block.
+    type(patches_type) :: patches
+    !> Number of the first of these lists among those of all terms; set by the step.
+    integer :: first_patch = 0
+  contains
+    procedure :: start => start_nothing
+    procedure(prepare_interface), deferred :: prepare
+    procedure :: couple => couple_patches
+    procedure :: begin => begin_nothing
+    procedure :: set_load => set_no_load
+    procedure :: evaluate => evaluate_nothing
+    procedure(force_interface), deferred :: add_force
+    procedure :: add_sizes => add_no_sizes
+    procedure :: add_blocks => add_no_blocks
+    procedure :: add_linear_force => add_change_of_force
+    procedure :: measure => measure_by_load
+    procedure :: commit => commit_nothing
+    procedure :: discard => discard_nothing
+  end type term_type
+
+  !> One place of the array of terms.
+  type :: term_slot_type
+    class(term_type), allocatable :: term
+  end type term_slot_type
+
+  abstract interface
+    !> Find what couples, and the scratch of a step, from the state.
+    subroutine prepare_interface(self, model, configuration)
+      import :: term_type, model_type, configuration_type
+      class(term_type), intent(inout) :: self
+      type(model_type), intent(in) :: model
+      type(configuration_type), intent(in) :: configuration
+    end subroutine prepare_interface
+
+    !> Add the force at a displacement of the step that has been evaluated.
+    subroutine force_interface(self, displacement, force)
+      import :: term_type, wp
+      class(term_type), intent(in) :: self
+      !> (components, nodes)
+      real(wp), intent(in) :: displacement(:, :)
+      !> As a load where the role is external, as a resistance otherwise (components, nodes).
+      real(wp), intent(inout) :: force(:, :)
+    end subroutine force_interface
+  end interface
+
+contains
+
+  !> Lay what is kept from step to step into the state, where it is not there already. Nothing, unless extended.
+  subroutine start_nothing(self, model)
+    class(term_type), intent(in) :: self
+    type(model_type), intent(inout) :: model
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine start_nothing
+
+  !> Put the node lists behind those of the terms before.
+  subroutine couple_patches(self, configuration, patches)
+    class(term_type), intent(in) :: self
+    type(configuration_type), intent(in) :: configuration
+    type(patches_type), intent(inout) :: patches
+
+    associate (unused => configuration)
+    end associate
+    call append_patches(patches, self%patches)
+  end subroutine couple_patches
+
+  !> Take notice of what the step is asked to be. Nothing, unless extended.
+  subroutine begin_nothing(self, increment)
+    class(term_type), intent(inout) :: self
+    type(increment_type), intent(in) :: increment
+
+    associate (unused => self, unused_increment => increment)
+    end associate
+  end subroutine begin_nothing
+
+  !> Put loads in force. Nothing, unless extended.
+  subroutine set_no_load(self, model, configuration, fraction)
+    class(term_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> Load fraction of the phase, 0 to 1.
+    real(wp), intent(in) :: fraction
+
+    associate (unused => self, unused_model => model, unused_configuration => configuration, &
+        unused_fraction => fraction)
+    end associate
+  end subroutine set_no_load
+
+  !> Do what is done once for a trial displacement, before its force and blocks are asked for. A term that forms its
+  !> blocks on the way adds them here. Nothing, unless extended.
+  subroutine evaluate_nothing(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+    class(term_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    !> tangent_none, tangent_consistent or tangent_elastic: whether blocks will be wanted.
+    integer, intent(in) :: tangent
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    !> Set where the displacement cannot be evaluated.
+    type(failure_type), intent(inout) :: failure
+    !> Displacements whose linear force will be wanted (components, nodes).
+    real(wp), intent(in), optional :: prescribed(:, :)
+
+    associate (unused => self, unused_model => model, unused_configuration => configuration, &
+        unused_displacement => displacement, unused_tangent => tangent, unused_equations => equations, &
+        unused_matrix => matrix, unused_failure => failure)
+    end associate
+    if (present(prescribed)) return
+  end subroutine evaluate_nothing
+
+  !> Add the sizes of the force. Nothing, unless extended: shares refer to the soil.
+  subroutine add_no_sizes(self, sizes)
+    class(term_type), intent(in) :: self
+    type(force_sizes_type), intent(inout) :: sizes
+
+    associate (unused => self, unused_sizes => sizes)
+    end associate
+  end subroutine add_no_sizes
+
+  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at patch first_patch + k - 1.
+  !> Nothing, unless extended.
+  subroutine add_no_blocks(self, displacement, equations, matrix)
+    class(term_type), intent(in) :: self
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+
+    associate (unused => self, unused_displacement => displacement, unused_equations => equations, &
+        unused_matrix => matrix)
+    end associate
+  end subroutine add_no_blocks
+
+  !> Add the resistance that displacements from the start of the step call up: the change of the force, exact for a
+  !> linear term and good enough for another, since it only begins the iteration.
+  subroutine add_change_of_force(self, displacement, force)
+    class(term_type), intent(in) :: self
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+    real(wp), dimension(size(force, 1), size(force, 2)) :: change, still, at_start
+
+    still = 0.0_wp
+    at_start = 0.0_wp
+    call self%add_force(still, at_start)
+    if (self%role == role_external) then
+      change = 0.0_wp
+      call self%add_force(displacement, change)
+      force = force - (change - at_start)
+    else
+      call self%add_force(displacement, force)
+      force = force - at_start
+    end if
+  end subroutine add_change_of_force
+
+  !> What it carries of a solve: its force over that of the load, unless extended.
+  subroutine measure_by_load(self, displacement, load_norm, patches, sizes, share)
+    class(term_type), intent(in) :: self
+    !> Displacement of the solve (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(in) :: load_norm
+    !> Node lists of all terms.
+    type(patches_type), intent(in) :: patches
+    !> Internal forces at the displacement.
+    type(force_sizes_type), intent(in) :: sizes
+    type(solve_share_type), intent(out) :: share
+    real(wp) :: force(size(displacement, 1), size(displacement, 2))
+
+    associate (unused => patches, unused_sizes => sizes)
+    end associate
+    force = 0.0_wp
+    call self%add_force(displacement, force)
+    share = share_of_load(self%share_name, force, load_norm)
+  end subroutine measure_by_load
+
+  !> The solve is taken: the points have moved, nodes and cells of the model may be numbered anew, the displacement is
+  !> in the numbers of `prepare`. Nothing, unless extended.
+  subroutine commit_nothing(self, displacement, model)
+    class(term_type), intent(inout) :: self
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(model_type), intent(inout) :: model
+
+    associate (unused => self, unused_displacement => displacement, unused_model => model)
+    end associate
+  end subroutine commit_nothing
+
+  !> The solve is not taken. Nothing, unless extended: scratch is made anew by `prepare`.
+  subroutine discard_nothing(self)
+    class(term_type), intent(inout) :: self
+
+    associate (unused => self)
+    end associate
+  end subroutine discard_nothing
+end module qsmpm_term

@@ -1,0 +1,164 @@
+!> What terms that are no part of the physics carry of a step: the measures by which a step is accepted or
+!> re-equilibrated, and which the log and curves.csv show.
+!>
+!> The force of the proximal damping is measured by that of the load, |g|/|f_load|. The force g = G du that the
+!> boundary stabilisation leaves behind in the last solve of a step is one that the material does not carry; its
+!> share is the larger of
+!>
+!>   work    g . du / sum_i sum_c |f_c . du_i|
+!>   force   max over nodes a of |g_a| / max over b of F_b,   F_b = sum_c |f_cb|
+!>
+!> over the solves i of the step and the cells c with their internal forces f_c; b runs over the nodes of two layers of
+!> cells around a. Neither denominator cancels, so that a slender body in bending, whose load is small against its
+!> stresses, is judged by its stresses. docs/methods/ghost.md
+module qsmpm_term_share
+  use qsmpm_kinds, only: wp
+  use qsmpm_node_graph, only: patches_type
+  implicit none
+  private
+
+  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, load_share_named
+
+  !> Columns of curves.csv that step control asks for.
+  character(len=*), parameter, public :: drag_share = 'drag_share', stabilisation_share = 'stabilisation_share'
+
+  !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
+  !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.
+  integer, parameter :: layers = 2
+  !> Internal forces below this part of the largest one are rounding or next to it: no share refers to them.
+  real(wp), parameter :: quiet = 1.0e-3_wp
+
+  !> What a term does in one solve.
+  type :: solve_share_type
+    character(len=:), allocatable :: name
+    !> Share of the load, and whether it is that of the cells below that counts.
+    real(wp) :: load_share = 0.0_wp
+    logical :: of_cells = .false.
+    !> g . du, and sum_c |f_c . du|.
+    real(wp) :: work = 0.0_wp
+    real(wp) :: internal_work = 0.0_wp
+    !> Largest share of the internal force around a node.
+    real(wp) :: force_share = 0.0_wp
+  end type solve_share_type
+
+  !> Internal work of the solves of a step, and the share of a term after the last one.
+  type :: step_share_type
+    character(len=:), allocatable :: name
+    real(wp) :: internal_work = 0.0_wp
+    real(wp) :: share = 0.0_wp
+  end type step_share_type
+
+contains
+
+  !> A force over that of the load.
+  pure function share_of_load(name, force, load_norm) result(share)
+    character(len=*), intent(in) :: name
+    !> (components, nodes)
+    real(wp), intent(in) :: force(:, :)
+    real(wp), intent(in) :: load_norm
+    type(solve_share_type) :: share
+
+    share%name = name
+    share%load_share = quotient(norm2(force), load_norm)
+  end function share_of_load
+
+  !> A force over those of the cells.
+  pure function share_of_cells(name, force, displacement, patches, force_size, work_size) result(share)
+    character(len=*), intent(in) :: name
+    !> g, displacement of the solve, and F (components, nodes).
+    real(wp), intent(in) :: force(:, :), displacement(:, :), force_size(:, :)
+    !> The nodes of all cells and terms.
+    type(patches_type), intent(in) :: patches
+    !> sum_c |f_c . du|.
+    real(wp), intent(in) :: work_size
+    type(solve_share_type) :: share
+    real(wp) :: magnitude(size(displacement, 2))
+
+    share%name = name
+    share%of_cells = .true.
+    share%work = sum(force*displacement)
+    share%internal_work = work_size
+    magnitude = norm2(force, dim=1)
+    if (any(magnitude > 0.0_wp)) &
+      share%force_share = maxval(quotient(magnitude, forces_around(patches, norm2(force_size, dim=1))))
+  end function share_of_cells
+
+  !> Largest F in the layers of cells around each node.
+  pure function forces_around(patches, size_at) result(around)
+    type(patches_type), intent(in) :: patches
+    !> F (node_count).
+    real(wp), intent(in) :: size_at(:)
+    real(wp) :: around(size(size_at)), inner(size(size_at))
+    integer :: k, layer
+
+    around = max(size_at, quiet*maxval(size_at))
+    do layer = 1, layers
+      inner = around
+      do k = 1, patches%count
+        associate (nodes => patches%nodes(patches%first(k):patches%first(k + 1) - 1))
+          around(nodes) = max(around(nodes), maxval(inner(nodes)))
+        end associate
+      end do
+    end do
+  end function forces_around
+
+  !> Take the shares of a solve into those of its step; the first solve begins them.
+  pure subroutine add_solves(solves, steps)
+    type(solve_share_type), intent(in) :: solves(:)
+    !> In the same order.
+    type(step_share_type), allocatable, intent(inout) :: steps(:)
+    integer :: i
+
+    if (.not. allocated(steps)) allocate (steps(size(solves)))
+    do i = 1, size(solves)
+      call add_solve(solves(i), steps(i))
+    end do
+  end subroutine add_solves
+
+  !> Take a solve into the sums of its step.
+  pure subroutine add_solve(solve, step)
+    type(solve_share_type), intent(in) :: solve
+    type(step_share_type), intent(inout) :: step
+
+    step%name = solve%name
+    step%share = solve%load_share
+    if (.not. solve%of_cells) return
+    step%internal_work = step%internal_work + solve%internal_work
+    step%share = quotient(solve%work, step%internal_work)
+    ! The larger one; what is not a number stays.
+    if (.not. solve%force_share <= step%share) step%share = solve%force_share
+  end subroutine add_solve
+
+  !> Share of a name; 0 where there is none.
+  pure real(wp) function share_named(steps, name) result(share)
+    type(step_share_type), allocatable, intent(in) :: steps(:)
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    share = 0.0_wp
+    if (.not. allocated(steps)) return
+    do i = 1, size(steps)
+      if (steps(i)%name == name) share = steps(i)%share
+    end do
+  end function share_named
+
+  !> Share of the load in a solve, of a name; 0 where there is none.
+  pure real(wp) function load_share_named(solves, name) result(share)
+    type(solve_share_type), intent(in) :: solves(:)
+    character(len=*), intent(in) :: name
+    integer :: i
+
+    share = 0.0_wp
+    do i = 1, size(solves)
+      if (solves(i)%name == name) share = solves(i)%load_share
+    end do
+  end function load_share_named
+
+  !> A part of a whole; of nothing any part is as large as can be.
+  elemental real(wp) function quotient(part, whole)
+    real(wp), intent(in) :: part, whole
+
+    quotient = merge(0.0_wp, huge(1.0_wp), part <= 0.0_wp)
+    if (whole > 0.0_wp .and. part < whole*sqrt(huge(1.0_wp))) quotient = part/whole
+  end function quotient
+end module qsmpm_term_share

@@ -1,0 +1,285 @@
+!> The sums over the terms of a step: what residual, matrix, reactions, shares and messages are made of. Each is one
+!> pass over the array, in its order, so that the same deck gives the same bytes.
+module qsmpm_term_sums
+  use qsmpm_kinds, only: wp
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type
+  use qsmpm_finite, only: is_usable
+  use qsmpm_law, only: tangent_none
+  use qsmpm_model, only: model_type
+  use qsmpm_node_graph, only: patches_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_term_share, only: solve_share_type
+  use qsmpm_term, only: term_slot_type, increment_type, failure_type, force_sizes_type
+  implicit none
+  private
+
+  public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, sum_forces, sum_transient, &
+    add_all_blocks, linear_forces, measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, &
+    mark_anchored, commit_terms, discard_terms
+
+contains
+
+  !> Lay what the terms keep into the state.
+  subroutine start_terms(terms, model)
+    type(term_slot_type), intent(in) :: terms(:)
+    type(model_type), intent(inout) :: model
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%start(model)
+    end do
+  end subroutine start_terms
+
+  !> Make the terms ready for a step; they give their node lists, one behind the other.
+  subroutine prepare_terms(model, configuration, terms, patches)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    type(term_slot_type), intent(inout) :: terms(:)
+    !> Node lists that couple.
+    type(patches_type), intent(out) :: patches
+    integer :: t
+
+    allocate (patches%first(1), source=1)
+    allocate (patches%nodes(0))
+    do t = 1, size(terms)
+      call terms(t)%term%prepare(model, configuration)
+      terms(t)%term%first_patch = patches%count + 1
+      call terms(t)%term%couple(configuration, patches)
+    end do
+  end subroutine prepare_terms
+
+  !> Tell the terms what the step is asked to be.
+  subroutine begin_terms(terms, increment)
+    type(term_slot_type), intent(inout) :: terms(:)
+    type(increment_type), intent(in) :: increment
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%begin(increment)
+    end do
+  end subroutine begin_terms
+
+  !> Put the loads of a fraction of the phase in force.
+  subroutine set_loads(terms, model, configuration, fraction)
+    type(term_slot_type), intent(inout) :: terms(:)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> 0 to 1.
+    real(wp), intent(in) :: fraction
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%set_load(model, configuration, fraction)
+    end do
+  end subroutine set_loads
+
+  !> Evaluate the terms at a displacement; with a tangent the matrix begins anew.
+  subroutine evaluate_terms(terms, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+    type(term_slot_type), intent(inout) :: terms(:)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    !> tangent_none, tangent_consistent or tangent_elastic.
+    integer, intent(in) :: tangent
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    !> Of the first term that fails.
+    type(failure_type), intent(out) :: failure
+    !> Displacements whose linear force will be wanted (components, nodes).
+    real(wp), intent(in), optional :: prescribed(:, :)
+    integer :: t
+
+    if (tangent /= tangent_none) matrix%values = 0.0_wp
+    do t = 1, size(terms)
+      call terms(t)%term%evaluate(model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+      if (failure%failed) return
+    end do
+  end subroutine evaluate_terms
+
+  !> Force of all terms of one role.
+  subroutine sum_forces(terms, role, displacement, force)
+    type(term_slot_type), intent(in) :: terms(:)
+    integer, intent(in) :: role
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(out) :: force(:, :)
+    integer :: t
+
+    force = 0.0_wp
+    do t = 1, size(terms)
+      if (terms(t)%term%role == role) call terms(t)%term%add_force(displacement, force)
+    end do
+  end subroutine sum_forces
+
+  !> Force of the terms that a step is accepted without.
+  subroutine sum_transient(terms, displacement, force)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(out) :: force(:, :)
+    integer :: t
+
+    force = 0.0_wp
+    do t = 1, size(terms)
+      if (terms(t)%term%transient) call terms(t)%term%add_force(displacement, force)
+    end do
+  end subroutine sum_transient
+
+  !> Add the blocks that the evaluation has not added.
+  subroutine add_all_blocks(terms, displacement, equations, matrix)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> Displacement that was evaluated (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%add_blocks(displacement, equations, matrix)
+    end do
+  end subroutine add_all_blocks
+
+  !> Resistance that prescribed displacements call up; they were given to the evaluation.
+  subroutine linear_forces(terms, prescribed, force)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(in) :: prescribed(:, :)
+    real(wp), intent(out) :: force(:, :)
+    integer :: t
+
+    force = 0.0_wp
+    do t = 1, size(terms)
+      call terms(t)%term%add_linear_force(prescribed, force)
+    end do
+  end subroutine linear_forces
+
+  !> What the terms carry of a solve, those that have a share.
+  subroutine measure_shares(terms, displacement, load_norm, patches, shares)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> Displacement that was evaluated (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(in) :: load_norm
+    !> Node lists of all terms.
+    type(patches_type), intent(in) :: patches
+    type(solve_share_type), allocatable, intent(out) :: shares(:)
+    type(force_sizes_type) :: sizes
+    integer :: t, n
+
+    allocate (sizes%force(size(displacement, 1), size(displacement, 2)), source=0.0_wp)
+    do t = 1, size(terms)
+      call terms(t)%term%add_sizes(sizes)
+    end do
+    allocate (shares(count_shares(terms)))
+    n = 0
+    do t = 1, size(terms)
+      if (.not. allocated(terms(t)%term%share_name)) cycle
+      n = n + 1
+      call terms(t)%term%measure(displacement, load_norm, patches, sizes, shares(n))
+    end do
+  end subroutine measure_shares
+
+  !> Terms that have a share.
+  pure integer function count_shares(terms)
+    type(term_slot_type), intent(in) :: terms(:)
+    integer :: t
+
+    count_shares = 0
+    do t = 1, size(terms)
+      if (allocated(terms(t)%term%share_name)) count_shares = count_shares + 1
+    end do
+  end function count_shares
+
+  !> Columns of curves.csv for the shares, a comma in front of each.
+  pure function share_names(terms) result(names)
+    type(term_slot_type), intent(in) :: terms(:)
+    character(len=:), allocatable :: names
+    integer :: t
+
+    names = ''
+    do t = 1, size(terms)
+      if (allocated(terms(t)%term%share_name)) names = names//','//terms(t)%term%share_name
+    end do
+  end function share_names
+
+  !> Name of the first force that cannot be computed with, and the first node where it acts; empty for none.
+  subroutine find_unusable(terms, displacement, name, node)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> Displacement that was evaluated (components, nodes).
+    real(wp), intent(in) :: displacement(:, :)
+    character(len=:), allocatable, intent(out) :: name
+    integer, intent(out) :: node
+    real(wp) :: force(size(displacement, 1), size(displacement, 2))
+    integer :: t
+
+    name = ''
+    node = 0
+    do t = 1, size(terms)
+      force = 0.0_wp
+      call terms(t)%term%add_force(displacement, force)
+      if (all(is_usable(force))) cycle
+      name = terms(t)%term%name
+      node = findloc(all(is_usable(force), dim=1), .false., dim=1)
+      return
+    end do
+  end subroutine find_unusable
+
+  !> Whether the blocks of all terms are symmetric.
+  pure logical function are_symmetric(terms)
+    type(term_slot_type), intent(in) :: terms(:)
+    integer :: t
+
+    are_symmetric = .true.
+    do t = 1, size(terms)
+      are_symmetric = are_symmetric .and. terms(t)%term%symmetric
+    end do
+  end function are_symmetric
+
+  !> Points whose stress an evaluation updates.
+  pure integer function evaluated_points(terms) result(points)
+    type(term_slot_type), intent(in) :: terms(:)
+    integer :: t
+
+    points = 0
+    do t = 1, size(terms)
+      points = points + terms(t)%term%point_count
+    end do
+  end function evaluated_points
+
+  !> Mark the nodes that a term holds against the ground.
+  pure subroutine mark_anchored(terms, anchored)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (nodes)
+    logical, intent(inout) :: anchored(:)
+    integer :: t
+
+    do t = 1, size(terms)
+      if (terms(t)%term%anchors .and. terms(t)%term%patches%count > 0) &
+        anchored(terms(t)%term%patches%nodes) = .true.
+    end do
+  end subroutine mark_anchored
+
+  !> The solve is taken.
+  subroutine commit_terms(terms, displacement, model)
+    type(term_slot_type), intent(inout) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    type(model_type), intent(inout) :: model
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%commit(displacement, model)
+    end do
+  end subroutine commit_terms
+
+  !> The solve is not taken.
+  subroutine discard_terms(terms)
+    type(term_slot_type), intent(inout) :: terms(:)
+    integer :: t
+
+    do t = 1, size(terms)
+      call terms(t)%term%discard()
+    end do
+  end subroutine discard_terms
+end module qsmpm_term_sums

@@ -1,0 +1,158 @@
+!> Limit load of a phase by the compliance of the body.
+!>
+!>   C = (df . U)/(df . df)
+!>
+!> df is the load increment of a step at the free components of the nodes, U the displacement of the step with its
+!> re-equilibrations. The first accepted step of the phase gives the reference; a step whose C is more than
+!> LIMIT COMPLIANCE times that is refused, and the load is bisected between the last accepted and the refused
+!> one. The knee is where C, interpolated in its logarithm between the middles of these two steps, is LIMIT COMPLIANCE
+!> times the reference. Without LIMIT COMPLIANCE C is only measured. docs/methods/limit_loads.md
+module qsmpm_limit_load
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: compliance_type, limit_load_type, add_compliance, compliance_of, exceeds, note_accepted, note_refused
+  public :: below_refused, is_found, close_in, limit_loads, limit_text, relative_compliance
+
+  !> What the load increment of a step does.
+  type :: compliance_type
+    !> df . U and df . df.
+    real(wp) :: work = 0.0_wp, square = 0.0_wp
+  end type compliance_type
+
+  !> Where a phase stands before its limit load; all zero when it begins.
+  type :: limit_load_type
+    !> Compliance of the first accepted step of the phase and of the last one [length/force].
+    real(wp) :: first = 0.0_wp, last = 0.0_wp
+    !> Middle of the last accepted step, as a share of the phase.
+    real(wp) :: middle = 0.0_wp
+    !> Smallest share of the phase that was refused for its compliance, 0 for none; compliance and middle of that step.
+    real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
+    !> Share of the phase at the knee, 0 until the limit load is found.
+    real(wp) :: knee = 0.0_wp
+  end type limit_load_type
+
+contains
+
+  !> Take a solve into its step: df is that of the first solve, U grows with each.
+  pure subroutine add_compliance(solve, step)
+    type(compliance_type), intent(in) :: solve
+    type(compliance_type), intent(inout) :: step
+
+    step%work = step%work + solve%work
+    if (.not. step%square > 0.0_wp) step%square = solve%square
+  end subroutine add_compliance
+
+  !> Compliance of a step, 0 where no load grows.
+  pure real(wp) function compliance_of(step)
+    type(compliance_type), intent(in) :: step
+
+    compliance_of = 0.0_wp
+    if (step%square > 0.0_wp) compliance_of = step%work/step%square
+  end function compliance_of
+
+  !> Whether a step is too compliant to be accepted.
+  pure logical function exceeds(step, limit, allowed)
+    type(compliance_type), intent(in) :: step
+    type(limit_load_type), intent(in) :: limit
+    !> LIMIT COMPLIANCE, 0 for none.
+    real(wp), intent(in) :: allowed
+
+    exceeds = allowed > 0.0_wp .and. limit%first > 0.0_wp .and. compliance_of(step) > allowed*limit%first
+  end function exceeds
+
+  !> Remember an accepted step.
+  pure subroutine note_accepted(step, start, last, limit)
+    type(compliance_type), intent(in) :: step
+    !> Shares of the phase at its start and end.
+    real(wp), intent(in) :: start, last
+    type(limit_load_type), intent(inout) :: limit
+
+    limit%last = compliance_of(step)
+    limit%middle = 0.5_wp*(start + last)
+    if (.not. limit%first > 0.0_wp) limit%first = limit%last
+  end subroutine note_accepted
+
+  !> Remember a step refused for its compliance.
+  pure subroutine note_refused(step, start, last, limit)
+    type(compliance_type), intent(in) :: step
+    !> Shares of the phase at its start and end.
+    real(wp), intent(in) :: start, last
+    type(limit_load_type), intent(inout) :: limit
+
+    limit%refused = last
+    limit%refused_compliance = compliance_of(step)
+    limit%refused_middle = 0.5_wp*(start + last)
+  end subroutine note_refused
+
+  !> End of the next step: halfway to the load that was refused where it would reach that.
+  pure real(wp) function below_refused(limit, fraction, last)
+    type(limit_load_type), intent(in) :: limit
+    !> Share of the phase done, and the end that step control wants.
+    real(wp), intent(in) :: fraction, last
+
+    below_refused = last
+    if (limit%refused > 0.0_wp) below_refused = min(last, 0.5_wp*(fraction + limit%refused))
+  end function below_refused
+
+  !> Whether the phase has ended at its limit load.
+  pure logical function is_found(limit)
+    type(limit_load_type), intent(in) :: limit
+
+    is_found = limit%knee > 0.0_wp
+  end function is_found
+
+  !> The limit load is found: interpolate the knee.
+  pure subroutine close_in(allowed, limit)
+    !> LIMIT COMPLIANCE.
+    real(wp), intent(in) :: allowed
+    type(limit_load_type), intent(inout) :: limit
+    real(wp) :: share
+
+    share = log(allowed*limit%first/limit%last)/log(limit%refused_compliance/limit%last)
+    limit%knee = limit%middle + share*(limit%refused_middle - limit%middle)
+  end subroutine close_in
+
+  !> Load factors between which the limit load lies, carried and refused, and that of the knee; zeros until it is found.
+  pure function limit_loads(limit, fraction, load_factor) result(loads)
+    type(limit_load_type), intent(in) :: limit
+    !> Share of the phase done, and load factor at the end of the phase.
+    real(wp), intent(in) :: fraction, load_factor
+    real(wp) :: loads(3)
+
+    loads = 0.0_wp
+    if (is_found(limit)) loads = load_factor*[fraction, limit%refused, limit%knee]
+  end function limit_loads
+
+  !> The limit load in words.
+  pure function limit_text(loads) result(text)
+    !> As limit_loads gives them (3).
+    real(wp), intent(in) :: loads(:)
+    character(len=:), allocatable :: text
+
+    text = 'limit load between '//six_digits(loads(1))//' and '//six_digits(loads(2))//', knee at '// &
+      six_digits(loads(3))
+  end function limit_text
+
+  !> A number in six significant digits at the most.
+  pure function six_digits(value) result(text)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+    real(wp) :: rounded
+
+    write (buffer, '(es13.5e3)') value
+    read (buffer, *) rounded
+    text = real_text(rounded)
+  end function six_digits
+
+  !> Compliance of the last accepted step relative to that of the first one of its phase, 0 where no load grows.
+  pure real(wp) function relative_compliance(limit)
+    type(limit_load_type), intent(in) :: limit
+
+    relative_compliance = 0.0_wp
+    if (limit%first > 0.0_wp) relative_compliance = limit%last/limit%first
+  end function relative_compliance
+end module qsmpm_limit_load

@@ -1,0 +1,75 @@
+!> Terms of a step by name, and forces of one or all of them, for tests.
+module term_samples
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: model_type
+  use qsmpm_term, only: term_type, increment_type, role_external
+  use qsmpm_term_share, only: solve_share_type, step_share_type, add_solves, share_named
+  use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces
+  implicit none
+  private
+
+  public :: term_named, force_named, load_at, damp, share_of
+
+contains
+
+  !> The term of a name.
+  function term_named(step, name) result(term)
+    type(step_type), intent(in), target :: step
+    character(len=*), intent(in) :: name
+    class(term_type), pointer :: term
+    integer :: t
+
+    term => null()
+    do t = 1, size(step%terms)
+      if (step%terms(t)%term%name == name) term => step%terms(t)%term
+    end do
+    if (.not. associated(term)) error stop 'a test asks for a term that is not there'
+  end function term_named
+
+  !> Its force at a displacement.
+  function force_named(step, name, displacement) result(force)
+    type(step_type), intent(in), target :: step
+    character(len=*), intent(in) :: name
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp) :: force(size(displacement, 1), size(displacement, 2))
+    class(term_type), pointer :: term
+
+    force = 0.0_wp
+    term => term_named(step, name)
+    call term%add_force(displacement, force)
+  end function force_named
+
+  !> Put the loads of a fraction of the phase in force; what they are without a displacement.
+  subroutine load_at(model, step, fraction, load)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    real(wp), intent(in) :: fraction
+    !> (components, nodes)
+    real(wp), intent(out) :: load(:, :)
+    real(wp) :: still(size(load, 1), size(load, 2))
+
+    still = 0.0_wp
+    call set_loads(step%terms, model, step%configuration_type, fraction)
+    call sum_forces(step%terms, role_external, still, load)
+  end subroutine load_at
+
+  !> Damp the step.
+  subroutine damp(step, coefficient)
+    type(step_type), intent(inout) :: step
+    real(wp), intent(in) :: coefficient
+
+    call begin_terms(step%terms, increment_type(damping=coefficient))
+  end subroutine damp
+
+  !> Share of a name after one solve.
+  real(wp) function share_of(solve, name)
+    type(solve_share_type), intent(in) :: solve(:)
+    character(len=*), intent(in) :: name
+    type(step_share_type), allocatable :: step(:)
+
+    call add_solves(solve, step)
+    share_of = share_named(step, name)
+  end function share_of
+end module term_samples
