@@ -52,6 +52,8 @@ contains
     model%analysis = analysis
     call fill_defaults(model)
     model%notes = ''
+    if (allocated(model%analysis%method_reason)) model%notes = '*METHOD by default: '// &
+      model%analysis%method_reason//new_line('a')
     if (model%analysis%mesh%kind == mesh_grid) &
       call first_window(model%analysis, grid_of(model%analysis), model%state%window)
     call make_mesh(model, faults)

@@ -79,6 +79,7 @@ program run_unit_tests
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
+  use test_recommended_method, only: collect_recommended_method
   use test_locking_check, only: collect_locking_check
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
@@ -183,6 +184,7 @@ program run_unit_tests
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
+  call register('recommended_method', collect_recommended_method)
   call register('locking_check', collect_locking_check)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)

@@ -72,7 +72,7 @@ contains
       newline//'-0.1, 1.1, 0.8, 0.9'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
       '1000, 0.3'//newline//'*UNIT WEIGHT'//newline//'18'//newline// &
       '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//newline//'0, 1, 0, 0.8'//newline// &
-      '*METHOD, INTEGRATION=CELL, STABILISATION=NONE'// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL, STABILISATION=NONE'// &
       newline//'*HISTORY, NAME=carried, QUANTITY=REACTION, COMPONENT=Y, NSET=base'// &
       newline//'*PHASE, NAME=weight'//newline//'*FIX'//newline//'base, X, Y'//newline//'axis, X'//newline// &
       '*GRAVITY'//newline//'0, -1'//newline//'*CONTROLS, STEPS=5, TOLERANCE=1e-10'//newline//'*END PHASE'//newline
@@ -556,7 +556,8 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
-    text = '*MODEL, TYPE=AUTO'//newline//'*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
+    text = '*MODEL, TYPE=AUTO'//newline//'*METHOD, BASIS=STANDARD'//newline// &
+      '*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
       newline//'Z, 0, 1, 2'//newline//'*NSET, NSET=base, PLANE=Y'//newline//'0'//newline// &
       '*NSET, NSET=axis, PLANE=X'//newline//'0'//newline//'*NSET, NSET=front, PLANE=Z'//newline//'0'//newline// &
       '*NSET, NSET=back, PLANE=Z'//newline//'1'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
