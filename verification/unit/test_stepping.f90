@@ -430,6 +430,8 @@ contains
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
       all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
       all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
+    call tests%check('with three times the iterations', &
+      all(it%script%allowed == it%controls%max_iterations*[1, 3, 3]))
     call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
     it = trial()
