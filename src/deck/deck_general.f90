@@ -155,6 +155,8 @@ contains
       allowed=bar_list(answer_words))
     call table%parameter('HDF5', kind_word, 'write the HDF5 file', default=answer(output%hdf5), &
       allowed=bar_list(answer_words))
+    call table%parameter('STRAIN', kind_word, 'let the points carry strains and write them; when not given YES '// &
+      'if VTK or HDF5 is', allowed=bar_list(answer_words))
     call table%example('*FIELD, EVERY=10, HDF5=NO')
 
     call table%add('RESTART', in_model, once, 'The file a run can be continued from.', &
@@ -288,6 +290,8 @@ contains
     state%analysis%output%field_every = card%whole('EVERY')
     state%analysis%output%vtk = card%word('VTK') == 'YES'
     state%analysis%output%hdf5 = card%word('HDF5') == 'YES'
+    state%analysis%output%strains = state%analysis%output%vtk .or. state%analysis%output%hdf5
+    if (card%has('STRAIN')) state%analysis%output%strains = card%word('STRAIN') == 'YES'
   end subroutine handle_field
 
   !> *RESTART.

@@ -29,7 +29,7 @@ module qsmpm_isotropic_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
-    procedure :: shear_modulus
+    procedure :: shear_compliance
   end type isotropic_law_type
 
 contains
@@ -133,17 +133,20 @@ contains
     call self%model%clamp_history(state(1:self%state_count))
   end subroutine from_fields
 
-  !> That of the elastic answer at the stress.
-  pure real(wp) function shear_modulus(self, stress) result(modulus)
+  !> That of the elastic answer at the stress of the start.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
     class(isotropic_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
     type(answer_type) :: answer
-    real(wp) :: values(3), vectors(3, 3), step_modulus
+    real(wp) :: values(3), vectors(3, 3), modulus
 
+    associate (unused_ratio => volume_ratio, unused_change => volume_change)
+    end associate
     call spectral(unpack_symmetric(stress), values, vectors)
-    step_modulus = self%model%step_modulus(values)
-    call self%model%elastic_answer(step_modulus, self%model%elastic_strain(step_modulus, values), answer)
-    modulus = 0.5_wp*(answer%derivative(1, 1) - answer%derivative(1, 2))
-  end function shear_modulus
+    modulus = self%model%step_modulus(values)
+    call self%model%elastic_answer(modulus, self%model%elastic_strain(modulus, values), answer)
+    compliance = 1.0_wp/(answer%derivative(1, 1) - answer%derivative(1, 2))
+  end function shear_compliance
 end module qsmpm_isotropic_law

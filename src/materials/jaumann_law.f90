@@ -11,6 +11,7 @@
 !> qsmpm_jaumann_plane and qsmpm_jaumann_solid.
 module qsmpm_jaumann_law
   use qsmpm_kinds, only: wp
+  use qsmpm_jaumann_increment, only: is_cauchy
   use qsmpm_jaumann_plane, only: update_plane
   use qsmpm_jaumann_solid, only: update_solid
   use qsmpm_law, only: law_type, batch_type
@@ -35,6 +36,7 @@ module qsmpm_jaumann_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: shear_compliance
   end type jaumann_law_type
 
 contains
@@ -129,4 +131,16 @@ contains
     stress = fields(1:size(stress))
     if (self%state_count > 0) state(1) = strain_of_degree(self%model%softening, fields(size(stress) + 1))
   end subroutine from_fields
+
+  !> The rate is that of J sigma, J from the start of the step, unless it is that of sigma.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+    class(jaumann_law_type), intent(in) :: self
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+
+    associate (unused => stress, unused_ratio => volume_ratio)
+    end associate
+    compliance = [1.0_wp, merge(1.0_wp, volume_change, is_cauchy(self%rate))]/(2.0_wp*self%model%shear)
+  end function shear_compliance
 end module qsmpm_jaumann_law

@@ -39,6 +39,7 @@ module qsmpm_logarithmic_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: shear_compliance
   end type logarithmic_law_type
 
 contains
@@ -142,4 +143,16 @@ contains
     stress(1:3) = stress(1:3) + 0.5_wp*self%model%lame*sum(fields(1:3))
     stress = stress/volume_ratio
   end subroutine from_fields
+
+  !> The elastic strain belongs to the Kirchhoff stress.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+    class(logarithmic_law_type), intent(in) :: self
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+
+    associate (unused => stress)
+    end associate
+    compliance = [volume_ratio, volume_ratio*volume_change]/(2.0_wp*self%model%shear)
+  end function shear_compliance
 end module qsmpm_logarithmic_law

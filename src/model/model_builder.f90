@@ -18,7 +18,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_points, only: allocate_watched
+  use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -30,9 +30,9 @@ module qsmpm_model_builder
 
   public :: build_model, model_summary
 
-  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular
-  !> at the apex and costs no accuracy, only part of an iteration.
-  real(wp), parameter :: elastic_blend = 1.0e-3_wp
+  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular at the apex and
+  !> costs no accuracy, but iterations where a mechanism has next to no other stiffness (docs/methods/limit_loads.md).
+  real(wp), parameter :: elastic_blend = 1.0e-5_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
   real(wp), parameter :: locking_poisson = 0.45_wp, linear_factor = 0.5_wp, smooth_factor = 0.1_wp
 
@@ -223,6 +223,7 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
+    if (model%analysis%output%strains) call start_strains(model%state%points)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
       model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))

@@ -347,6 +347,8 @@ module qsmpm_analysis
     !> VTK pictures and HDF5 results can be switched off for studies.
     logical :: vtk = .true.
     logical :: hdf5 = .true.
+    !> The material points carry strains.
+    logical :: strains = .true.
   end type output_request_type
 
   !> Everything a deck says.

@@ -33,6 +33,7 @@ program run_unit_tests
   use test_output, only: collect_output
   use test_checkpoint, only: collect_checkpoint
   use test_fields, only: collect_fields
+  use test_strain, only: collect_strain
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
   use test_load_step, only: collect_load_step
@@ -77,6 +78,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_terms, only: collect_terms
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
   use test_recommended_method, only: collect_recommended_method
@@ -138,6 +140,7 @@ program run_unit_tests
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
   call register('fields', collect_fields)
+  call register('strain', collect_strain)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
   call register('load_step', collect_load_step)
@@ -182,6 +185,7 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('terms', collect_terms)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
   call register('recommended_method', collect_recommended_method)
