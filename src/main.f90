@@ -7,9 +7,10 @@ program qsmpm_main
   use qsmpm_deck_help, only: deck_markdown, help_text, keyword_list_text
   use qsmpm_display, only: display_plain, display_quiet, display_terminal
   use qsmpm_error, only: error_type
+  use qsmpm_field_table, only: fields_markdown
   use qsmpm_plugin, only: model_abandoned, leave_process
   use qsmpm_posix, only: exit_process, is_terminal, watch_signals
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, upper
   use qsmpm_path, only: base_name
   use qsmpm_point, only: point_request_type, run_point
   use qsmpm_program_name, only: program_name
@@ -141,7 +142,7 @@ contains
     write (output_unit, '(a)', advance='no') text
   end subroutine plan
 
-  !> Explain a keyword, or list them.
+  !> Explain a keyword, list them, or list the fields of the material points.
   subroutine help(keyword, code)
     !> The keyword, empty for the list.
     character(len=*), intent(in) :: keyword
@@ -154,6 +155,11 @@ contains
     if (len(keyword) == 0) then
       call keyword_list_text(text)
       write (output_unit, '(a)') usage_text(), text
+      return
+    end if
+    if (upper(keyword) == 'FIELDS') then
+      call fields_markdown(text)
+      write (output_unit, '(a)', advance='no') text
       return
     end if
     call help_text(keyword, text, found)

@@ -401,8 +401,6 @@ def write_copy(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> dic
         if inside in by_file:
             text, where[str(to)] = planted(content.decode(), by_file[inside])
             content = text.encode()
-        elif str(path) == "src/base/CMakeLists.txt":
-            content += b"\ntarget_sources(qsmpm PRIVATE mutant_switch.f90 mutant_switch.c)\n"
         put(to, content)
         if os.access(TOP / path, os.X_OK):
             to.chmod(0o755)

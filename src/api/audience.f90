@@ -16,6 +16,7 @@ module qsmpm_audience
     !> How the last accepted step went.
     type(step_record_type) :: last
   contains
+    procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
     procedure :: note
@@ -23,6 +24,17 @@ module qsmpm_audience
   end type audience_type
 
 contains
+
+  !> A phase has begun.
+  subroutine phase_begun(self, model, error)
+    class(audience_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    if (associated(self%recorder)) call self%recorder%phase_begun(model, error)
+    if (allocated(error)) return
+    if (associated(self%own)) call self%own%phase_begun(model, error)
+  end subroutine phase_begun
 
   !> A step was accepted.
   subroutine accepted(self, model, record, error)

@@ -320,6 +320,7 @@ contains
     options%display = display_quiet
     if (present(display)) options%display = display
     if (present(continued)) options%continued = continued
+    options%begun = self%march%begun .or. self%model%state%progress%step > 0
     options%clock = self%clock
     options%banner = program_name()
     call echo_text(self%scene, echo)

@@ -7,9 +7,10 @@
 !> gamma is the engineering shear strain in simple shear of small size, 2 asinh(s/2) for a shear s of any size, and
 !> 3^1/2 times the triaxial shear strain eps_q = (2/3 e':e')^1/2. A rigid rotation has no strain. The plastic part of
 !> the shear strain of a step is what the stress does not carry,
-!>   gamma_p = (2 e_p:e_p)^1/2,   e_p = (ln v)' - (s - R s_0 R^T)'/2G,   F = v R of the step,
-!> right up to the elastic strain times that of the step. It is summed over the steps, never falls, and is the plastic
-!> shear strain of qsmpm_softening where that counts once. Shear components are engineering strains, as in decks.
+!>   gamma_p = (2 e_p:e_p)^1/2,   e_p = (ln v)' - (c s - c_0 R s_0 R^T)',   F = v R of the step,
+!> c the law's elastic shear compliance, 1/2G: exact where all principal directions stay, else right up to the elastic
+!> strain times that of the step. It is summed over the steps, never falls, and is the plastic shear strain of
+!> qsmpm_softening where that counts once. Shear components are engineering strains, as in decks.
 module qsmpm_strain
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose
@@ -70,21 +71,22 @@ contains
   end subroutine deform
 
   !> Plastic shear strain gamma_p of a step.
-  pure real(wp) function plastic_shear_increment(gradient, start, end, shear_modulus) result(increment)
+  pure real(wp) function plastic_shear_increment(gradient, start, end, compliance) result(increment)
     !> Deformation gradient of the step, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)
     !> Cauchy stress at the start and at the end (4 or 6).
     real(wp), intent(in) :: start(:), end(:)
-    !> Elastic shear modulus G.
-    real(wp), intent(in) :: shear_modulus
+    !> Elastic shear compliance at the start and at the end.
+    real(wp), intent(in) :: compliance(2)
     real(wp) :: f(3, 3), values(3), vectors(3, 3), rotation(3, 3), change(3, 3), plastic(3, 3), strain(6)
 
     f = unpack_gradient(gradient)
     call spectral(matmul(f, transpose(f)), values, vectors)
     values = half_logarithm(values)
     rotation = matmul(compose(exp(-values), vectors), f)
-    change = unpack_symmetric(end) - matmul(matmul(rotation, unpack_symmetric(start)), transpose(rotation))
-    plastic = compose(values, vectors) - change/(2.0_wp*shear_modulus)
+    change = compliance(2)*unpack_symmetric(end) &
+      - compliance(1)*matmul(matmul(rotation, unpack_symmetric(start)), transpose(rotation))
+    plastic = compose(values, vectors) - change
     call pack_symmetric(plastic, strain)
     strain(4:) = 2.0_wp*strain(4:)
     increment = shear_strain(strain)

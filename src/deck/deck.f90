@@ -4,6 +4,7 @@ module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_analysis, only: analysis_type, usual_factor
+  use qsmpm_recommended_method, only: undecided_method, decide_method
   use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
@@ -72,6 +73,7 @@ contains
     call take_cards(cards, state)
     call give_points(state)
     call give_units(state%analysis)
+    call decide_method(state%analysis)
     associate (method => state%analysis%method)
       if (method%stabilisation_factor < 0.0_wp) method%stabilisation_factor = usual_factor(method)
     end associate
@@ -99,6 +101,7 @@ contains
       analysis%heading = ''
       analysis%length_unit = '-'
       analysis%force_unit = '-'
+      analysis%method = undecided_method()
       allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), &
         analysis%bodies(0), analysis%materials(0), analysis%histories(0), analysis%phases(0))
     end associate

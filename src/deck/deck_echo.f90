@@ -131,7 +131,8 @@ contains
       ', BASE='//real_text(analysis%moving_mesh%base))
     call echo%line('*FIELD, EVERY='//integer_text(analysis%output%field_every)// &
       ', VTK='//trim(answer_words(merge(1, 0, analysis%output%vtk)))// &
-      ', HDF5='//trim(answer_words(merge(1, 0, analysis%output%hdf5))))
+      ', HDF5='//trim(answer_words(merge(1, 0, analysis%output%hdf5)))// &
+      ', STRAIN='//trim(answer_words(merge(1, 0, analysis%output%strains))))
     call echo%line('*RESTART, EVERY='//integer_text(analysis%output%restart_every))
   end subroutine echo_general
 

@@ -3,7 +3,8 @@
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
     moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
-    basis_fem, basis_standard, stabilise_none, stabilise_ghost, three_dimensional, plane_strain, mirror_auto, &
+    basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
+    three_dimensional, plane_strain, mirror_auto, &
     precision_single, solver_band, solver_umfpack, solver_krylov
   use qsmpm_text, only: squeezed, real_text, integer_text
   use qsmpm_cards, only: card_type
@@ -19,7 +20,7 @@ module qsmpm_deck_general
 
   public :: add_general_keywords, add_output_keywords
 
-  character(len=*), parameter :: not_fem = 'BASIS=STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
+  character(len=*), parameter :: not_fem = 'BASIS=AUTO|STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
 
 contains
 
@@ -90,22 +91,25 @@ contains
     call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a '// &
       'fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
       'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
-      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8', &
-      default=trim(basis_words(method%basis)), allowed=bar_list(basis_words))
+      'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
+      'AUTO: the one recommended below for the grid and the materials; the log says which and why', &
+      default='AUTO', allowed='AUTO|'//bar_list(basis_words))
     call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
-      'of material points', default=trim(integration_words(method%integration)), &
+      'of material points, with STANDARD only for comparison with the paper; when not given that of '// &
+      'BASIS=AUTO, else POINTS', &
       allowed=bar_list(integration_words), needs=not_fem)
     call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
       default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
     call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
-      'paper, or on the mid configuration', default=trim(rate_words(method%rate)), &
+      'paper, only to reproduce it, or on the mid configuration', default=trim(rate_words(method%rate)), &
       allowed=bar_list(rate_words), needs='KINEMATICS=JAUMANN')
     call table%parameter('STRESS RATE', kind_word, 'stress whose Jaumann rate is elastic: J sigma as in the '// &
       'paper, or '// &
       'sigma as in most UMATs', default=trim(stress_rate_words(method%stress_rate)), &
       allowed=bar_list(stress_rate_words), needs='KINEMATICS=JAUMANN')
     call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary; '// &
-      'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines', &
+      'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines; NONE only to '// &
+      'show what becomes of cells with a sliver of material', &
       allowed=bar_list(stabilisation_words), needs=not_fem)
     call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
@@ -151,6 +155,8 @@ contains
       allowed=bar_list(answer_words))
     call table%parameter('HDF5', kind_word, 'write the HDF5 file', default=answer(output%hdf5), &
       allowed=bar_list(answer_words))
+    call table%parameter('STRAIN', kind_word, 'let the points carry strains and write them; when not given YES '// &
+      'if VTK or HDF5 is', allowed=bar_list(answer_words))
     call table%example('*FIELD, EVERY=10, HDF5=NO')
 
     call table%add('RESTART', in_model, once, 'The file a run can be continued from.', &
@@ -224,12 +230,20 @@ contains
 
     associate (method => state%analysis%method)
       method%basis = position_of(card%word('BASIS'), basis_words)
-      method%integration = position_of(card%word('INTEGRATION'), integration_words)
+      if (method%basis /= basis_auto) method%integration = integrate_points
+      if (card%has('INTEGRATION')) method%integration = position_of(card%word('INTEGRATION'), integration_words)
       method%kinematics = position_of(card%word('KINEMATICS'), kinematics_words)
       method%rate = position_of(card%word('RATE'), rate_words)
       method%stress_rate = position_of(card%word('STRESS RATE'), stress_rate_words)
-      if (method%basis /= basis_standard) method%stabilisation = stabilise_ghost
-      if (method%basis == basis_fem) method%stabilisation = stabilise_none
+      select case (method%basis)
+      case (basis_auto)
+      case (basis_standard)
+        method%stabilisation = stabilise_background
+      case (basis_fem)
+        method%stabilisation = stabilise_none
+      case default
+        method%stabilisation = stabilise_ghost
+      end select
       if (card%has('STABILISATION')) method%stabilisation = &
         position_of(card%word('STABILISATION'), stabilisation_words) - 1
       if (card%has('FACTOR')) method%stabilisation_factor = card%number('FACTOR')
@@ -276,6 +290,8 @@ contains
     state%analysis%output%field_every = card%whole('EVERY')
     state%analysis%output%vtk = card%word('VTK') == 'YES'
     state%analysis%output%hdf5 = card%word('HDF5') == 'YES'
+    state%analysis%output%strains = state%analysis%output%vtk .or. state%analysis%output%hdf5
+    if (card%has('STRAIN')) state%analysis%output%strains = card%word('STRAIN') == 'YES'
   end subroutine handle_field
 
   !> *RESTART.

@@ -89,8 +89,8 @@ contains
     call table%add('TRACTION', in_phase, many, 'Dead load on a surface, force per undeformed '// &
       'area per unit of load factor.', handle_traction)
     call table%parameter('SURFACE', kind_name, 'the surface', required=.true.)
-    call table%parameter('CARRIER', kind_word, 'tracked surface points, or the outermost '// &
-      'material points as in the paper', default=trim(carrier_words(1)), &
+    call table%parameter('CARRIER', kind_word, 'tracked surface points, or the outermost material '// &
+      'points, only to compare with the paper', default=trim(carrier_words(1)), &
       allowed=bar_list(carrier_words))
     call table%data('vector', 1, 1)
     call add_vector(table, 't')

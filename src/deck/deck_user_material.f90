@@ -68,7 +68,7 @@ contains
 
     call table%parameter('TANGENT', kind_word, 'tangent used: AUTO takes what the model is supposed to return '// &
       '(UMAT: '// &
-      'CONSISTENT; UDSM: by its iTang), ELASTIC asks at no strain (UMAT) or task 6 (UDSM), NUMERICAL '// &
+      'CONSISTENT; UDSM: with iTang = 0 NUMERICAL), ELASTIC asks at no strain (UMAT) or task 6 (UDSM), NUMERICAL '// &
       'differentiates '// &
       'the stress, 12 calls more', default=trim(model_tangent_words(user%tangent)), &
       allowed=bar_list(model_tangent_words))

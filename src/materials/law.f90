@@ -120,8 +120,8 @@ module qsmpm_law
     procedure(to_fields_interface), deferred :: to_fields
     !> And back.
     procedure(from_fields_interface), deferred :: from_fields
-    !> Elastic shear modulus at a stress, by which results tell elastic from plastic strain.
-    procedure :: shear_modulus => usual_shear_modulus
+    !> Elastic shear compliance of a step, by which results tell elastic from plastic strain.
+    procedure :: shear_compliance => usual_compliance
   end type law_type
 
   !> One law; an array of these is the model's materials.
@@ -204,14 +204,16 @@ contains
     call self%start(stress, state)
   end subroutine start_anywhere
 
-  !> That of linear elasticity; of a user's model the one that scales stabilisation.
-  pure real(wp) function usual_shear_modulus(self, stress) result(modulus)
+  !> c at the start and at the end of a step, for which c s' is the deviator of the elastic strain of the Cauchy stress
+  !> s: 1/2G of linear elasticity in Cauchy stress; of a user's model with the G that scales stabilisation.
+  pure function usual_compliance(self, stress, volume_ratio, volume_change) result(compliance)
     class(law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
+    !> Cauchy stress and V/V0 at the start, and the volume at the end over that at the start (4 or 6).
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
 
-    associate (unused => stress)
+    associate (unused => stress, unused_ratio => volume_ratio, unused_change => volume_change)
     end associate
-    modulus = self%shear_scale
-  end function usual_shear_modulus
+    compliance = 0.5_wp/self%shear_scale
+  end function usual_compliance
 end module qsmpm_law

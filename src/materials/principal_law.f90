@@ -23,7 +23,8 @@ module qsmpm_principal_law
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other, error_deck
   use qsmpm_isotropic_function, only: compose, tensor_logarithm, tensor_exponential
-  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
+  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, &
+    is_cauchy
   use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
   use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
   use qsmpm_law, only: law_type, batch_type, tangent_elastic
@@ -55,7 +56,7 @@ module qsmpm_principal_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
-    procedure :: shear_modulus
+    procedure :: shear_compliance
   end type principal_law_type
 
 contains
@@ -211,14 +212,21 @@ contains
     stress = stress/volume_ratio
   end subroutine from_fields
 
-  !> That of a step that starts from the stress.
-  pure real(wp) function shear_modulus(self, stress) result(modulus)
+  !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from the
+  !> start of the step, or Cauchy stress.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
     class(principal_law_type), intent(in) :: self
-    !> Cauchy stress (4 or 6).
-    real(wp), intent(in) :: stress(:)
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
     real(wp) :: values(3), vectors(3, 3)
 
     call spectral(unpack_symmetric(stress), values, vectors)
-    modulus = self%model%shear_modulus(values)
-  end function shear_modulus
+    compliance = 0.5_wp/self%model%shear_modulus(values)
+    if (self%strains > 0) then
+      compliance = compliance*[volume_ratio, volume_ratio*volume_change]
+    else if (self%kinematics == kinematics_jaumann .and. .not. is_cauchy(self%rate)) then
+      compliance(2) = compliance(2)*volume_change
+    end if
+  end function shear_compliance
 end module qsmpm_principal_law

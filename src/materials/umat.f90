@@ -6,8 +6,8 @@
 !> its own to turn. What each argument holds is listed in docs/doors.md.
 module qsmpm_umat
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
-  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_size_t, c_loc, c_funloc, &
-    c_f_pointer, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
+    c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_door, only: door_type, margin, begin_silence, end_silence, judge_call, &
     judge_arguments, add_margin, take_user, number_states
@@ -18,6 +18,7 @@ module qsmpm_umat
   use qsmpm_plugin, only: load_procedure, guarded_call
   use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
   use qsmpm_text, only: upper, real_text, integer_text
+  use qsmpm_umat_start, only: find_sdvini, initial_state
   use qsmpm_user_material, only: user_material_type, put_start, model_tangent_elastic, model_tangent_numerical
   implicit none
   private
@@ -55,6 +56,8 @@ module qsmpm_umat
     character(kind=c_char) :: cmname(name_length) = ' '
     !> Constants, at least one.
     real(c_double), allocatable :: props(:)
+    !> SDVINI, c_null_funptr where the library has none.
+    type(c_funptr) :: sdvini = c_null_funptr
   contains
     procedure :: start
     procedure :: start_at
@@ -104,6 +107,7 @@ contains
     call c_f_procpointer(address, routine)
     model%routine => routine
     model%address = address
+    call find_sdvini(user%library, model%sdvini)
     if (user%shows_state) call number_states(model%state_count, model%state_names)
   end subroutine make_umat
 
@@ -118,7 +122,7 @@ contains
     call self%start_at(stress, [0.0_wp, 0.0_wp, 0.0_wp], state)
   end subroutine start
 
-  !> State variables as the deck gives them.
+  !> State variables as the deck gives them, then as the model's SDVINI sets them.
   subroutine start_at(self, stress, place, state)
     class(umat_type), intent(in) :: self
     !> Cauchy stress (6), of which they are independent, and position.
@@ -130,6 +134,7 @@ contains
     end associate
     state(:self%state_count) = 0.0_wp
     call put_start(self%user, place, state(:self%state_count))
+    call initial_state(self, self%sdvini, place, state(:self%state_count))
   end subroutine start_at
 
   !> One step of one point.

@@ -62,7 +62,8 @@ module qsmpm_assembly
 contains
 
   !> Size the arrays for a set of integration points; arrays of the right size are kept.
-  subroutine prepare_evaluation(integration, dimension, node_count, keep_results, keep_blocks, evaluation)
+  subroutine prepare_evaluation(integration, dimension, node_count, keep_results, keep_blocks, evaluation, &
+      keep_gradients)
     !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> 2 or 3.
@@ -74,7 +75,10 @@ contains
     logical, intent(in) :: keep_blocks
     !> Results of the evaluation.
     type(evaluation_type), intent(inout) :: evaluation
+    !> The deformation gradients are results as well; they are not unless this is given.
+    logical, intent(in), optional :: keep_gradients
     integer :: most, chunk
+    logical :: gradients
 
     most = dimension*maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
     chunk = max(fewest, cached/max(1, most)**2)
@@ -92,7 +96,15 @@ contains
     end if
     if (.not. allocated(evaluation%block)) allocate (evaluation%block(most**2, chunk), &
       evaluation%group_force(most, chunk), evaluation%group_bad(chunk))
+    gradients = .false.
+    if (present(keep_gradients)) gradients = keep_gradients .and. keep_results
     call size_results(integration, merge(integration%point_count, 0, keep_results), evaluation%results)
+    if (allocated(evaluation%results%gradient)) then
+      if (size(evaluation%results%gradient, 2) /= merge(integration%point_count, 0, gradients)) &
+        deallocate (evaluation%results%gradient)
+    end if
+    if (.not. allocated(evaluation%results%gradient)) allocate (evaluation%results%gradient( &
+      merge(5, 9, dimension == 2), merge(integration%point_count, 0, gradients)))
   end subroutine prepare_evaluation
 
   !> Room for the results of some points.

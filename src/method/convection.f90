@@ -60,7 +60,7 @@ contains
       call find_again(model, error)
     end if
     if (allocated(error)) return
-    call take_point_results(soil, source, model%state%points)
+    call take_point_results(soil, source, model%laws, model%state%points)
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect

@@ -22,6 +22,8 @@ module qsmpm_group_evaluation
   type :: results_type
     !> End stress (4 or 6, n), state (states, n), determinant of F (n), plastic flag (n).
     real(wp), allocatable :: stress(:, :), state(:, :), volume_change(:)
+    !> F as the law has seen it, packed; no columns where it is not wanted (5 or 9, n or 0).
+    real(wp), allocatable :: gradient(:, :)
     integer, allocatable :: plastic(:)
   end type results_type
 
@@ -296,6 +298,7 @@ contains
       results%state(:, q) = batch%state(:, k)
       results%plastic(q) = batch%plastic(k)
       results%volume_change(q) = packed_determinant(batch%gradient(:, k))
+      if (size(results%gradient, 2) > 0) results%gradient(:, q) = batch%gradient(:, k)
     end do
   end subroutine store_batch
 end module qsmpm_group_evaluation

@@ -39,6 +39,8 @@ module qsmpm_observer
   !> Listener.
   type, abstract :: observer_type
   contains
+    !> A phase has begun: its initial stresses are set, no step is taken. Nothing is done unless overridden.
+    procedure :: phase_begun => ignore_begin
     !> A step was accepted; the model's state is in equilibrium.
     procedure(accepted_interface), deferred :: accepted
     !> A phase has ended.
@@ -97,6 +99,16 @@ module qsmpm_observer
   end interface
 
 contains
+
+  !> Ignore that a phase has begun.
+  subroutine ignore_begin(self, model, error)
+    class(observer_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine ignore_begin
 
   !> Ignore an accepted step.
   subroutine silent_accepted(self, model, record, error)

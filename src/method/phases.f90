@@ -169,7 +169,7 @@ contains
   end subroutine need_whole_load
 
   !> Begin the current phase; initial stresses must be in equilibrium, and those that the soil cannot carry are worth
-  !> a warning.
+  !> a warning. The observer is told when they stand.
   subroutine enter_phase(model, march, observer, error)
     !> The model.
     type(model_type), intent(inout) :: model
@@ -184,14 +184,18 @@ contains
     call start_phase(model)
     march%warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
-      if (phase%initial%kind /= initial_k0) return
-      call check_initial_balance(model, march%step, phase, observer, error)
-      if (allocated(error)) return
+      if (phase%initial%kind == initial_k0) then
+        call check_initial_balance(model, march%step, phase, observer, error)
+        if (allocated(error)) return
+        beyond = count_beyond_strength(model)
+        if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
+          integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
+          'brings it back and moves them: change k0 of *INITIAL')
+      end if
     end associate
-    beyond = count_beyond_strength(model)
-    if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
-      integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
-      'brings it back and moves them: change k0 of *INITIAL')
+    call turn_to(march%step%profile%watch, part_output)
+    call observer%phase_begun(model, error)
+    call turn_to(march%step%profile%watch, part_control)
   end subroutine enter_phase
 
   !> Tell the observer that the phase has ended.

@@ -98,8 +98,8 @@ contains
       end if
     end if
     if (held > (1.0_wp - outside)*drawn) return
-    write (share, '(f0.1)') 100.0_wp*(1.0_wp - held/drawn)
-    model%notes = model%notes//"warning: body '"//name//"': "//trim(share)// &
+    write (share, '(f12.1)') 100.0_wp*(1.0_wp - held/drawn)
+    model%notes = model%notes//"warning: body '"//name//"': "//trim(adjustl(share))// &
       ' % of it lies outside of the mesh and is left out'//new_line('a')
   end subroutine tell_outside
 

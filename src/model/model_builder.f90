@@ -17,7 +17,7 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_points, only: allocate_watched
+  use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -51,6 +51,8 @@ contains
     model%analysis = analysis
     call fill_defaults(model)
     model%notes = ''
+    if (allocated(model%analysis%method_reason)) model%notes = '*METHOD by default: '// &
+      model%analysis%method_reason//new_line('a')
     if (model%analysis%mesh%kind == mesh_grid) &
       call first_window(model%analysis, grid_of(model%analysis), model%state%window)
     call make_mesh(model, faults)
@@ -219,6 +221,7 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
+    if (model%analysis%output%strains) call start_strains(model%state%points)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
       model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))

@@ -1,4 +1,4 @@
-!> The start of a phase: loads and constraints in force, initial stresses, displacements set to zero.
+!> The start of a phase: loads and constraints in force, initial stresses, displacements and strains set to zero.
 !>
 !> Loads and fixities stay until a later phase changes them; a load given again runs from its former
 !> value to the new one, a prescribed node stays where it is. What a freed fixity or support has carried is lowered to
@@ -10,7 +10,7 @@ module qsmpm_phase_start
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_model, only: model_type, loading_type
-  use qsmpm_points, only: set_normals
+  use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
@@ -42,6 +42,7 @@ contains
       if (phase%reset_displacements) then
         model%state%points%initial_position = model%state%points%position
         model%state%tracers%initial_position = model%state%tracers%position
+        call reset_strains(model%state%points)
       end if
       if (phase%initial%kind == initial_k0) call set_k0_stresses(model, phase%initial)
     end associate

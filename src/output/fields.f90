@@ -6,7 +6,7 @@ module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_cell_measure, only: cell_volumes
-  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_everywhere, unit_force
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
@@ -42,15 +42,15 @@ contains
     call model%state%points%list_fields(list)
     call list_made_fields(model%state%points, list)
     allocate (values, source=reshape(stress_error, [1, size(stress_error)]))
-    call list%add_made('stress_error', values, kind_number, shown_everywhere, meaning='estimated error of the '// &
+    call list%add_made('stress_error', values, kind_number, shown_in_results, meaning='estimated error of the '// &
       'stress, as a share of the typical stress')
     call point_load(model, values)
-    call list%add_made('load', values, kind_vector, shown_everywhere, unit_force, 'weight and the traction that '// &
+    call list%add_made('load', values, kind_vector, shown_in_results, unit_force, 'weight and the traction that '// &
       'material points carry, as they stand')
     i = 1
     do while (len(state_name(model, i)) > 0)
       call state_values(model, state_name(model, i), values)
-      call list%add_made(state_name(model, i), values, kind_number, shown_everywhere)
+      call list%add_made(state_name(model, i), values, kind_number, shown_in_results)
       i = i + 1
     end do
   end subroutine list_results

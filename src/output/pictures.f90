@@ -5,7 +5,7 @@ module qsmpm_pictures
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: vtk_type
   use qsmpm_error, only: error_type
-  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_everywhere
+  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_model, only: model_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
@@ -38,7 +38,7 @@ contains
       call start_vtu(vtu, points%count, points%count)
       call list_results(model, stress_error, list)
       do i = 1, list%count
-        if (list%fields(i)%shown == shown_everywhere) call add_field(vtu, list%fields(i), points%count)
+        if (list%fields(i)%shown >= shown_in_results) call add_field(vtu, list%fields(i), points%count)
       end do
       call add_vertices(vtu, points%count)
     end associate

@@ -44,6 +44,8 @@ module qsmpm_recorder
     integer :: display = display_plain
     !> The model's state was read from a restart file.
     logical :: continued = .false.
+    !> A phase has begun: the initial stresses are set.
+    logical :: begun = .false.
     !> Fingerprint of the resolved deck for restart.h5.
     integer :: fingerprint(2) = 0
     !> Clock of the whole run.
@@ -80,6 +82,7 @@ module qsmpm_recorder
     !> Where the time went: the last but one line of the log.
     character(len=:), allocatable :: times
   contains
+    procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
     procedure :: note
@@ -97,7 +100,6 @@ contains
 
   !> Make the directory and begin its files.
   subroutine create(recorder, model, directory, options, error)
-    !> The recorder.
     type(recorder_type), intent(out) :: recorder
     !> The model, its state as read when the run continues another.
     type(model_type), intent(in) :: model
@@ -119,7 +121,6 @@ contains
 
   !> Remove what was there and begin the files.
   subroutine begin_files(recorder, model, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> The model, its state as read when the run continues another.
     type(model_type), intent(in) :: model
@@ -143,9 +144,9 @@ contains
       else
         call open_tables(recorder, model, error)
       end if
-      ! A run from the start has a picture of it.
-      if (.not. allocated(error) .and. .not. options%continued) call write_pictures(recorder, model, error)
     end associate
+    ! A run from the start has a picture of it, when the initial stresses are set.
+    if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
 
@@ -176,7 +177,6 @@ contains
 
   !> Open the log: anew, or behind what the continued run wrote.
   subroutine open_log(recorder, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> Set when it cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -193,9 +193,7 @@ contains
 
   !> The head of the log: program, deck, what the model builder has to say.
   subroutine begin_log(recorder, model)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
 
     if (allocated(recorder%options%banner)) call write_log(recorder, recorder%options%banner)
@@ -213,9 +211,7 @@ contains
 
   !> Begin or continue the curves and the list of pictures.
   subroutine open_tables(recorder, model, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when a file cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -241,9 +237,7 @@ contains
 
   !> Tell by what the model is smaller than the scene.
   subroutine log_savings(recorder, model)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -251,6 +245,27 @@ contains
     call savings_text(recorder%options%whole, model, text)
     call recorder%note(text)
   end subroutine log_savings
+
+  !> A phase has begun.
+  subroutine phase_begun(self, model, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    call show_start(self, model, error)
+  end subroutine phase_begun
+
+  !> The picture that a record begins with, where there is none yet.
+  subroutine show_start(recorder, model, error)
+    class(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (recorder%picture_step >= 0 .or. recorder%options%continued) return
+    recorder%picture_step = model%state%progress%step
+    call write_pictures(recorder, model, error)
+  end subroutine show_start
 
   !> A step was accepted: its row, and what is due.
   subroutine accepted(self, model, record, error)
@@ -281,9 +296,7 @@ contains
 
   !> The row of a step, of the scene where the model is a reduced one.
   subroutine write_row(recorder, model, record, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> How the step went.
     type(step_record_type), intent(in) :: record
@@ -333,9 +346,7 @@ contains
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine tell_stress_error(recorder, model)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -347,9 +358,7 @@ contains
 
   !> Estimate the error of the stresses unless that is done for this step.
   subroutine measure(recorder, model)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
 
     if (recorder%estimate_step == model%state%progress%step) return
@@ -415,7 +424,6 @@ contains
   !> End the recording. After a failure or a signal the last accepted state is kept in restart.h5,
   !> after a failure in a picture too; the log says how the run ended.
   subroutine close(recorder, model, error, outcome)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> The model, at its last accepted state.
     type(model_type), intent(in) :: model
@@ -427,7 +435,9 @@ contains
 
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     call repeat_warnings(recorder)
-    if (allocated(outcome)) then
+    if (.not. allocated(outcome)) then
+      call show_start(recorder, model, error)
+    else
       call keep_last_state(recorder, model, outcome, error)
       if (signal_received() == 0) call tell_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
@@ -459,9 +469,7 @@ contains
 
   !> Write restart.h5, and unless a signal stopped the run a picture, of the last accepted state.
   subroutine keep_last_state(recorder, model, outcome, error)
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> What ended the run.
     type(error_type), intent(in) :: outcome
@@ -483,9 +491,7 @@ contains
   !> Write the pictures and results of the present step, those of the scene where the model is a
   !> reduced one.
   subroutine write_pictures(recorder, model, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -503,9 +509,7 @@ contains
 
   !> Write the pictures and results of a state and their lists.
   subroutine write_fields(recorder, model, stress_error, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Estimated error of the stress of each point (points).
     real(wp), intent(in) :: stress_error(:)
@@ -533,9 +537,7 @@ contains
 
   !> Write restart.h5.
   subroutine save_restart(recorder, model, error)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -548,7 +550,6 @@ contains
 
   !> Add a line to the log; a failure is kept.
   subroutine write_log(recorder, text)
-    !> The recorder.
     class(recorder_type), intent(inout) :: recorder
     !> The line.
     character(len=*), intent(in) :: text
@@ -562,7 +563,6 @@ contains
 
   !> Write timing.json: the seconds of this run and those it continues.
   subroutine write_seconds(recorder, error)
-    !> The recorder.
     class(recorder_type), intent(in) :: recorder
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error

@@ -148,8 +148,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(reader_type) :: reader
     type(state_type) :: state
-    integer, allocatable :: window(:)
-    integer :: watched
+    integer, allocatable :: window(:), watched(:)
 
     call open_reader(reader, path)
     call check_origin(reader, fingerprint)
@@ -167,9 +166,8 @@ contains
     call get_carried(reader, '/surface', state%surface)
     call get_carried(reader, '/tracers', state%tracers)
     ! As many as the phase in the file watches.
-    watched = 0
-    call get_attribute(reader, '/watched', 'count', watched)
-    call allocate_watched(state%watched, model%mesh%dimension, max(0, watched))
+    call get_array(reader, '/watched/cell', watched)
+    if (allocated(watched)) call allocate_watched(state%watched, model%mesh%dimension, size(watched))
     call get_carried(reader, '/watched', state%watched)
     call get_array(reader, '/mesh/coordinates', state%coordinates)
     call get_array(reader, '/mesh/reactions', state%reactions)

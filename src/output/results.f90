@@ -7,7 +7,7 @@
 module qsmpm_results
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_everywhere
+  use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
@@ -87,7 +87,7 @@ contains
       call put_group(image, '/step/points')
       call list_results(model, stress_error, list)
       do i = 1, list%count
-        if (list%fields(i)%shown == shown_everywhere) call put_field(image, list%fields(i), model%state%points%count)
+        if (list%fields(i)%shown >= shown_in_results) call put_field(image, list%fields(i), model%state%points%count)
       end do
       call save_image(image, part_path(directory, progress%step), error)
     end associate

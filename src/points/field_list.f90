@@ -21,8 +21,8 @@ module qsmpm_field_list
   character(len=*), parameter, public :: kind_names(7) = [character(len=16) :: 'number', 'amount', 'position', &
     'vector', 'symmetric tensor', 'label', 'internal']
 
-  !> Who sees a field beside checkpoint and restart: nobody; named values; these and results and pictures.
-  integer, parameter, public :: shown_nowhere = 0, shown_by_name = 1, shown_everywhere = 2
+  !> Who sees a field beside checkpoint and restart: nobody; named values; results and pictures; all of them.
+  integer, parameter, public :: shown_nowhere = 0, shown_by_name = 1, shown_in_results = 2, shown_everywhere = 3
 
   !> Units in terms of length L and force F.
   character(len=*), parameter, public :: unit_none = '', unit_length = 'L', unit_area = 'L2', unit_volume = 'L3', &

@@ -18,7 +18,7 @@ module qsmpm_points
 
   public :: carried_type, points_type, surface_points_type, watched_points_type
   public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, &
-    copy_fields, start_strains, set_normals
+    start_strains, carries_strains, reset_strains, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -196,15 +196,30 @@ contains
       points%left_cauchy_green(stress_components, 0), points%plastic_strain(0), source=0.0_wp)
   end subroutine allocate_points
 
-  !> Carry strains from now on: none yet.
+  !> Carry strains from now on, none yet.
   pure subroutine start_strains(points)
     type(points_type), intent(inout) :: points
 
     deallocate (points%left_cauchy_green, points%plastic_strain)
-    allocate (points%left_cauchy_green(size(points%stress, 1), points%count), points%plastic_strain(points%count), &
-      source=0.0_wp)
-    points%left_cauchy_green(1:3, :) = 1.0_wp
+    allocate (points%left_cauchy_green(size(points%stress, 1), points%count), points%plastic_strain(points%count))
+    call reset_strains(points)
   end subroutine start_strains
+
+  !> Whether strains are carried.
+  pure logical function carries_strains(points)
+    type(points_type), intent(in) :: points
+
+    carries_strains = size(points%plastic_strain) > 0
+  end function carries_strains
+
+  !> Set the strains to zero where they are carried; the arrays stay where they are in memory.
+  pure subroutine reset_strains(points)
+    type(points_type), intent(inout) :: points
+
+    points%plastic_strain = 0.0_wp
+    points%left_cauchy_green = 0.0_wp
+    points%left_cauchy_green(1:3, :) = 1.0_wp
+  end subroutine reset_strains
 
   !> Copy material points: arrays of the same size stay where they are in memory, which an assignment of the whole
   !> does not promise.

@@ -35,8 +35,8 @@ module qsmpm_analysis
   !> How a body is bounded.
   integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4, &
     body_polyhedron = 5
-  !> What the points see.
-  integer, parameter, public :: basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
+  !> What the points see; auto is decided by the deck's grid and materials (qsmpm_recommended_method).
+  integer, parameter, public :: basis_auto = 0, basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
     basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
   !> How cells are integrated.
   integer, parameter, public :: integrate_points = 1, integrate_cells = 2
@@ -347,6 +347,8 @@ module qsmpm_analysis
     !> VTK pictures and HDF5 results can be switched off for studies.
     logical :: vtk = .true.
     logical :: hdf5 = .true.
+    !> The material points carry strains.
+    logical :: strains = .true.
   end type output_request_type
 
   !> Everything a deck says.
@@ -367,6 +369,8 @@ module qsmpm_analysis
     type(body_type), allocatable :: bodies(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
+    !> Method that is recommended for a deck that names none, and why.
+    character(len=:), allocatable :: method_reason
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving_mesh
     type(history_type), allocatable :: histories(:)

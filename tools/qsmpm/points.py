@@ -106,6 +106,29 @@ class Points:
         return self._simulation.get("point_plastic")[:, 0] > 0
 
     @property
+    def strain(self) -> np.ndarray:
+        """Logarithmic strains in the order of the stresses, shear components engineering strains (n, 4 or 6).
+
+        Strains are carried unless *FIELD, STRAIN=NO.
+        """
+        return self._simulation.get("point_strain")
+
+    @property
+    def volume_strain(self) -> np.ndarray:
+        """Volume strains ln J (n)."""
+        return self._simulation.get("point_volume_strain")[:, 0]
+
+    @property
+    def shear_strain(self) -> np.ndarray:
+        """Shear strains (2 e:e)^1/2 of the deviator e of the strain (n)."""
+        return self._simulation.get("point_shear_strain")[:, 0]
+
+    @property
+    def accumulated_plastic_shear_strain(self) -> np.ndarray:
+        """Plastic shear strains, summed over the steps (n)."""
+        return self._simulation.get("point_accumulated_plastic_shear_strain")[:, 0]
+
+    @property
     def body(self) -> np.ndarray:
         """Number of the body, from 1 (n)."""
         return self._simulation.get("point_body")[:, 0].astype(int)

@@ -10,10 +10,10 @@ import numpy as np
 from qsmpm_verify.results import Array, Points, ResultError
 
 AXES = {"x": 0, "y": 1, "z": 2}
-STRESSES = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
+COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
 NAMES = (
-    "displacement", *(f"displacement_{a}" for a in AXES), *(f"stress_{c}" for c in STRESSES), "pressure", "mises",
-    "plastic", "material", "volume_ratio",
+    "displacement", *(f"displacement_{a}" for a in AXES), *(f"stress_{c}" for c in COMPONENTS), "pressure", "mises",
+    "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
 )  # fmt: skip
 
 
@@ -34,7 +34,7 @@ def scalar_field(points: Points, name: str) -> Array:
     if name == "volume_ratio":
         return points.field("volume") / points.field("initial_volume")
     kind, _, part = name.partition("_")
-    places = AXES if kind == "displacement" else STRESSES if kind == "stress" else {}
+    places = AXES if kind == "displacement" else COMPONENTS if kind in ("stress", "strain") else {}
     if part in places:
         values = points.field(kind)
         if places[part] >= values.shape[1]:

@@ -76,6 +76,11 @@ def cpu_seconds(folder: Path) -> float:
     return read_cpu_seconds(folder)
 
 
+def column_sum(folder: Path, column: str) -> float:
+    """Sum of a column over the steps [column]."""
+    return float(read_curves(folder).column(column).sum())
+
+
 def log_lines(folder: Path, text: str) -> float:
     """Lines of job.log that hold a text [-]."""
     path = folder / "job.log"
@@ -85,5 +90,5 @@ def log_lines(folder: Path, text: str) -> float:
         raise ResultError(f"{path}: {error.strerror}") from error
 
 
-TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, cpu_seconds, log_lines)}
+TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
 """The functions a case file may name."""

@@ -106,7 +106,8 @@ contains
       field)
     call flag('output', all([a%output%field_every, a%output%restart_every] == &
       [b%output%field_every, b%output%restart_every]) .and. (a%output%vtk .eqv. b%output%vtk) &
-      .and. (a%output%hdf5 .eqv. b%output%hdf5), field)
+      .and. (a%output%hdf5 .eqv. b%output%hdf5) .and. &
+      (a%output%strains .eqv. b%output%strains), field)
     call flag('moving mesh', (a%moving_mesh%active .eqv. b%moving_mesh%active) .and. &
       a%moving_mesh%axis == b%moving_mesh%axis .and. &
       same_bits(a%moving_mesh%base, b%moving_mesh%base), field)

@@ -33,6 +33,7 @@ program run_unit_tests
   use test_output, only: collect_output
   use test_checkpoint, only: collect_checkpoint
   use test_fields, only: collect_fields
+  use test_strain, only: collect_strain
   use test_convection, only: collect_convection
   use test_loads, only: collect_loads
   use test_load_step, only: collect_load_step
@@ -78,6 +79,7 @@ program run_unit_tests
   use test_supports, only: collect_supports
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
+  use test_recommended_method, only: collect_recommended_method
   use test_locking_check, only: collect_locking_check
   use test_spline_axis, only: collect_spline_axis
   use test_space, only: collect_space
@@ -136,6 +138,7 @@ program run_unit_tests
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
   call register('fields', collect_fields)
+  call register('strain', collect_strain)
   call register('convection', collect_convection)
   call register('loads', collect_loads)
   call register('load_step', collect_load_step)
@@ -181,6 +184,7 @@ program run_unit_tests
   call register('supports', collect_supports)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
+  call register('recommended_method', collect_recommended_method)
   call register('locking_check', collect_locking_check)
   call register('spline_axis', collect_spline_axis)
   call register('space', collect_space)

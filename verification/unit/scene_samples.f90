@@ -24,7 +24,7 @@ contains
   function slice_deck() result(text)
     character(len=:), allocatable :: text
 
-    text = joined('*MODEL, TYPE=AUTO|*GRID, ELEMENT=HEX8| X, 0, 4, 8| Y, 0, 1.5, 6| Z, 0, 0.5, 2|'// &
+    text = joined('*MODEL, TYPE=AUTO|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=HEX8| X, 0, 4, 8| Y, 0, 1.5, 6| Z, 0, 0.5, 2|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 4|'// &
       '*NSET, NSET=front, PLANE=Z| 0|*NSET, NSET=back, PLANE=Z| 0.5|'// &
       '*SURFACE, NAME=crest, TYPE=BOX| 0, 1, 1, 1, 0, 0.5|'//soil// &
@@ -43,7 +43,7 @@ contains
   function layers_deck() result(text)
     character(len=:), allocatable :: text
 
-    text = joined('*MODEL, TYPE=AUTO|*GRID, ELEMENT=QUAD4| X, LINES, 0, 1, 1.5, 2.5, 4| Y, 0, 3, 6|'// &
+    text = joined('*MODEL, TYPE=AUTO|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4| X, LINES, 0, 1, 1.5, 2.5, 4| Y, 0, 3, 6|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 4|'// &
       '*SURFACE, NAME=top, TYPE=BOX| 0, 4, 2.5, 2.5|'//soil// &
       '*BODY, NAME=lower, MATERIAL=soil, SHAPE=BOX| 0, 4, 0, 1|'// &
@@ -60,7 +60,7 @@ contains
   function twin_deck() result(text)
     character(len=:), allocatable :: text
 
-    text = joined('*MODEL, TYPE=AUTO|*GRID, ELEMENT=QUAD4| X, 0, 8, 16| Y, 0, 2, 4|'// &
+    text = joined('*MODEL, TYPE=AUTO|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4| X, 0, 8, 16| Y, 0, 2, 4|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 8|'// &
       '*NSET, NSET=plate, BOX| 3, 5, 1, 1|'// &
       '*SURFACE, NAME=one, TYPE=SEGMENT| 2, 1, 1, 1|*SURFACE, NAME=two, TYPE=SEGMENT| 7, 1, 6, 1|'// &
@@ -81,7 +81,7 @@ contains
   function figure_deck() result(text)
     character(len=:), allocatable :: text
 
-    text = joined('*MODEL, TYPE=AUTO|*GRID, ELEMENT=HEX8| X, 1, 2.5, 6| Y, 0, 1.5, 6| Z, 1, 2.5, 6|'// &
+    text = joined('*MODEL, TYPE=AUTO|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=HEX8| X, 1, 2.5, 6| Y, 0, 1.5, 6| Z, 1, 2.5, 6|'// &
       '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=cut x, PLANE=X| 1|*NSET, NSET=cut z, PLANE=Z| 1|'// &
       '*NSET, NSET=far, PLANE=X| 2.5|*SURFACE, NAME=top, TYPE=OUTLINE, BODY=figure, BOX| 0, 3, 1, 1, 0, 3|'//soil// &
       '*BODY, NAME=figure, MATERIAL=soil, SHAPE=POLYHEDRON, INPUT='//figure_file//'|*POINTS, PER ELEMENT=8|'// &

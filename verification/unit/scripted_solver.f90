@@ -43,8 +43,9 @@ module scripted_solver
   !> The script; its last answer is given for ever.
   type, extends(step_solver_type) :: script_type
     type(answer_type), allocatable :: answers(:)
-    !> What was asked for so far.
+    !> What was asked for so far, and the iterations that were allowed.
     type(attempt_type), allocatable :: asked(:)
+    integer, allocatable :: allowed(:)
   contains
     procedure :: solve
   end type script_type
@@ -76,10 +77,10 @@ contains
     type(solution_type), intent(out) :: solution
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused => controls)
-    end associate
     if (.not. allocated(self%asked)) allocate (self%asked(0))
+    if (.not. allocated(self%allowed)) allocate (self%allowed(0))
     self%asked = [self%asked, attempt]
+    self%allowed = [self%allowed, controls%max_iterations]
     call make_forces(model, step)
     associate (answer => self%answers(min(size(self%asked), size(self%answers))))
       if (answer%fatal) call fail(error, error_other, 'the script ends the run')

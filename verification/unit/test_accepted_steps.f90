@@ -52,7 +52,8 @@ contains
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 8'//nl//'Y, 0, 1, 4'//nl// &
       '*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'100, 0.3'//nl// &
       '*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl//'0, 1, 0, 0.8'//nl// &
-      '*METHOD, INTEGRATION=CELL, KINEMATICS=JAUMANN, STABILISATION=NONE'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL, '// &
+      'KINEMATICS=JAUMANN, STABILISATION=NONE'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl// &
       'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl//'*CONTROLS, STEPS=2, PROXIMAL=NO, '//controls//nl// &
       '*END PHASE'//nl, 'block', error)
     if (.not. allocated(error)) call run%create(problem, error)

@@ -1,6 +1,7 @@
 !> The doors to UMAT and UDSM: every argument by models that write theirs down, the order of components, the tangent
 !> by differences, the frame of the state, and faults planted in doors and models, each of which must be seen.
 module test_doors
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_char, c_funptr, c_f_procpointer
   use law_trials, only: random_batch, difference_error
   use plugin_paths, only: plugin
@@ -57,6 +58,7 @@ contains
     call check_traits(tests)
     call check_missing_constants(tests)
     call check_levels(tests)
+    call check_sdvini(tests)
     call check_by_gradient(tests)
   end subroutine collect_doors
 
@@ -335,8 +337,11 @@ contains
       p = material_parameters_type(young=200.0_wp, poisson=0.33_wp)
       call compare(tests, 'elastic UMAT', user_of(interface_umat, 'elastic_umat', [200.0_wp, 0.33_wp], 0), p, &
         dimension, 1.0e-13_wp)
-      call compare(tests, 'elastic UDSM', user_of(interface_udsm, 'elastic_udsm', [200.0_wp, 0.33_wp], -1), p, &
-        dimension, 1.0e-13_wp)
+      user = user_of(interface_udsm, 'elastic_udsm', [200.0_wp, 0.33_wp], -1)
+      ! Differences of the stress over 1e-4 of the strain.
+      call compare(tests, 'elastic UDSM without a tangent', user, p, dimension, 1.0e-10_wp)
+      user%tangent = model_tangent_elastic
+      call compare(tests, 'elastic UDSM', user, p, dimension, 1.0e-13_wp)
       p%mohr_coulomb = .true.
       p%cohesion = 1.0_wp
       p%friction_angle = 25.0_wp
@@ -636,14 +641,42 @@ contains
     call tests%check('another number of state variables', refused(error, 'the model has 1 state variables'))
     call make_udsm(user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], -1), 'soil', udsm, error)
     call tests%check('a model without a tangent is said to have none', allocated(udsm%advice))
-    if (allocated(udsm%advice)) call tests%check('and what makes one', index(udsm%advice, 'TANGENT=NUMERICAL') > 0)
+    if (allocated(udsm%advice)) call tests%check('and what is made of it', index(udsm%advice, 'by differences') > 0)
     user = user_of(interface_udsm, 'elastic_udsm', [1.0_wp, 0.0_wp], -1)
     user%tangent = model_tangent_numerical
     call make_udsm(user, 'soil', udsm, error)
-    call tests%check('unless it is made', .not. allocated(udsm%advice))
+    call tests%check('unless one is asked for', .not. allocated(udsm%advice))
     call make_udsm(user_of(interface_udsm, 'traits', [260.0_wp, 0.3_wp, 0.65_wp], -1), 'soil', udsm, error)
     call tests%check('one that has a tangent needs none', .not. allocated(udsm%advice))
   end subroutine check_loading
+
+  !> A UMAT's own procedure for initial state variables: it is told the place and what the deck has.
+  subroutine check_sdvini(tests)
+    type(tests_type), intent(inout) :: tests
+    type(user_material_type) :: user
+    type(umat_type) :: umat
+    type(error_type), allocatable :: error
+    real(wp) :: state(2), stress(6)
+
+    stress = 0.0_wp
+    user = user_of(interface_umat, 'initial_umat', [1.0_wp, 0.0_wp], 2)
+    user%start = [5.0_wp, 7.0_wp]
+    call make_umat(user, 'soil', umat, error)
+    call umat%start_at(stress, [1.0_wp, 3.0_wp, 0.0_wp], state)
+    call tests%check('SDVINI sets state variables by the place, and finds those of the deck', &
+      all(abs(state - [6.0_wp, 8.0_wp]) <= 0.0_wp))
+    user = user_of(interface_umat, 'fibre', [1.0_wp, 0.0_wp, 1.0_wp], 2)
+    user%start = [5.0_wp, 7.0_wp]
+    call make_umat(user, 'soil', umat, error)
+    call umat%start_at(stress, [1.0_wp, 3.0_wp, 0.0_wp], state)
+    call tests%check('without it they are those of the deck', all(abs(state - [5.0_wp, 7.0_wp]) <= 0.0_wp))
+    user = user_of(interface_umat, 'initial_umat', [1.0_wp, 0.0_wp], 1)
+    call make_umat(user, 'soil', umat, error)
+    call tests%put_off_traps()
+    call umat%start_at(stress, [1.0_wp, 3.0_wp, 0.0_wp], state(:1))
+    call tests%check('one that writes behind them leaves no number', ieee_is_nan(state(1)))
+    call tests%trap_again()
+  end subroutine check_sdvini
 
   !> Whether an error is one of the user's material and says something.
   pure logical function refused(error, words)

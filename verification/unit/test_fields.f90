@@ -6,7 +6,7 @@ module test_fields
   use qsmpm_analysis, only: analysis_type
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, kind_internal, kind_tensor, &
-    kind_vector, shown_everywhere, shown_nowhere
+    kind_vector, shown_in_results, shown_nowhere
   use qsmpm_file, only: read_text
   use qsmpm_folder_lock, only: make_results => make_folder
   use qsmpm_fields, only: list_results
@@ -86,7 +86,7 @@ contains
         call tests%check(trim(field%name)//' says what it is', field%shown == shown_nowhere .or. &
           len_trim(field%meaning) > 0)
         call tests%check(trim(field%name)//' can be shown of a reduced scene', field%kind /= kind_internal .or. &
-          field%shown < shown_everywhere)
+          field%shown < shown_in_results)
         call tests%check(trim(field%name)//' stands once', list%find(trim(field%name)) == i)
         call tests%check(trim(field%name)//' has values', field%point_count() == model%state%points%count .and. &
           field%component_count() > 0)
@@ -180,7 +180,7 @@ contains
     call list_results(model, errors, list)
     do i = 1, list%count
       associate (field => list%fields(i))
-        if (field%shown < shown_everywhere) cycle
+        if (field%shown < shown_in_results) cycle
         call field%get_values(row_components(field%kind), values)
         call tests%check(trim(field%name)//' is in the results', index(results, trim(field%name)) > 0 .and. &
           index(results, bytes_of(field, values)) > 0)

@@ -28,7 +28,41 @@ contains
     call check_basis(tests, 'SPLINE3', 3, .true., .false., (6 + 3 + 4)*(4 + 3))
     call check_domains(tests)
     call check_faults(tests)
+    call check_outside(tests)
   end subroutine collect_model_space
+
+  !> What lies outside of the mesh is left out, and told with its share: in the plane, in axisymmetry and in space.
+  subroutine check_outside(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%check('a quarter of a box above the grid', index(notes('PLANE STRAIN', 'QUAD4', '', '0, 1, 0, 4'), &
+      "warning: body 'block': 25.0 % of it lies outside of the mesh") > 0)
+    call tests%check('a box within it', index(notes('PLANE STRAIN', 'QUAD4', '', '0, 1, 0, 3'), 'outside of the mesh') == 0)
+    call tests%check('half of the volume of a cylinder', index(notes('AXISYMMETRIC', 'QUAD4', '', '0, 2, 0, 6'), &
+      ': 50.0 % of it lies outside') > 0)
+    call tests%check('what is outside at a larger radius is more of it', index(notes('AXISYMMETRIC', 'QUAD4', '', &
+      '0, 4, 0, 3'), ': 75.0 % of it lies outside') > 0)
+    call tests%check('a box that is too deep along z', index(notes('3D', 'HEX8', '|Z, 0, 1, 2', '0, 1, 0, 3, 0, 2'), &
+      ': 50.0 % of it lies outside') > 0)
+  end subroutine check_outside
+
+  !> What the builder of a model of 2 by 3 has to say of a block.
+  function notes(kind, element, along_z, box)
+    !> Type of the model, element and a line of the grid, and the block.
+    character(len=*), intent(in) :: kind, element, along_z, box
+    character(len=:), allocatable :: notes
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(model_type) :: model
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined('*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//element//'|X, 0, 2, 2|Y, 0, 3, 3'//along_z// &
+      '|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|100, 0.3|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|'// &
+      box//'|*PHASE, NAME=load|*PRESCRIBE|base, Y, -1|*FIX|base, X|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of a body outside the mesh is not good'
+    notes = model%notes
+  end function notes
 
   !> A block under a footing; the footing's set is prescribed.
   function deck(grid, method, set) result(text)

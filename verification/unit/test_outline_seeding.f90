@@ -60,6 +60,7 @@ contains
     call check_solid(tests, 'a ball', 0.42_wp*ball + 0.5_wp)
     call check_prism(tests)
     call check_boxes(tests)
+    call check_boxes_in_space(tests)
     call check_segment_sides(tests)
     call check_cylinder(tests)
     call check_face_vectors(tests)
@@ -250,6 +251,44 @@ contains
       call tests%close('its area vector', norm2(found - vector), 0.0_wp, 1.0e-7_wp)
     end subroutine check
   end subroutine check_boxes
+
+  !> Boxes around a face of a block: what they hold of the walls beside it is left out where it is a sliver, and told
+  !> where it is more than the slack of the box.
+  subroutine check_boxes_in_space(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call check('the slack of a box takes no strips of the walls', 1.0_wp, 1.0e-8_wp, 0.24_wp, 0.0_wp)
+    call check('slivers of the walls are left out and told', 1.0_wp - 1.0e-7_wp, 0.0_wp, 0.24_wp, 2.0e-7_wp)
+    call check('what is more belongs to the surface', 1.0_wp - 1.0e-3_wp, 0.0_wp, 0.242_wp, 0.0_wp)
+
+  contains
+
+    !> Area in a box from a height to the top of the block.
+    subroutine check(label, low, slack, area, left_out)
+      character(len=*), intent(in) :: label
+      !> Lower end of the box, and how much wider than drawn it is.
+      real(wp), intent(in) :: low, slack
+      !> By hand: 0.6 times 0.4 and the perimeter of 2 times the height; and what is told.
+      real(wp), intent(in) :: area, left_out
+      type(mesh_type) :: mesh
+      type(body_shape_type) :: shape
+      type(seed_list_type) :: body, list
+      type(error_type), allocatable :: error
+      real(wp) :: limits(3, 2), found, vector(3), flux, dropped
+
+      allocate (shape%solid)
+      call make_polyhedron(block_facets([0.2_wp, 0.2_wp, 0.2_wp], [0.8_wp, 0.6_wp, 1.0_wp]), shape%solid)
+      call sample_grid('HEX8', 5, 0.0_wp, mesh)
+      call seed_body(mesh, .false., shape, 1, 0, seed_even, 0, body, error)
+      limits(:, 1) = [0.2_wp, 0.2_wp, low] - slack
+      limits(:, 2) = [0.8_wp, 0.6_wp, 1.0_wp] + slack
+      call seed_outline(mesh, .false., cells_of(mesh, body), shape, limits, slack, 4, 1, list, dropped)
+      call sums_of(mesh, list, found, vector, flux)
+      call tests%close(label, found, area, 1.0e-11_wp)
+      call tests%close(label//': area vector', norm2(vector - [0.0_wp, 0.0_wp, 0.24_wp]), 0.0_wp, 1.0e-11_wp)
+      call tests%close(label//': what is told', dropped, left_out, 1.0e-12_wp)
+    end subroutine check
+  end subroutine check_boxes_in_space
 
   !> A segment along a grid line belongs to the cell that holds material, once, whichever way it runs.
   subroutine check_segment_sides(tests)

@@ -264,6 +264,7 @@ contains
     call make_model(model)
     options%display = display_quiet
     options%fingerprint = [3, 4]
+    options%begun = .true.
     call start_clock(options%clock)
     call create(recorder, model, directory, options, error)
     if (.not. allocated(error)) call record_steps(recorder, model, 1, last, error)

@@ -128,6 +128,7 @@ contains
     character(len=:), allocatable :: deck
 
     deck = joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=TRI3, DIAGONAL=RANDOM| X, 0, 2, 4| Y, 0, 4, 8|'// &
+      '*METHOD, BASIS=STANDARD|'// &
       '*ELSET, ELSET=deep, BOX| 0, 2, 0, 1|*ELSET, ELSET=high, BOX| 0, 2, 1, 4|'// &
       '*MATERIAL, NAME=heavy|*ELASTIC| 1e6, 0.3|*UNIT WEIGHT| 20|*K0| 0.7|'// &
       '*MATERIAL, NAME=light|*ELASTIC| 1e6, 0.3|*UNIT WEIGHT| 10|'// &

@@ -64,7 +64,8 @@ contains
     type(run_profile_type) :: profile
     character(len=1), parameter :: nl = new_line('a')
 
-    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
+    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
+      '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=side, PLANE=X'//nl//'1'//nl// &
       '*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl//'1000, 0.3'//nl// &
       '*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &

@@ -61,30 +61,30 @@ contains
     call expect(tests, changed(deck, '*UNIT WEIGHT|', '*MOHR COULOMB| 1, 30, 10|*SOFTENING, REGULARISATION=NONE|'// &
       ' 0.5, 20, 0, 10|*UNIT WEIGHT|'), kind, 3, 'used')
     call expect(tests, changed(deck, '2, 4, 0, 0.5, 0, 0.5|', '2, 4, 0, 0.5, 0, 0.4|'), kind, 3, &
-      "*BODY 'toe' (test.inp:28) depends on z")
+      "*BODY 'toe' (test.inp:29) depends on z")
     call expect(tests, changed(deck, '*NSET, NSET=base, PLANE=Y| 0|', '*NSET, NSET=base| 1, 2|'), kind, 3, &
-      "*NSET 'base' (test.inp:6) is a list of labels")
+      "*NSET 'base' (test.inp:7) is a list of labels")
     call expect(tests, changed(deck, 'front, Z|', 'front, XZ|'), kind, 3, &
-      "*FIX of 'front' (test.inp:43) depends on z")
+      "*FIX of 'front' (test.inp:44) depends on z")
     call expect(tests, changed(deck, ' left, X, 0.01|', ' front, X, 0.01|'), kind, 3, &
-      "*PRESCRIBE of 'front' (test.inp:53) depends on z")
+      "*PRESCRIBE of 'front' (test.inp:54) depends on z")
     call expect(tests, changed(deck, ' left, X, 0.01|', ' left, Z, 0.01|'), kind, 3, &
-      "*PRESCRIBE of 'left' (test.inp:53) "// &
+      "*PRESCRIBE of 'left' (test.inp:54) "// &
       'moves along z')
     call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0.1|'), kind, 3, &
-      "*GRAVITY of phase 'load' (test.inp:38) has a part along z")
+      "*GRAVITY of phase 'load' (test.inp:39) has a part along z")
     call expect(tests, changed(deck, ' 0, -5, 0|', ' 0, -5, 1|'), kind, 3, &
-      "*TRACTION on 'crest' (test.inp:47) has a part")
+      "*TRACTION on 'crest' (test.inp:48) has a part")
     call expect(tests, changed(deck, '*TRACTION, SURFACE=crest|', '*TRACTION, SURFACE=crest, CARRIER=POINTS|'), &
       kind, 3, &
       'carried by the outermost points')
     call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 1, 1, 0, 0.25|'), kind, 3, &
-      "*SURFACE 'crest' (test.inp:16) depends on z")
+      "*SURFACE 'crest' (test.inp:17) depends on z")
     call expect(tests, changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 0.5, 1, 0, 0.5|'), kind, 3, &
       'has faces across it')
     call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=back, AXIS=Z|*PHASE, NAME=load|'), &
       kind, 3, &
-      '*MOVING MESH (test.inp:38) depends on z')
+      '*MOVING MESH (test.inp:39) depends on z')
     call expect(tests, changed(deck, ' back, Z|', ''), kind, 3, &
       "the last plane across z is not held along z in phase 'load'")
     call expect(tests, changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE|'), kind, 3, &
@@ -92,10 +92,10 @@ contains
     call expect(tests, changed(changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE| front, Z| back, Z|'), &
       'ELEMENT=HEX8', 'ELEMENT=HEX8'), kind, 3, 'used')
     call expect(tests, changed(changed(deck, '*PRESCRIBE| left, X, 0.01|', '*FIX| base, FREE| front, Z| back, Z|'), &
-      'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 3, "*FIX frees 'base' (test.inp:53) in a grid of shifted nodes")
+      'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 3, "*FIX frees 'base' (test.inp:54) in a grid of shifted nodes")
     call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 3, 'used')
     call expect(tests, changed(changed(deck, 'ELEMENT=HEX8', 'ELEMENT=TET4'), 'ELEMENT=27', 'ELEMENT=4'), kind, 3, &
-      'the tetrahedra of *GRID (test.inp:2) do not lie in layers')
+      'the tetrahedra of *GRID (test.inp:3) do not lie in layers')
     call check_number_of_points(tests)
   end subroutine check_prismatic
 
@@ -128,7 +128,7 @@ contains
 
     deck = slice_deck()
     call expect(tests, changed(deck, 'COMPONENT=Y| 1, 1, 0.3|', 'COMPONENT=Y| 1, 1, 0.7|'), reduce_prismatic, 3, &
-      "*HISTORY 'u' (test.inp:31) is outside the grid")
+      "*HISTORY 'u' (test.inp:32) is outside the grid")
     call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=Y, NSET=back|'), reduce_prismatic, 3, &
       "reads a reaction of 'back', which depends on z")
     call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=Z, NSET=base|'), reduce_prismatic, 3, &
@@ -144,19 +144,19 @@ contains
     deck = layers_deck()
     call expect(tests, deck, kind, 1, 'used')
     call expect(tests, changed(slice_deck(), ' back, Z|', ''), kind, 1, 'the scene depends on z')
-    call expect(tests, changed(deck, ' 5, 2.5|', ' 5, 2.4|'), kind, 1, "*BODY 'upper' (test.inp:20) depends on x")
+    call expect(tests, changed(deck, ' 5, 2.5|', ' 5, 2.4|'), kind, 1, "*BODY 'upper' (test.inp:21) depends on x")
     call expect(tests, changed(deck, ' 0, 4, 0, 1|', ' 0, 3, 0, 1|'), kind, 1, &
-      "*BODY 'lower' (test.inp:18) depends on x")
-    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 2, 2.5, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
-    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 4, 2, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:11)")
-    call expect(tests, changed(deck, ' left, X|', ' left, XY|'), kind, 1, "*FIX of 'left' (test.inp:34) depends on x")
+      "*BODY 'lower' (test.inp:19) depends on x")
+    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 2, 2.5, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:12)")
+    call expect(tests, changed(deck, ' 0, 4, 2.5, 2.5|', ' 0, 4, 2, 2.5|'), kind, 1, "*SURFACE 'top' (test.inp:12)")
+    call expect(tests, changed(deck, ' left, X|', ' left, XY|'), kind, 1, "*FIX of 'left' (test.inp:35) depends on x")
     call expect(tests, changed(deck, ' right, X|', ''), kind, 1, 'the last plane across x is not held')
     call expect(tests, changed(deck, ' X, LINES, 0, 1, 1.5, 2.5, 4|', ' X, LINES, 0, 4|'), kind, 1, &
       'one cell wide already')
-    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI3'), kind, 1, 'the triangles of *GRID (test.inp:2)')
+    call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI3'), kind, 1, 'the triangles of *GRID (test.inp:3)')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=QUAD4, PERTURB=0.1'), kind, 1, 'are shifted')
     call expect(tests, changed(deck, 'COMPONENT=Y| 2.2, 2.5|', 'COMPONENT=Y| 4.2, 2.5|'), kind, 1, &
-      "*HISTORY 'u' (test.inp:25) is outside the grid")
+      "*HISTORY 'u' (test.inp:26) is outside the grid")
     call expect(tests, changed(deck, 'COMPONENT=X, NSET=right|', 'COMPONENT=Y, NSET=right|'), kind, 1, &
       "reads a reaction of 'right', which depends on x")
     call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
@@ -178,22 +178,22 @@ contains
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=LEFT'), kind, 1, 'lean to one side')
     call expect(tests, changed(deck, 'ELEMENT=QUAD4', 'ELEMENT=TRI6, DIAGONAL=ALTERNATE'), kind, 1, 'used')
     call expect(tests, changed(deck, ' 8, 1| 6, 1|', ' 8, 1| 6.1, 1|'), kind, 1, &
-      "*BODY 'first' (test.inp:24) has no mirror")
+      "*BODY 'first' (test.inp:25) has no mirror")
     call expect(tests, changed(deck, ' 3, 5, 0, 1|', ' 3, 4, 0, 1|'), kind, 1, &
-      "*BODY 'middle' (test.inp:34) has no mirror")
+      "*BODY 'middle' (test.inp:35) has no mirror")
     call expect(tests, changed(deck, ' right, X|', ' right, XY|'), kind, 1, &
-      "*FIX of 'right' (test.inp:46) has no mirror")
+      "*FIX of 'right' (test.inp:47) has no mirror")
     call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate, BOX| 3, 4, 1, 1|'), &
-      kind, 1, "*PRESCRIBE of 'plate' (test.inp:50) has no mirror")
+      kind, 1, "*PRESCRIBE of 'plate' (test.inp:51) has no mirror")
     call expect(tests, changed(deck, ' plate, Y, -0.01|', ' plate, X, -0.01|'), kind, 1, "*PRESCRIBE of 'plate'")
     call expect(tests, changed(deck, '*NSET, NSET=plate, BOX| 3, 5, 1, 1|', '*NSET, NSET=plate| 1|'), kind, 1, &
-      "*NSET 'plate' (test.inp:11) is a list of labels")
+      "*NSET 'plate' (test.inp:12) is a list of labels")
     call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', &
       'COMPONENT=Y, NSET=odd|*NSET, NSET=odd, BOX| 0, 5, 0, 0|'), &
       kind, 1, 'neither symmetric nor in one half')
     call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=left, AXIS=X|*PHASE, NAME=load|'), &
       kind, 1, &
-      '*MOVING MESH (test.inp:42) is not symmetric')
+      '*MOVING MESH (test.inp:43) is not symmetric')
     call expect(tests, changed(changed(slice_deck(), ' back, Z|', ' back, ALL|'), ' front, Z|', ' front, ALL|'), &
       kind, 3, 'used')
     call expect(tests, changed(changed(changed(slice_deck(), ' back, Z|', ''), 'ELEMENT=HEX8', 'ELEMENT=TET4'), &
@@ -209,9 +209,9 @@ contains
     deck = twin_deck()
     call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
     call expect(tests, changed(deck, ' 7, 1, 6, 1|', ' 7, 1, 6.5, 1|'), kind, 1, &
-      "*SURFACE 'one' (test.inp:13) has no mirror")
+      "*SURFACE 'one' (test.inp:14) has no mirror")
     call expect(tests, changed(deck, ' 0, 8, 1, 1|', ' 0, 8, 0.5, 1|'), kind, 1, 'may have faces in the plane')
-    call expect(tests, changed(deck, ' -1, -5|', ' 1, -5|'), kind, 1, "the load on 'one' (test.inp:51) has no mirror")
+    call expect(tests, changed(deck, ' -1, -5|', ' 1, -5|'), kind, 1, "the load on 'one' (test.inp:52) has no mirror")
     call expect(tests, changed(deck, '*TRACTION, SURFACE=two| -1, -5|', ''), kind, 1, "the load on 'one'")
     call expect(tests, changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), kind, 1, &
       'has no mirror image')
@@ -219,7 +219,7 @@ contains
       '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two|'), kind, 1, 'used')
     call expect(tests, changed(changed(deck, '*TRACTION, SURFACE=one| 1, -5|', '*SUPPORT, SURFACE=one|'), &
       '*TRACTION, SURFACE=two| -1, -5|', '*SUPPORT, SURFACE=two, TYPE=ALL|'), kind, 1, &
-      "*SUPPORT of 'one' (test.inp:51)")
+      "*SUPPORT of 'one' (test.inp:52)")
   end subroutine check_mirror_loads
 
   !> A proved mirror is taken unasked only where the half has the equations of the whole and failure is
@@ -238,13 +238,13 @@ contains
       "possible, not used: material 'soil' may soften")
     deck = twin_deck()
     call expect(tests, changed(deck, 'TYPE=AUTO', 'TYPE=AUTO, MIRROR=NO'), kind, 1, 'refused by MIRROR=NO')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=SPLINE2G|*NSET, NSET=base'), kind, 1, &
+    call expect(tests, changed(deck, 'BASIS=STANDARD', 'BASIS=SPLINE2G'), kind, 1, &
       'not used: splines and GIMP are smooth across the plane')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, STABILISATION=GHOST|*NSET, NSET=base'), kind, 1, &
+    call expect(tests, changed(deck, 'BASIS=STANDARD', 'BASIS=STANDARD, STABILISATION=GHOST'), kind, 1, &
       'not used: the ghost penalty acts across the plane')
-    call expect(tests, changed(changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), &
+    call expect(tests, changed(changed(deck, 'BASIS=STANDARD', 'BASIS=STANDARD, INTEGRATION=CELL'), &
       'ELEMENT=QUAD4', 'ELEMENT=QUAD8'), kind, 1, 'not used: gradients of quadratic elements are recovered')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, INTEGRATION=CELL|*NSET, NSET=base'), kind, 1, &
+    call expect(tests, changed(deck, 'BASIS=STANDARD', 'BASIS=STANDARD, INTEGRATION=CELL'), kind, 1, &
       'used')
   end subroutine check_reservations
 
@@ -269,38 +269,38 @@ contains
     call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=WEDGE6'), kind, 0, 'is not of regular bricks')
     call expect(tests, changed(deck, 'ELEMENT=HEX8', 'ELEMENT=HEX8, PERTURB=0.1'), kind, 0, &
       'is not of regular bricks')
-    call expect(tests, changed(deck, '*NSET, NSET=base', '*METHOD, BASIS=FEM|*NSET, NSET=base'), kind, 0, &
+    call expect(tests, changed(deck, 'BASIS=STANDARD', 'BASIS=FEM'), kind, 0, &
       'a carried mesh')
     call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, 0.9, 2.5, 5|'), kind, 0, 'the axis lies on no line')
     call expect(tests, changed(deck, ' X, 1, 2.5, 6|', ' X, -0.5, 1, 6|'), kind, 0, 'the axis lies on the far side')
     call expect(tests, changed(deck, ' Z, 1, 2.5, 6|', ' Z, 1, 2, 6|'), kind, 0, &
-      "*BODY 'figure' (test.inp:21) reaches the sides")
+      "*BODY 'figure' (test.inp:22) reaches the sides")
     call expect(tests, changed(deck, ' cut z, Z|', ''), kind, 0, &
       "a side through the axis is not held in phase 'load'")
     call expect(tests, changed(deck, ' cut z, Z|', ' cut z, YZ|'), kind, 0, &
-      "*FIX of 'cut z' (test.inp:34) is not the same")
+      "*FIX of 'cut z' (test.inp:35) is not the same")
     call expect(tests, changed(deck, ' base, ALL|', ' base, XY|'), kind, 0, &
-      "*FIX of 'base' (test.inp:32) is not the same")
+      "*FIX of 'base' (test.inp:33) is not the same")
     call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0, -1, 0|*PRESCRIBE| far, Y, 1|'), kind, 0, &
-      "*PRESCRIBE of 'far' (test.inp:39) is not the same")
+      "*PRESCRIBE of 'far' (test.inp:40) is not the same")
     call expect(tests, changed(deck, '*PHASE, NAME=load|', '*MOVING MESH, NSET=far, AXIS=X|*PHASE, NAME=load|'), &
       kind, 0, &
       'does not go along the axis')
     call expect(tests, changed(deck, '*GRAVITY| 0, -1, 0|', '*GRAVITY| 0.1, -1, 0|'), kind, 0, &
       'does not go along the axis')
     call expect(tests, changed(deck, ' 0, -5, 0|', ' 1, -5, 0|'), kind, 0, &
-      "the load on 'top' (test.inp:38) is not the same")
+      "the load on 'top' (test.inp:39) is not the same")
     call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 1.5, 1, 1, 0, 3|'), kind, 0, "the load on 'top'")
     call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), kind, 0, 'used')
     call expect(tests, changed(changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 3, 0, 1, 0, 3|'), &
       '*TRACTION, SURFACE=top| 0, -5, 0|', &
-      '*SUPPORT, SURFACE=top|'), kind, 0, "*SUPPORT of 'top' (test.inp:38) is not the same")
+      '*SUPPORT, SURFACE=top|'), kind, 0, "*SUPPORT of 'top' (test.inp:39) is not the same")
     call expect(tests, changed(deck, 'COMPONENT=ZZ| 1.3, 0.5, 1|', 'COMPONENT=ZZ| 1.3, 0.5, 1.1|'), kind, 0, &
-      "*HISTORY 'szz' (test.inp:28) cannot be told")
+      "*HISTORY 'szz' (test.inp:29) cannot be told")
     call expect(tests, changed(deck, 'COMPONENT=Y, NSET=base|', 'COMPONENT=X, NSET=base|'), kind, 0, &
       "*HISTORY 'force'")
     call write_stl(figure_file, turned_facets(section, 16, [1.0_wp, 1.0_wp]))
-    call expect(tests, deck, kind, 0, "*BODY 'figure' (test.inp:21) is no figure of revolution: a ring has fewer")
+    call expect(tests, deck, kind, 0, "*BODY 'figure' (test.inp:22) is no figure of revolution: a ring has fewer")
     open (newunit=unit, file=figure_file, status='old')
     close (unit, status='delete')
   end subroutine check_revolved

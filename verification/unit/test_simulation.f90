@@ -30,6 +30,12 @@ module test_simulation
     procedure :: update
   end type hooke_type
 
+  !> The same, with stresses that relax as time goes by, at a rate of one.
+  type, extends(hooke_type) :: relaxing_type
+  contains
+    procedure :: update => relaxing_update
+  end type relaxing_type
+
   !> The same, with the time at the end of its last step as state variable.
   type, extends(hooke_type) :: timed_type
   contains
@@ -56,6 +62,8 @@ contains
     call check_errors(tests)
     call check_own_laws(tests)
     call check_times(tests)
+    call check_time_of_step_error(tests)
+    call check_release_cut(tests)
     call check_reduced(tests)
     call check_threads(tests)
   end subroutine collect_simulation
@@ -72,7 +80,7 @@ contains
       newline//'-0.1, 1.1, 0.8, 0.9'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
       '1000, 0.3'//newline//'*UNIT WEIGHT'//newline//'18'//newline// &
       '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//newline//'0, 1, 0, 0.8'//newline// &
-      '*METHOD, INTEGRATION=CELL, STABILISATION=NONE'// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL, STABILISATION=NONE'// &
       newline//'*HISTORY, NAME=carried, QUANTITY=REACTION, COMPONENT=Y, NSET=base'// &
       newline//'*PHASE, NAME=weight'//newline//'*FIX'//newline//'base, X, Y'//newline//'axis, X'//newline// &
       '*GRAVITY'//newline//'0, -1'//newline//'*CONTROLS, STEPS=5, TOLERANCE=1e-10'//newline//'*END PHASE'//newline
@@ -541,6 +549,79 @@ contains
     end subroutine expect
   end subroutine check_times
 
+  !> The error by the length of a step knows how long the step lasts: of s = (s0 + C e)/(1 + t), whole and in halves.
+  subroutine check_time_of_step_error(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(problem_type) :: problem
+    type(relaxing_type) :: relaxing
+    type(error_type), allocatable :: error
+    real(wp), parameter :: lasts = 0.5_wp, whole = 1.0_wp/(1.0_wp + lasts), half = 1.0_wp/(1.0_wp + 0.5_wp*lasts)
+    real(wp) :: values(1)
+
+    relaxing%hooke_type = model_of_elasticity()
+    call problem%set_material('soil', relaxing, error)
+    call problem%parse(sample_deck('1, 4'), 'sample', error)
+    problem%scene%phases(1)%controls%step_error = 0.9_wp
+    call run%create(problem, error)
+    call run%set_steps(1, error)
+    call run%set_time(lasts, error)
+    call run%advance(error)
+    call tests%check('a step of a law that relaxes is taken', .not. allocated(error) .and. run%finished())
+    call get_values(run, 'step_error', values, error)
+    ! Strains of 1.4 % beside the formula, which is that of small ones.
+    call tests%close('its error is that of its time', values(1), 2.0_wp*(0.5_wp*half*(half + 1.0_wp)/whole - 1.0_wp), &
+      0.01_wp)
+    call run%destroy()
+  end subroutine check_time_of_step_error
+
+  !> A side is set free over a stage that is ended early: what is left of its force falls to nothing over the next one.
+  subroutine check_release_cut(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run, whole
+    type(error_type), allocatable :: error
+    real(wp) :: start, final
+
+    call begin(whole, '1, 4')
+    call whole%run(error)
+    start = place(whole)
+    call whole%add_stage('free', 2, error)
+    call whole%set_fixity('axis', [.false., .false., .false.], error)
+    call whole%run(error)
+    final = place(whole) - start
+    call tests%check('a side that is set free gives way', .not. allocated(error) .and. abs(final) > 1.0e-4_wp)
+    call begin(run, '1, 4')
+    call run%run(error)
+    call run%add_stage('free', 5, error)
+    call run%set_fixity('axis', [.false., .false., .false.], error)
+    call run%advance_to(0.4_wp, error)
+    call run%end_stage(error)
+    ! Shares of a move that is linear but for strains of 1 %.
+    call tests%close('by the share that the stage has gone', (place(run) - start)/final, 0.4_wp, 0.01_wp)
+    call run%add_stage('rest', 2, error)
+    call run%advance(error)
+    call tests%close('half of what is left in half of the next', (place(run) - start)/final, 0.7_wp, 0.01_wp)
+    call run%end_stage(error)
+    call run%add_stage('rest of the rest', 2, error)
+    call run%advance(error)
+    call tests%close('and again, when that is ended too', (place(run) - start)/final, 0.85_wp, 0.01_wp)
+    call run%run(error)
+    call tests%close('all at the end', (place(run) - start)/final, 1.0_wp, 0.01_wp)
+    call run%destroy()
+    call whole%destroy()
+
+  contains
+
+    !> Mean of the points across the side.
+    real(wp) function place(run)
+      type(simulation_type), intent(in) :: run
+
+      associate (x => run%model%state%points%position(1, :))
+        place = sum(x)/size(x)
+      end associate
+    end function place
+  end subroutine check_release_cut
+
   !> Elasticity as a program's model.
   pure type(hooke_type) function model_of_elasticity() result(hooke)
     hooke%symmetric = .true.
@@ -556,7 +637,8 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
-    text = '*MODEL, TYPE=AUTO'//newline//'*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
+    text = '*MODEL, TYPE=AUTO'//newline//'*METHOD, BASIS=STANDARD'//newline// &
+      '*GRID, ELEMENT=HEX8'//newline//'X, 0, 2, 4'//newline//'Y, 0, 2, 4'// &
       newline//'Z, 0, 1, 2'//newline//'*NSET, NSET=base, PLANE=Y'//newline//'0'//newline// &
       '*NSET, NSET=axis, PLANE=X'//newline//'0'//newline//'*NSET, NSET=front, PLANE=Z'//newline//'0'//newline// &
       '*NSET, NSET=back, PLANE=Z'//newline//'1'//newline//'*MATERIAL, NAME=soil'//newline//'*ELASTIC'//newline// &
@@ -656,6 +738,21 @@ contains
     end do
     stress = stress + matmul(answer%tangent, increment%strain)
   end subroutine update
+
+  !> One step: elastic, then less by what relaxes in its time (backward Euler).
+  subroutine relaxing_update(self, increment, stress, state, answer)
+    class(relaxing_type), intent(in) :: self
+    type(soil_increment_type), intent(in) :: increment
+    real(wp), intent(inout) :: stress(6)
+    real(wp), intent(inout) :: state(:)
+    type(soil_answer_type), intent(inout) :: answer
+
+    call self%hooke_type%update(increment, stress, state, answer)
+    associate (left => 1.0_wp/(1.0_wp + time_increment(increment%moment)))
+      stress = left*stress
+      answer%tangent = left*answer%tangent
+    end associate
+  end subroutine relaxing_update
 
   !> One step, with a look at the clock.
   subroutine timed_update(self, increment, stress, state, answer)

@@ -105,7 +105,8 @@ contains
     type(error_type), allocatable :: error
     character(len=1), parameter :: nl = new_line('a')
 
-    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
+    call parse_deck('block.inp', '*MODEL, TYPE=PLANE STRAIN'//nl// &
+      '*METHOD, BASIS=STANDARD'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 2, 4'//nl// &
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
       '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
       '0, 1, 0, 0.8'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
@@ -429,6 +430,8 @@ contains
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
       all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
       all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
+    call tests%check('with three times the iterations', &
+      all(it%script%allowed == it%controls%max_iterations*[1, 3, 3]))
     call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
     it = trial()

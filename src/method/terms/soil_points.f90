@@ -14,11 +14,12 @@ module qsmpm_soil_points
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_integration, only: integration_type, group_of, measure_cells
-  use qsmpm_law, only: tangent_none, status_failed, status_broken
+  use qsmpm_law, only: law_slot_type, tangent_none, status_failed, status_broken
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: patches_type
-  use qsmpm_points, only: points_type
+  use qsmpm_point_strain, only: add_strains
+  use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
   use qsmpm_recovered_gradient, only: recover_gradients
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -135,7 +136,7 @@ contains
     integration => integration_of(self, configuration)
     self%point_count = integration%point_count
     call prepare_evaluation(integration, model%mesh%dimension, model%space%node_count, self%updates_points, .false., &
-      self%evaluation)
+      self%evaluation, carries_strains(model%state%points))
   end subroutine prepare_soil_evaluation
 
   !> Put together the cells that share a pressure, when a material asks for it and cells are too small.
@@ -318,7 +319,8 @@ contains
       type(integration_type), intent(in) :: at_points
 
       source = at_points%source
-      call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., self%evaluation)
+      call prepare_evaluation(at_points, model%mesh%dimension, model%space%node_count, .true., .false., &
+        self%evaluation, carries_strains(model%state%points))
       call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, self%evaluation)
       if (.not. self%evaluation%ok) call fail(error, error_not_converged, 'material point '// &
         integer_text(at_points%source(self%evaluation%bad_point))//' turns inside out or its stress cannot be found')
@@ -334,14 +336,16 @@ contains
   end function recovers
 
   !> Give the material points their results.
-  subroutine take_point_results(self, source, points)
+  subroutine take_point_results(self, source, laws, points)
     class(soil_type), intent(in) :: self
     !> Material point of each result.
     integer, intent(in) :: source(:)
+    type(law_slot_type), intent(in) :: laws(:)
     type(points_type), intent(inout) :: points
     integer :: p, q
 
     associate (results => self%evaluation%results)
+      if (carries_strains(points)) call add_strains(results, source, laws, points)
       !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
       do q = 1, size(source)
         p = source(q)

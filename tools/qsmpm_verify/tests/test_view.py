@@ -51,6 +51,8 @@ class Fields(unittest.TestCase):
             1.0,
             {
                 "stress": stress,
+                "strain": 0.1 * stress,
+                "shear_strain": np.array([0.3]),
                 "displacement": move,
                 "plastic": np.array([1]),
                 "volume": np.array([0.5]),
@@ -65,6 +67,8 @@ class Fields(unittest.TestCase):
             ("stress_yz", 0.7),
             ("plastic", 1.0),
             ("volume_ratio", 0.5),
+            ("strain_yy", -0.2),
+            ("shear_strain", 0.3),
         ):
             self.assertAlmostEqual(scalar_field(points, name)[0], value, msg=name)
         self.assertAlmostEqual(mises(np.array([[1.0, 0, 0, 0, 0, 0]]))[0], 1.0)

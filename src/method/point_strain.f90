@@ -10,16 +10,12 @@ module qsmpm_point_strain
   implicit none
   private
 
-  public :: carries_strains, add_strains
+  public :: add_strains
+
+  !> Points from which the strains of a step, some 0.3 microseconds each, are worth waking the threads.
+  integer, parameter :: fewest_points = 2000
 
 contains
-
-  !> Whether strains are carried.
-  pure logical function carries_strains(points)
-    type(points_type), intent(in) :: points
-
-    carries_strains = size(points%plastic_strain) > 0
-  end function carries_strains
 
   !> Add the strains of a step, before the points take its stresses.
   subroutine add_strains(results, source, laws, points)
@@ -32,14 +28,15 @@ contains
     type(points_type), intent(inout) :: points
     integer :: p, q
 
-    !$omp parallel do default(shared) private(p)
+    !$omp parallel do default(shared) private(p) if (size(source) >= fewest_points)
     do q = 1, size(source)
       p = source(q)
       call deform(results%gradient(:, q), points%left_cauchy_green(:, p))
       associate (law => laws(points%material(p))%law)
         if (law%tells_yield .and. results%plastic(q) == 0) cycle
         points%plastic_strain(p) = points%plastic_strain(p) + plastic_shear_increment(results%gradient(:, q), &
-          points%stress(:, p), results%stress(:, q), law%shear_modulus(points%stress(:, p)))
+          points%stress(:, p), results%stress(:, q), law%shear_compliance(points%stress(:, p), &
+          points%volume(p)/points%initial_volume(p), results%volume_change(q)))
       end associate
     end do
     !$omp end parallel do

@@ -1,0 +1,73 @@
+!> The method of a deck that names none, or only a part of one: docs/methods/choosing.md.
+module test_recommended_method
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, basis_standard, basis_spline2, basis_spline2g, basis_gimp, &
+    integrate_points, integrate_cells, stabilise_none, stabilise_background, stabilise_ghost, &
+    grid_ghost_factor, background_factor
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_recommended_method
+
+  character(len=*), parameter :: strength = '*MOHR COULOMB| 1, 30, 0|', moving = '*MOVING MESH, NSET=base, AXIS=Y, BASE=1|'
+
+contains
+
+  !> All checks.
+  subroutine collect_recommended_method(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('recommended_method')
+    call check(tests, 'elastic work on a grid', 'QUAD4', '', basis_spline2g, integrate_cells, stabilise_ghost, &
+      grid_ghost_factor, 9)
+    call check(tests, 'plastic flow on a grid', 'QUAD4', strength, basis_spline2g, integrate_cells, &
+      stabilise_ghost, 5.0e-3_wp, 9)
+    call check(tests, 'a grid that moves', 'QUAD4', strength//moving, basis_spline2, integrate_points, &
+      stabilise_ghost, 5.0e-4_wp, 9)
+    call check(tests, 'a perturbed grid', 'QUAD4, PERTURB=0.1', strength, basis_standard, integrate_cells, &
+      stabilise_background, background_factor, 0)
+    call check(tests, 'triangles', 'TRI6', strength, basis_standard, integrate_cells, stabilise_background, &
+      background_factor, 0)
+    call check(tests, 'a part of a method', 'QUAD4', strength//'*METHOD, KINEMATICS=JAUMANN, STABILISATION=NONE|', &
+      basis_spline2g, integrate_cells, stabilise_none, 0.0_wp, 9)
+    call check(tests, 'a strength of the deck', 'QUAD4', strength//'*METHOD, FACTOR=0.1|', basis_spline2g, &
+      integrate_cells, stabilise_ghost, 0.1_wp, 9)
+    call check(tests, 'points of the deck', 'QUAD4', strength//'*POINTS, PER ELEMENT=16|', basis_spline2g, &
+      integrate_cells, stabilise_ghost, 5.0e-3_wp, 16)
+    call check(tests, 'a method that is named', 'QUAD4', strength//'*METHOD, BASIS=GIMP|', basis_gimp, &
+      integrate_points, stabilise_ghost, grid_ghost_factor, 0)
+  end subroutine collect_recommended_method
+
+  !> Read a deck and look at its method.
+  subroutine check(tests, name, element, cards, basis, integration, stabilisation, factor, points)
+    type(tests_type), intent(inout) :: tests
+    !> What is checked, words of *GRID, cards behind the material.
+    character(len=*), intent(in) :: name, element, cards
+    integer, intent(in) :: basis, integration, stabilisation
+    real(wp), intent(in) :: factor
+    !> Points of an element, 0 for its default.
+    integer, intent(in) :: points
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT='//element// &
+      '| X, 0, 1, 2| Y, 0, 1, 2|*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|'//cards// &
+      '*BODY, NAME=block, MATERIAL=soil, SHAPE=ALL|*PHASE, NAME=load|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE|'), &
+      analysis, messages, error)
+    call tests%check(name//' can be read', .not. allocated(error))
+    if (allocated(error)) return
+    associate (method => analysis%method)
+      call tests%check(name//': basis, integration and stabilisation', method%basis == basis .and. &
+        method%integration == integration .and. method%stabilisation == stabilisation)
+      call tests%close(name//': strength of the stabilisation', method%stabilisation_factor, factor, 0.0_wp)
+      call tests%check(name//': points of an element', analysis%bodies(1)%points_per_element == points)
+      call tests%check(name//': a reason where the deck has none', &
+        allocated(analysis%method_reason) .neqv. (index(cards, 'BASIS') > 0))
+    end associate
+  end subroutine check
+end module test_recommended_method
