@@ -13,7 +13,7 @@ module qsmpm_jaumann_plane
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: ask_model, elastic_share
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   implicit none
   private
 
@@ -53,7 +53,7 @@ contains
     integer, intent(in) :: tangent
     type(step_type) :: step
     type(stress_update_type) :: result
-    real(wp) :: start(4), stress(4), map(4, 4), lame, shear, modulus, value(3), c, s, turn(4)
+    real(wp) :: start(4), stress(4), map(4, 4), lame, shear, modulus, cell_size, value(3), c, s, turn(4)
     logical :: principal
     integer :: p
 
@@ -61,6 +61,7 @@ contains
     lame = model%trial_lame
     shear = model%trial_shear
     modulus = model%shear
+    cell_size = 0.0_wp
     do p = 1, batch%count
       associate (stress => batch%stress_start(:, p))
         start = [0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)]
@@ -72,7 +73,10 @@ contains
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         value = principal_values(step%trial)
-        call ask_model(model, modulus, value, 1, tangent /= tangent_none, batch, p, result)
+        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        call model%update(modulus, value, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
+        batch%plastic(p) = merge(1, 0, result%yields)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, 1, batch, p)
         if (batch%status(p) /= status_ok) cycle
         principal = principal .or. result%yields
       end if

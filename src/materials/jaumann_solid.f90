@@ -11,7 +11,7 @@ module qsmpm_jaumann_solid
   use qsmpm_jaumann_increment, only: increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: ask_model, elastic_share
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   use qsmpm_spectral, only: spectral
   implicit none
   private
@@ -33,12 +33,13 @@ contains
     integer, intent(in) :: tangent
     type(increment_type) :: increment
     type(stress_update_type) :: result
-    real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det, modulus
+    real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det, modulus, cell_size
     logical :: principal
     integer :: p
 
     n = 0.0_wp
     modulus = model%shear
+    cell_size = 0.0_wp
     do p = 1, batch%count
       call start_point(model, rate, batch%gradient(:, p), batch%stress_start(:, p), modulus, increment, inverse, det, &
         batch%status(p))
@@ -47,7 +48,10 @@ contains
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         call spectral(increment%trial, trial, n)
-        call ask_model(model, modulus, trial, 1, tangent /= tangent_none, batch, p, result)
+        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
+        batch%plastic(p) = merge(1, 0, result%yields)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, 1, batch, p)
         if (batch%status(p) /= status_ok) cycle
         principal = principal .or. result%yields
       end if

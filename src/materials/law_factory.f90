@@ -19,8 +19,8 @@ module qsmpm_law_factory
   public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, kinematics_jaumann, &
     kinematics_logarithmic
 
-  !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann kinematics
-  !> only. The error is set when a parameter is out of its range or there is no such law.
+  !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann
+  !> kinematics only. The error is set when a parameter is out of its range or there is no such law.
   interface new_law
     module procedure :: new_mohr_coulomb_law, new_cam_clay_law, new_hardening_soil_law
   end interface new_law

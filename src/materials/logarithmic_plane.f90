@@ -19,7 +19,7 @@ module qsmpm_logarithmic_plane
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: ask_model, elastic_share
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   implicit none
   private
 
@@ -54,29 +54,39 @@ contains
     integer, intent(in) :: tangent
     type(trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: start(4), b(4), tau(4), k(4, 4), lame, shear, modulus, value(3), c, s
-    integer :: p
+    real(wp) :: start(4), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
+    integer :: p, first
     logical :: principal
 
     k = 0.0_wp
     lame = model%trial_lame
     shear = model%trial_shear
     modulus = model%shear
+    cell_size = 0.0_wp
+    first = merge(5, 1, model%hookean)
     do p = 1, batch%count
       if (model%hookean) then
-        call make_trial(lame, shear, batch%gradient(:, p), batch%state_start(:4, p), batch%volume_ratio(p), trial, &
-          batch%state(:4, p), batch%status(p))
+        start = batch%state_start(:4, p)
+        volume_ratio = batch%volume_ratio(p)
       else
         call start_tensor(model, batch%stress_start(:, p), modulus, start)
-        call make_trial(lame, shear, batch%gradient(:, p), start, 1.0_wp, trial, b, batch%status(p))
+        volume_ratio = 1.0_wp
+      end if
+      call make_trial(lame, shear, batch%gradient(:, p), start, volume_ratio, trial, b, batch%status(p))
+      if (batch%status(p) /= status_ok) cycle
+      if (model%hookean) then
+        batch%state(:4, p) = b
+      else
         trial%jacobian = trial%det
       end if
-      if (batch%status(p) /= status_ok) cycle
       principal = .not. model%hookean
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         value = principal_values(trial%trial)
-        call ask_model(model, modulus, value, merge(5, 1, model%hookean), tangent /= tangent_none, batch, p, result)
+        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        call model%update(modulus, value, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
+        batch%plastic(p) = merge(1, 0, result%yields)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
         if (batch%status(p) /= status_ok) cycle
         principal = principal .or. result%yields
       end if
@@ -87,7 +97,7 @@ contains
         if (model%hookean) batch%state(:4, p) = stress_order( &
           from_principal(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), c, s))
       end if
-      batch%stress(:, p) = trial%scale*stress_order(tau)
+      batch%stress(:, p) = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
       if (principal) then

@@ -14,7 +14,7 @@ module qsmpm_logarithmic_solid
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: ask_model, elastic_share
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: cofactor, determinant
   implicit none
@@ -49,21 +49,26 @@ contains
     integer, intent(in) :: tangent
     type(trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: modulus, b(6)
+    real(wp) :: modulus, cell_size, b(6)
     integer :: p, first
 
     modulus = model%shear
+    cell_size = 0.0_wp
     first = merge(7, 1, model%hookean)
     do p = 1, batch%count
       call make_trial(model, batch%gradient(:, p), batch%state_start(:, p), batch%stress_start(:, p), &
         batch%volume_ratio(p), modulus, trial, b, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) batch%state(1:6, p) = b
-      call ask_model(model, modulus, trial%trial, first, tangent /= tangent_none, batch, p, result)
+      if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+      call model%update(modulus, trial%trial, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
+      batch%plastic(p) = merge(1, 0, result%yields)
+      if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) then
         if (result%yields) then
-          batch%state(1:6, p) = compose_packed(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), trial%direction)
+          batch%state(1:6, p) = compose_packed(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), &
+            trial%direction)
         else
           call model%elastic_update(modulus, trial%trial, result)
         end if

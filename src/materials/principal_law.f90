@@ -3,9 +3,10 @@
 !> Logarithmic strain. With the incremental deformation gradient F
 !>   b = F b_e F^T,   eps = ln(b)/2,   stress of the model at eps,   Q = tau F^-T / J_n.
 !> A Hookean model bounds the Kirchhoff stress tau = D eps: the return is that of small strain, b_e is state and
-!> b_e,new = exp(2 D^-1 tau), and an average of ln b_e over points stays admissible. J_n is the volume ratio at the start,
-!> sigma = tau/(J_n det F). Every other model bounds sigma: b_e = exp(2 eps(sigma)) follows from the stress of the start,
-!> and tau/J_n = det(F) sigma. Tangent: with l = dF F^-1 = d + w in the frame of the principal directions of b
+!> b_e,new = exp(2 D^-1 tau), and an average of ln b_e over points stays admissible. J_n is the volume ratio at the
+!> start, sigma = tau/(J_n det F). Every other model bounds sigma: b_e = exp(2 eps(sigma)) follows from the stress of
+!> the start, and tau/J_n = det(F) sigma. Tangent: with l = dF F^-1 = d + w in the frame of the principal directions
+!> of b
 !>   dtau_aa = sum_b C_ab d_bb,  C = d tau/d eps,   dtau_ab = 2 s_ab d_ab + (tau_b - tau_a) w_ab,
 !>   s_ab = (tau_a - tau_b)/(eps_a - eps_b)/2 artanh(x)/x,  x = (b_a - b_b)/(b_a + b_b),
 !> and dQ = (dtau - tau l^T) F^-T / J_n; it is K_E + K_G of the paper's eq. 15 in Kirchhoff stress (Beuth et al. 2008).
@@ -212,8 +213,8 @@ contains
     stress = stress/volume_ratio
   end subroutine from_fields
 
-  !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from the
-  !> start of the step, or Cauchy stress.
+  !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from
+  !> the start of the step, or Cauchy stress.
   pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
     class(principal_law_type), intent(in) :: self
     !> As of qsmpm_law.

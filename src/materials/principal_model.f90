@@ -150,7 +150,8 @@ contains
 
     if (.not. result%yields .or. share <= 0.0_wp) return
     call model%elastic_update(modulus, trial, elastic)
-    elastic%quotient = pair_quotients(trial, elastic%stress, elastic%derivative)
+    elastic%quotient = 1.0_wp
+    if (.not. model%hookean) elastic%quotient = pair_quotients(trial, elastic%stress, elastic%derivative)
     result%stress = (1.0_wp - share)*result%stress + share*elastic%stress
     result%derivative = (1.0_wp - share)*result%derivative + share*elastic%derivative
     result%quotient = (1.0_wp - share)*result%quotient + share*elastic%quotient

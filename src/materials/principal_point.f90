@@ -1,4 +1,4 @@
-!> What the four kernels do alike with a model in principal values: ask the model, and weigh the
+!> What the four kernels do alike with a model in principal values: keep what it makes of a point, and weigh the
 !> elastic tangent against the consistent one.
 module qsmpm_principal_point
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -8,43 +8,40 @@ module qsmpm_principal_point
   implicit none
   private
 
-  public :: ask_model, elastic_share
+  public :: keep_update, size_of_cell, elastic_share
 
 contains
 
-  !> Ask a model for the stress of a trial of a point whose status is ok; status, message, state variables and the mark of yielding go to the point.
-  pure subroutine ask_model(model, modulus, trial, first, with_derivative, batch, p, result)
+  !> State variables and status of a model's update go to the point, with what the model has to say.
+  pure subroutine keep_update(model, result, first, batch, p)
     class(principal_model_type), intent(in) :: model
-    !> Shear modulus of the step.
-    real(wp), intent(in) :: modulus
-    !> Principal trial strains or stresses (3).
-    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(in) :: result
     !> Where the model's state variables begin in the state of a point.
     integer, intent(in) :: first
-    !> Whether the derivative is wanted.
-    logical, intent(in) :: with_derivative
     type(batch_type), intent(inout) :: batch
-    !> Number of the point.
+    !> Number of the point, whose status is ok.
     integer, intent(in) :: p
-    type(stress_update_type), intent(inout) :: result
-    real(wp) :: cell_size
     integer :: i
 
     do i = 1, model%state_count
+      batch%state(first + i - 1, p) = result%state(i)
       if (.not. ieee_is_finite(batch%state_start(first + i - 1, p))) batch%status(p) = status_failed
     end do
-    if (batch%status(p) /= status_ok) return
-    cell_size = 0.0_wp
-    if (allocated(batch%cell_size)) cell_size = batch%cell_size(p)
-    call model%update(modulus, trial, batch%state_start(first:, p), cell_size, with_derivative, result)
-    do i = 1, model%state_count
-      batch%state(first + i - 1, p) = result%state(i)
-    end do
-    batch%plastic(p) = merge(1, 0, result%yields)
     if (result%status == status_ok) return
     batch%status(p) = result%status
     batch%message = model%message
-  end subroutine ask_model
+  end subroutine keep_update
+
+  !> Size of a point's cell for a model that asks for it; 0 where there is none.
+  pure real(wp) function size_of_cell(model, batch, p) result(cell_size)
+    class(principal_model_type), intent(in) :: model
+    type(batch_type), intent(in) :: batch
+    !> Number of the point.
+    integer, intent(in) :: p
+
+    cell_size = 0.0_wp
+    if (model%asks_cell_size .and. allocated(batch%cell_size)) cell_size = batch%cell_size(p)
+  end function size_of_cell
 
   !> Share of the elastic tangent in the one that is asked for.
   pure real(wp) function elastic_share(tangent, blend)
