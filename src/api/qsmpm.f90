@@ -4,6 +4,7 @@
 !>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, keep, put_back, stages
 !>     value_shape, get_values, view_values, set_values   points, nodes and figures by name
 !>     observer_type     extended by a program that wants to hear of steps and sentences
+!>     term_type         extended by a program with forces of its own: simulation_type's add_term
 !>     law_type, soil_model_type   extended by a program with constitutive laws of its own
 module qsmpm
   use qsmpm_kinds, only: wp
@@ -22,6 +23,11 @@ module qsmpm
   use qsmpm_named_values, only: list_value_names, value_shape, get_values, view_values, set_values
   use qsmpm_program_name, only: program_name, has_feature, api_version
   use qsmpm_version, only: version
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_equations, only: equations_type, add_block, add_diagonal
+  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_term, only: term_type, increment_type, failure_type, role_external, role_internal, role_numerical
   implicit none
   private
 
@@ -33,5 +39,7 @@ module qsmpm
   public :: law_type, batch_type, moment_type, start_time, time_increment, status_ok, &
     status_cut, status_failed, status_broken, tangent_none, tangent_consistent, tangent_elastic
   public :: soil_model_type, soil_increment_type, soil_answer_type
+  public :: term_type, increment_type, failure_type, role_external, role_internal, role_numerical, configuration_type, &
+    equations_type, sparse_matrix_type, add_block, add_diagonal, lay_array, kept_values, keep_values
   public :: version, program_name, has_feature, api_version
 end module qsmpm

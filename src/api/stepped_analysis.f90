@@ -12,6 +12,7 @@ module qsmpm_stepped_analysis
   use qsmpm_display, only: display_quiet
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: write_text
+  use qsmpm_initialisation, only: add_term
   use qsmpm_law, only: law_slot_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
@@ -31,6 +32,7 @@ module qsmpm_stepped_analysis
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back, copy_phases
   use qsmpm_stages, only: adopt_stages
   use qsmpm_stopwatch, only: turn_to, part_output, part_control
+  use qsmpm_term, only: term_type
   use qsmpm_term_sums, only: share_names
   use qsmpm_whole_scene, only: begin_whole, is_reduced
   implicit none
@@ -79,6 +81,7 @@ module qsmpm_stepped_analysis
     !> Step to the end of the last stage.
     generic :: run => run_alone, run_told
     procedure :: finished
+    procedure :: add_term => add_own_term
     procedure :: record
     procedure :: finish_record
     procedure :: save => save_state
@@ -297,6 +300,24 @@ contains
     if (allocated(self%outcome)) deallocate (self%outcome)
     if (allocated(error)) allocate (self%outcome, source=error)
   end subroutine step_on
+
+  !> Add a term of the program's own to the equations, before the first step and before anything is written.
+  subroutine add_own_term(self, term, error)
+    !> The analysis.
+    class(stepped_analysis_type), intent(inout) :: self
+    !> What it is; a copy is taken.
+    class(term_type), intent(in) :: term
+    !> Set when it is too late.
+    type(error_type), allocatable, intent(out) :: error
+
+    call need_model(self, error)
+    if (allocated(error)) return
+    if (self%model%state%progress%step > 0 .or. allocated(self%recorder)) then
+      call fail(error, error_other, 'a term is added before the first step, and before results are written')
+      return
+    end if
+    call add_term(self%model, self%march%step, term)
+  end subroutine add_own_term
 
   !> From now on, write what a run of the command line writes.
   subroutine record(self, directory, error, display, continued)

@@ -1,185 +1,208 @@
-!> Smooth stresses by recovery over patches: around every corner node a linear field is fitted to the stresses of
-!> the material points in the cells at that node, and between the nodes the fields are blended by the linear
+!> Smooth stresses by recovery over patches: around every corner node a polynomial is fitted to the stresses of the
+!> material points in the cells at that node, and between the nodes the polynomials are blended by the linear
 !> functions of the cell,
 !>
 !>   sigma*(x) = sum_n N_n(x) sigma_n(x),   min over sigma_n of sum_p V_p |sigma_p - sigma_n(x_p)|^2
 !>
 !> (Zienkiewicz and Zhu 1992, who sample elements where their stresses are best; here the samples are the
-!> material points, weighted by volume). A stress that is linear in space comes back as it is, whatever points there
-!> are. A direction in which the points of a patch do not spread gets no slope, so a patch of one point is constant.
-!> Points of different materials have nothing to do with each other. What is done with the fields:
-!> qsmpm_stress_error.
+!> material points, weighted by volume). The polynomial is of the degree of the displacement, one above what its stress
+!> has, so that the recovered stress is an order better than the computed one; a patch that has fewer than two points a
+!> term takes a lower degree, 1 at the least. A stress that is such a polynomial comes back as it is.
+!> Beside it stands the stress of the neighbourhood, the root mean square of the norm over the patches, blended alike:
+!> what errors and tractions at a place are measured by. Points of different materials have nothing to do with each
+!> other. What is done with the fields: qsmpm_stress_error.
 module qsmpm_smooth_stress
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: linear_kind, corner_count, shape_functions, max_nodes
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_patch_polynomial, only: most_terms, term_count, patch_terms, solve_patch
   use qsmpm_points, only: points_type
   implicit none
   private
 
-  public :: smooth_stress_type, fit_smooth_stress, smooth_stress_at
+  public :: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, stress_norm
 
-  !> Least variance of the points of a patch along a direction, after those before it, for a slope; in extents of the
-  !> patch from its node squared. Two points a direction in one cell have 0.06.
-  real(wp), parameter :: least_spread = 1.0e-3_wp
+  !> Cells at each corner node, and material points in each cell, in compressed rows.
+  type :: patches_type
+    !> (node_count + 1), (corners of all cells)
+    integer, allocatable :: first_cell(:), cell(:)
+    !> (cell_count + 1), (points)
+    integer, allocatable :: first_point(:), point(:)
+  end type patches_type
 
   !> The fields of one material.
   type :: smooth_stress_type
     integer :: material = 0
-    !> Volume of the points of the patch of each node, 0 for none (node_count).
-    real(wp), allocatable :: volume(:)
-    !> Centre of the points of each patch (dimension, node_count).
-    real(wp), allocatable :: centre(:, :)
-    !> Stress at the centre and its slopes (components, 0:dimension, node_count).
+    !> Degree of the polynomial of each node, -1 for none (node_count).
+    integer, allocatable :: degree(:)
+    !> Centre of the points of each patch and its extent (dimension, node_count).
+    real(wp), allocatable :: centre(:, :), extent(:, :)
+    !> Coefficients (components, terms, node_count).
     real(wp), allocatable :: field(:, :, :)
+    !> Root mean square of the stress norm over each patch (node_count) [stress].
+    real(wp), allocatable :: level(:)
   end type smooth_stress_type
 
 contains
 
+  !> Norm of a symmetric tensor by its components 11, 22, 33, 12[, 13, 23]: shears count twice.
+  pure real(wp) function stress_norm(stress)
+    real(wp), intent(in) :: stress(:)
+
+    stress_norm = sqrt(sum(stress(:3)**2) + 2.0_wp*sum(stress(4:)**2))
+  end function stress_norm
+
+  !> Sort cells by their corners and points by their cells.
+  pure subroutine make_patches(mesh, points, patches)
+    type(mesh_type), intent(in) :: mesh
+    type(points_type), intent(in) :: points
+    type(patches_type), intent(out) :: patches
+    integer, allocatable :: owner(:), item(:)
+    integer :: c, a, n
+
+    allocate (owner(size(mesh%cell_nodes)), item(size(mesh%cell_nodes)))
+    n = 0
+    do c = 1, mesh%cell_count
+      do a = 1, corner_count(mesh%cell_kind(c))
+        n = n + 1
+        owner(n) = mesh%cell_nodes(mesh%cell_first(c) + a - 1)
+        item(n) = c
+      end do
+    end do
+    call sort_rows(mesh%node_count, owner(:n), item(:n), patches%first_cell, patches%cell)
+    call sort_rows(mesh%cell_count, points%cell(:points%count), [(a, a=1, points%count)], patches%first_point, &
+      patches%point)
+  end subroutine make_patches
+
+  !> Compressed rows of items by their owners, in their order.
+  pure subroutine sort_rows(count, owner, item, first, row)
+    !> Number of owners.
+    integer, intent(in) :: count
+    !> (items)
+    integer, intent(in) :: owner(:), item(:)
+    !> Row o is row(first(o):first(o + 1) - 1).
+    integer, allocatable, intent(out) :: first(:), row(:)
+    integer :: k, next(count)
+
+    allocate (first(count + 1), source=0)
+    allocate (row(size(item)))
+    do k = 1, size(owner)
+      first(owner(k) + 1) = first(owner(k) + 1) + 1
+    end do
+    first(1) = 1
+    do k = 1, count
+      first(k + 1) = first(k) + first(k + 1)
+    end do
+    next = first(:count)
+    do k = 1, size(owner)
+      row(next(owner(k))) = item(k)
+      next(owner(k)) = next(owner(k)) + 1
+    end do
+  end subroutine sort_rows
+
   !> Fit the fields of a material.
-  pure subroutine fit_smooth_stress(mesh, coordinates, points, material, smooth)
-    !> The mesh.
+  pure subroutine fit_smooth_stress(mesh, coordinates, patches, points, material, degree, smooth)
     type(mesh_type), intent(in) :: mesh
     !> Present coordinates of its nodes (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)
-    !> The material points.
+    type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The material.
     integer, intent(in) :: material
-    !> Its fields.
+    !> Degree of the displacement.
+    integer, intent(in) :: degree
     type(smooth_stress_type), intent(inout) :: smooth
-    real(wp), allocatable :: spread(:, :, :), extent(:, :)
-    integer :: n
+    integer :: n, terms
 
-    if (.not. allocated(smooth%volume)) allocate (smooth%volume(mesh%node_count), &
-      smooth%centre(mesh%dimension, mesh%node_count), &
-      smooth%field(size(points%stress, 1), 0:mesh%dimension, mesh%node_count))
-    allocate (spread(mesh%dimension, mesh%dimension, mesh%node_count), extent(mesh%dimension, mesh%node_count), &
-      source=0.0_wp)
+    terms = term_count(mesh%dimension, degree)
+    if (.not. allocated(smooth%degree)) allocate (smooth%degree(mesh%node_count), smooth%level(mesh%node_count), &
+      smooth%centre(mesh%dimension, mesh%node_count), smooth%extent(mesh%dimension, mesh%node_count), &
+      smooth%field(size(points%stress, 1), terms, mesh%node_count))
     smooth%material = material
-    smooth%volume = 0.0_wp
-    smooth%centre = 0.0_wp
-    smooth%field = 0.0_wp
-    call sum_means(mesh, coordinates, points, smooth, extent)
     do n = 1, mesh%node_count
-      if (.not. smooth%volume(n) > 0.0_wp) cycle
-      smooth%centre(:, n) = smooth%centre(:, n)/smooth%volume(n)
-      smooth%field(:, 0, n) = smooth%field(:, 0, n)/smooth%volume(n)
-    end do
-    call sum_slopes(mesh, points, smooth, spread)
-    do n = 1, mesh%node_count
-      if (.not. smooth%volume(n) > 0.0_wp) cycle
-      call solve_slopes(spread(:, :, n)/smooth%volume(n), extent(:, n), smooth%field(:, 1:, n))
+      call measure_patch(mesh, coordinates, patches, points, n, degree, smooth)
+      if (smooth%degree(n) >= 0) call fit_patch(patches, points, n, smooth)
     end do
   end subroutine fit_smooth_stress
 
-  !> Volumes, and sums of places and stresses, of the patches; how far the patches reach from their nodes.
-  pure subroutine sum_means(mesh, coordinates, points, smooth, extent)
-    !> The mesh.
+  !> Centre, extent and stress level of a patch, and the degree that its points allow.
+  pure subroutine measure_patch(mesh, coordinates, patches, points, n, degree, smooth)
     type(mesh_type), intent(in) :: mesh
-    !> Present coordinates of its nodes (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)
-    !> The material points.
+    type(patches_type), intent(in) :: patches
     type(points_type), intent(in) :: points
-    !> The fields.
+    !> The node.
+    integer, intent(in) :: n
+    integer, intent(in) :: degree
     type(smooth_stress_type), intent(inout) :: smooth
-    !> Largest distance of a corner of the patch along each axis (dimension, node_count).
-    real(wp), intent(inout) :: extent(:, :)
-    integer :: p, a, b, first, n
+    real(wp) :: volume, square, centre(mesh%dimension), extent(mesh%dimension)
+    integer :: i, k, a, p, held
 
-    do p = 1, points%count
-      if (points%material(p) /= smooth%material) cycle
-      first = mesh%cell_first(points%cell(p)) - 1
-      do a = 1, corner_count(mesh%cell_kind(points%cell(p)))
-        n = mesh%cell_nodes(first + a)
-        smooth%volume(n) = smooth%volume(n) + points%volume(p)
-        smooth%centre(:, n) = smooth%centre(:, n) + points%volume(p)*points%position(:, p)
-        smooth%field(:, 0, n) = smooth%field(:, 0, n) + points%volume(p)*points%stress(:, p)
-        do b = 1, corner_count(mesh%cell_kind(points%cell(p)))
-          extent(:, n) = max(extent(:, n), abs(coordinates(:, mesh%cell_nodes(first + b)) - coordinates(:, n)))
+    volume = 0.0_wp
+    square = 0.0_wp
+    centre = 0.0_wp
+    extent = 0.0_wp
+    held = 0
+    do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
+      associate (c => patches%cell(i))
+        do k = patches%first_point(c), patches%first_point(c + 1) - 1
+          p = patches%point(k)
+          if (points%material(p) /= smooth%material) cycle
+          held = held + 1
+          volume = volume + points%volume(p)
+          centre = centre + points%volume(p)*points%position(:, p)
+          square = square + points%volume(p)*stress_norm(points%stress(:, p))**2
+        end do
+        do a = 1, corner_count(mesh%cell_kind(c))
+          extent = max(extent, abs(coordinates(:, mesh%cell_nodes(mesh%cell_first(c) + a - 1)) - coordinates(:, n)))
+        end do
+      end associate
+    end do
+    smooth%degree(n) = -1
+    if (held == 0) return
+    do a = 0, degree
+      if (a <= 1 .or. held >= 2*term_count(mesh%dimension, a)) smooth%degree(n) = a
+    end do
+    smooth%centre(:, n) = centre/volume
+    smooth%extent(:, n) = extent
+    smooth%level(n) = sqrt(square/volume)
+  end subroutine measure_patch
+
+  !> Coefficients of a patch.
+  pure subroutine fit_patch(patches, points, n, smooth)
+    type(patches_type), intent(in) :: patches
+    type(points_type), intent(in) :: points
+    !> The node.
+    integer, intent(in) :: n
+    type(smooth_stress_type), intent(inout) :: smooth
+    real(wp) :: matrix(most_terms, most_terms), z(most_terms), weighted, volume
+    integer :: i, j, k, p, terms
+
+    terms = term_count(size(points%position, 1), smooth%degree(n))
+    matrix = 0.0_wp
+    volume = 0.0_wp
+    smooth%field(:, :, n) = 0.0_wp
+    do i = patches%first_cell(n), patches%first_cell(n + 1) - 1
+      do k = patches%first_point(patches%cell(i)), patches%first_point(patches%cell(i) + 1) - 1
+        p = patches%point(k)
+        if (points%material(p) /= smooth%material) cycle
+        call patch_terms((points%position(:, p) - smooth%centre(:, n))/smooth%extent(:, n), smooth%degree(n), z)
+        volume = volume + points%volume(p)
+        do j = 1, terms
+          weighted = points%volume(p)*z(j)
+          matrix(:terms, j) = matrix(:terms, j) + weighted*z(:terms)
+          smooth%field(:, j, n) = smooth%field(:, j, n) + weighted*points%stress(:, p)
         end do
       end do
     end do
-  end subroutine sum_means
+    smooth%field(:, :terms, n) = smooth%field(:, :terms, n)/volume
+    matrix = matrix/volume
+    call solve_patch(size(points%position, 1), smooth%degree(n), matrix(:terms, :terms), smooth%field(:, :terms, n))
+  end subroutine fit_patch
 
-  !> Second moments of the patches about their centres.
-  pure subroutine sum_slopes(mesh, points, smooth, spread)
-    !> The mesh.
-    type(mesh_type), intent(in) :: mesh
-    !> The material points.
-    type(points_type), intent(in) :: points
-    !> The fields: their slopes are sums of (x - centre) sigma.
-    type(smooth_stress_type), intent(inout) :: smooth
-    !> Sums of (x - centre) (x - centre) (dimension, dimension, node_count).
-    real(wp), intent(inout) :: spread(:, :, :)
-    real(wp) :: away(mesh%dimension)
-    integer :: p, a, n, j
-
-    do p = 1, points%count
-      if (points%material(p) /= smooth%material) cycle
-      do a = mesh%cell_first(points%cell(p)), mesh%cell_first(points%cell(p)) - 1 &
-          + corner_count(mesh%cell_kind(points%cell(p)))
-        n = mesh%cell_nodes(a)
-        away = points%position(:, p) - smooth%centre(:, n)
-        do j = 1, mesh%dimension
-          spread(:, j, n) = spread(:, j, n) + points%volume(p)*away(j)*away
-          smooth%field(:, j, n) = smooth%field(:, j, n) + points%volume(p)/smooth%volume(n)*away(j) &
-            *(points%stress(:, p) - smooth%field(:, 0, n))
-        end do
-      end do
-    end do
-  end subroutine sum_slopes
-
-  !> Slopes of a patch from its moments: the direction of largest remaining variance first, as long as it is
-  !> large enough.
-  pure subroutine solve_slopes(moment, extent, slope)
-    !> Second moments (dimension, dimension).
-    real(wp), intent(in) :: moment(:, :)
-    !> Extents of the patch (dimension).
-    real(wp), intent(in) :: extent(:)
-    !> First moments of the stress, then its slopes (components, dimension).
-    real(wp), intent(inout) :: slope(:, :)
-    real(wp) :: matrix(size(extent), size(extent)), factor, inverse
-    logical :: free(size(extent))
-    integer :: k, i, j, step
-
-    do j = 1, size(extent)
-      matrix(:, j) = moment(:, j)/(extent*extent(j))
-      slope(:, j) = slope(:, j)/extent(j)
-    end do
-    free = .true.
-    do step = 1, size(extent)
-      k = 0
-      do j = 1, size(extent)
-        if (.not. free(j) .or. matrix(j, j) < least_spread) cycle
-        if (k == 0) then
-          k = j
-        else if (matrix(j, j) > matrix(k, k)) then
-          k = j
-        end if
-      end do
-      if (k == 0) exit
-      free(k) = .false.
-      inverse = 1.0_wp/matrix(k, k)
-      matrix(k, :) = matrix(k, :)*inverse
-      slope(:, k) = slope(:, k)*inverse
-      do i = 1, size(extent)
-        if (i == k) cycle
-        factor = matrix(i, k)
-        matrix(i, :) = matrix(i, :) - factor*matrix(k, :)
-        slope(:, i) = slope(:, i) - factor*slope(:, k)
-      end do
-    end do
-    do j = 1, size(extent)
-      slope(:, j) = merge(0.0_wp, slope(:, j)/extent(j), free(j))
-    end do
-  end subroutine solve_slopes
-
-  !> The smooth stress of a material at a place: fields of the corners of a cell, blended as at local coordinates.
-  pure subroutine smooth_stress_at(smooth, mesh, cell, local, place, stress)
-    !> The fields.
+  !> The smooth stress of a material at a place, and the stress of its neighbourhood: fields of the corners of a cell,
+  !> blended as at local coordinates.
+  pure subroutine smooth_stress_at(smooth, mesh, cell, local, place, stress, level)
     type(smooth_stress_type), intent(in) :: smooth
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> A cell that owns points of the material.
     integer, intent(in) :: cell
@@ -189,18 +212,21 @@ contains
     real(wp), intent(in) :: place(:)
     !> Stress (components).
     real(wp), intent(out) :: stress(:)
-    real(wp) :: shape(max_nodes)
-    integer :: a, j, n, corners
+    !> Stress of the neighbourhood.
+    real(wp), intent(out), optional :: level
+    real(wp) :: shape(max_nodes), z(most_terms)
+    integer :: a, n, corners, terms
 
     corners = corner_count(mesh%cell_kind(cell))
     call shape_functions(linear_kind(mesh%cell_kind(cell)), local, shape(:corners))
     stress = 0.0_wp
+    if (present(level)) level = 0.0_wp
     do a = 1, corners
       n = mesh%cell_nodes(mesh%cell_first(cell) + a - 1)
-      stress = stress + shape(a)*smooth%field(:, 0, n)
-      do j = 1, size(place)
-        stress = stress + shape(a)*(place(j) - smooth%centre(j, n))*smooth%field(:, j, n)
-      end do
+      terms = term_count(size(place), smooth%degree(n))
+      call patch_terms((place - smooth%centre(:, n))/smooth%extent(:, n), smooth%degree(n), z)
+      stress = stress + shape(a)*matmul(smooth%field(:, :terms, n), z(:terms))
+      if (present(level)) level = level + shape(a)*smooth%level(n)
     end do
   end subroutine smooth_stress_at
 end module qsmpm_smooth_stress

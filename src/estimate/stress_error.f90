@@ -1,18 +1,23 @@
 !> How far the stresses of a state can be trusted, told from the state alone.
 !>
-!>   scatter    e_p = |sigma_p - sigma*(x_p)| / s,   s^2 = sum V |sigma|^2 / sum V
-!>   surface    t_i = |sigma*(x_i) n_i - t| / s
+!>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
+!>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
+!>   mismatch   t_i = |sigma*(x_i) n_i - t| / max(|t|, s(x_i)), its mean that of the surface where it is largest
 !>
-!> sigma* is the smooth stress of qsmpm_smooth_stress. Scatter is what the points of neighbouring cells do not agree
-!> on: cell crossing, cells cut by the outline, bands narrower than a cell. A stress that is off everywhere alike
-!> scatters nowhere, but it does not meet the traction at a loaded surface: that is the second measure.
-!> Limits beyond which a run warns, and figures against true errors: docs/methods/stress_error.md.
+!> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, nowhere less than a
+!> hundredth of the largest there is. Scatter is what the points of neighbouring cells do not agree on: cell crossing,
+!> cells cut by the outline, bands narrower than a cell. Its mean is weighted by where the error is: material around it
+!> whose stress is right changes nothing, however much of it there is. A stress that is off everywhere alike scatters
+!> nowhere, but it does not meet the traction at a loaded surface: that is the second measure. Limits beyond which a run
+!> warns, why the weights are these, and figures against true errors: docs/methods/stress_error.md.
 module qsmpm_stress_error
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: carrier_surface
+  use qsmpm_element, only: element_order
   use qsmpm_model, only: model_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
-  use qsmpm_smooth_stress, only: smooth_stress_type, fit_smooth_stress, smooth_stress_at
+  use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, &
+    stress_norm
   implicit none
   private
 
@@ -21,20 +26,20 @@ module qsmpm_stress_error
   !> Surface points of less area than this share of the root mean square of all have no direction of their own:
   !> slivers that the grid cuts off an outline.
   real(wp), parameter :: least_area = 1.0e-3_wp
+  !> Stress of a neighbourhood below this share of the largest one: errors there are shares of that.
+  real(wp), parameter :: least_level = 1.0e-2_wp
 
-  !> The error of a state; all of it as shares of the scale.
+  !> The error of a state.
   type :: stress_error_type
-    !> Root mean square of the stress norm over the volume [stress].
-    real(wp) :: scale = 0.0_wp
-    !> Scatter of each material point (points).
-    real(wp), allocatable :: at_point(:)
-    !> Mean over the volume, largest, and the point that has it (0: there is no stress).
+    !> Scatter of each material point, and the stress it is relative to (points).
+    real(wp), allocatable :: at_point(:), scale(:)
+    !> Mean, largest, and the point that has it (0: there is no stress).
     real(wp) :: mean = 0.0_wp, largest = 0.0_wp
     integer :: worst_point = 0
-    !> Mismatch of stress and traction: mean over the loaded surfaces, largest, and the surface point that has it
-    !> (0: none is loaded).
+    !> Mismatch of stress and traction: largest mean over the area of a loaded surface, and that surface; largest at a
+    !> point, and that surface point (0: none is loaded).
     real(wp) :: surface_mean = 0.0_wp, surface_largest = 0.0_wp
-    integer :: worst_surface_point = 0
+    integer :: worst_surface = 0, worst_surface_point = 0
   end type stress_error_type
 
 contains
@@ -46,54 +51,77 @@ contains
     !> The estimate.
     type(stress_error_type), intent(out) :: estimate
     type(smooth_stress_type) :: smooth
+    type(patches_type) :: patches
     integer, allocatable :: neighbour(:)
-    real(wp) :: covered
-    integer :: m
+    real(wp), allocatable :: covered(:), mismatch(:)
+    integer :: m, surfaces
 
     associate (points => model%state%points)
-      allocate (estimate%at_point(points%count), source=0.0_wp)
-      estimate%scale = stress_scale(points%volume, points%stress)
-      if (.not. estimate%scale > 0.0_wp) return
+      allocate (estimate%at_point(points%count), estimate%scale(points%count), source=0.0_wp)
+      if (.not. any(abs(points%stress) > 0.0_wp)) return
       call find_neighbours(model, neighbour)
-      covered = 0.0_wp
+      call make_patches(model%mesh, points, patches)
+      surfaces = 0
+      if (model%state%surface%count > 0) surfaces = maxval(model%state%surface%surface)
+      allocate (covered(surfaces), mismatch(surfaces), source=0.0_wp)
       do m = 1, maxval(points%material)
         if (.not. any(points%material == m)) cycle
-        call fit_smooth_stress(model%mesh, model%state%coordinates, points, m, smooth)
+        call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), smooth)
         call compare_points(model, smooth, estimate)
-        call compare_surfaces(model, smooth, neighbour, estimate, covered)
+        call compare_surfaces(model, smooth, neighbour, estimate, mismatch, covered)
       end do
-      estimate%worst_point = maxloc(estimate%at_point, dim=1)
-      estimate%largest = estimate%at_point(estimate%worst_point)
-      estimate%mean = sum(points%volume*estimate%at_point)/sum(points%volume)
-      if (covered > 0.0_wp) estimate%surface_mean = estimate%surface_mean/covered
+      call sum_up(points%volume, estimate)
+      call find_worst_surface(mismatch, covered, estimate)
     end associate
   end subroutine estimate_stress_error
 
-  !> Root mean square of the stresses over the volume.
-  pure real(wp) function stress_scale(volume, stress)
+  !> Degree of the displacement, one above that of its stress.
+  pure integer function degree_of(model)
+    type(model_type), intent(in) :: model
+
+    degree_of = maxval(element_order(model%mesh%cell_kind))
+    if (model%space%tensor) degree_of = model%space%degree
+  end function degree_of
+
+  !> Shares of the stress around each point, their mean and the largest.
+  pure subroutine sum_up(volume, estimate)
     !> Volumes (points).
     real(wp), intent(in) :: volume(:)
-    !> Stresses (components, points).
-    real(wp), intent(in) :: stress(:, :)
-    real(wp) :: total
+    !> The estimate: at_point still is an absolute difference.
+    type(stress_error_type), intent(inout) :: estimate
+    real(wp) :: weight, weights, total
     integer :: p
 
+    weights = 0.0_wp
     total = 0.0_wp
+    estimate%scale = max(estimate%scale, least_level*maxval(estimate%scale))
+    estimate%at_point = estimate%at_point/estimate%scale
     do p = 1, size(volume)
-      total = total + volume(p)*stress_norm(stress(:, p))**2
+      weight = volume(p)*estimate%scale(p)**2*sqrt(estimate%at_point(p))
+      weights = weights + weight
+      total = total + weight*estimate%at_point(p)
     end do
-    stress_scale = sqrt(total/sum(volume))
-  end function stress_scale
+    if (weights > 0.0_wp) estimate%mean = total/weights
+    estimate%worst_point = maxloc(estimate%at_point, dim=1)
+    estimate%largest = estimate%at_point(estimate%worst_point)
+  end subroutine sum_up
 
-  !> Norm of a tensor by its components: shears count twice.
-  pure real(wp) function stress_norm(stress)
-    !> 11, 22, 33, 12[, 13, 23].
-    real(wp), intent(in) :: stress(:)
+  !> The surface whose mean mismatch is largest.
+  pure subroutine find_worst_surface(mismatch, covered, estimate)
+    !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
+    real(wp), intent(in) :: mismatch(:), covered(:)
+    type(stress_error_type), intent(inout) :: estimate
+    integer :: s
 
-    stress_norm = sqrt(sum(stress(:3)**2) + 2.0_wp*sum(stress(4:)**2))
-  end function stress_norm
+    do s = 1, size(covered)
+      if (.not. covered(s) > 0.0_wp) cycle
+      if (estimate%worst_surface > 0 .and. mismatch(s)/covered(s) <= estimate%surface_mean) cycle
+      estimate%worst_surface = s
+      estimate%surface_mean = mismatch(s)/covered(s)
+    end do
+  end subroutine find_worst_surface
 
-  !> Scatter of the points of a material.
+  !> Differences of the points of a material and the smooth stress.
   pure subroutine compare_points(model, smooth, estimate)
     !> The model.
     type(model_type), intent(in) :: model
@@ -107,8 +135,9 @@ contains
     associate (points => model%state%points)
       do p = 1, points%count
         if (points%material(p) /= smooth%material) cycle
-        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), points%position(:, p), stress)
-        estimate%at_point(p) = stress_norm(points%stress(:, p) - stress)/estimate%scale
+        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), points%position(:, p), stress, &
+          estimate%scale(p))
+        estimate%at_point(p) = stress_norm(points%stress(:, p) - stress)
       end do
     end associate
   end subroutine compare_points
@@ -158,18 +187,19 @@ contains
   end subroutine applied_traction
 
   !> Mismatch of stress and traction at loaded surfaces of a material.
-  pure subroutine compare_surfaces(model, smooth, neighbour, estimate, covered)
+  pure subroutine compare_surfaces(model, smooth, neighbour, estimate, total, covered)
     !> The model.
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
     !> Material point next to each surface point, 0 for those without a load (surface points).
     integer, intent(in) :: neighbour(:)
-    !> The estimate: its mean over the surfaces is summed, not yet divided.
+    !> The estimate.
     type(stress_error_type), intent(inout) :: estimate
-    !> Area of the surfaces looked at.
-    real(wp), intent(inout) :: covered
-    real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension), mismatch, area, least
+    !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
+    real(wp), intent(inout) :: total(:), covered(:)
+    real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension)
+    real(wp) :: mismatch, area, least, level
     integer :: i, p
 
     if (model%state%surface%count == 0) return
@@ -178,14 +208,14 @@ contains
       do i = 1, surface%count
         p = neighbour(i)
         if (p == 0) cycle
-        if (points%material(p) /= smooth%material) cycle
-        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), surface%position(:, i), stress)
-        call applied_traction(model, i, traction)
         area = norm2(surface%area_vector(:, i))
-        if (area < least) cycle
-        mismatch = norm2(across(stress, surface%area_vector(:, i)/area) - traction)/estimate%scale
-        estimate%surface_mean = estimate%surface_mean + area*mismatch
-        covered = covered + area
+        if (points%material(p) /= smooth%material .or. area < least) cycle
+        call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), surface%position(:, i), stress, &
+          level)
+        call applied_traction(model, i, traction)
+        mismatch = norm2(across(stress, surface%area_vector(:, i)/area) - traction)/max(norm2(traction), level)
+        total(surface%surface(i)) = total(surface%surface(i)) + area*mismatch
+        covered(surface%surface(i)) = covered(surface%surface(i)) + area
         if (estimate%worst_surface_point > 0 .and. mismatch <= estimate%surface_largest) cycle
         estimate%surface_largest = mismatch
         estimate%worst_surface_point = i

@@ -104,7 +104,7 @@ module qsmpm_law
     real(wp) :: stiffness_scale = 0.0_wp
     !> Shear modulus that scales the resistance to volume changes inside a group of uniform pressure.
     real(wp) :: shear_scale = 0.0_wp
-    !> Share of the elastic tangent blended into the consistent one, about 1e-3; 0 gives the
+    !> Share of the elastic tangent blended into the consistent one, about 1e-5; 0 gives the
     !> exact one.
     real(wp) :: elastic_blend = 0.0_wp
   contains

@@ -3,16 +3,16 @@
 !>   scatter = sqrt( sum V (p - p*)^2 / sum V tau^2 ),   tau^2 = s : s/2
 !>
 !> over the points of a material that yield in shear, or over all that are sheared where a law does not tell; p* is
-!> the pressure of the smooth stress (qsmpm_smooth_stress). Flow ties the volume of every point to its shear. Functions
-!> that cannot follow at all points of a cell leave pressures there that no load asks for, as large as the strength,
-!> and the load on the body rises with them. What is linear over the cells around a node is no scatter, so that
-!> weight is none. Figures: docs/methods/uniform_pressure.md.
+!> the pressure of the smooth stress (qsmpm_smooth_stress), linear for every basis. Flow ties the volume of every
+!> point to its shear. Functions that cannot follow at all points of a cell leave pressures there that no load asks for,
+!> as large as the strength, and the load on the body rises with them. What is linear over the cells around a node is no
+!> scatter, so that weight is none. Figures: docs/methods/uniform_pressure.md.
 module qsmpm_locking_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: cure_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
-  use qsmpm_smooth_stress, only: smooth_stress_type, fit_smooth_stress, smooth_stress_at
+  use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -23,6 +23,8 @@ module qsmpm_locking_check
   real(wp), parameter :: worth_a_warning = 0.5_wp
   !> Points whose shear stress is a smaller share of their pressure yield in compression.
   real(wp), parameter :: least_shear = 0.05_wp
+  !> Degree of the smooth stress.
+  integer, parameter :: linear = 1
 
 contains
 
@@ -54,6 +56,7 @@ contains
     type(model_type), intent(in) :: model
     !> Number of the material.
     integer, intent(in) :: material
+    type(patches_type) :: patches
     type(smooth_stress_type) :: smooth
     real(wp) :: stress(size(model%state%points%stress, 1)), spread, shear
     logical :: looked_at(model%state%points%count)
@@ -64,7 +67,8 @@ contains
       looked_at = points%material == material .and. &
         (points%plastic > 0 .or. .not. model%laws(material)%law%tells_yield)
       if (.not. any(looked_at)) return
-      call fit_smooth_stress(model%mesh, model%state%coordinates, points, material, smooth)
+      call make_patches(model%mesh, points, patches)
+      call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, material, linear, smooth)
       spread = 0.0_wp
       shear = 0.0_wp
       do p = 1, points%count

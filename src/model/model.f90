@@ -10,6 +10,7 @@ module qsmpm_model
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_space, only: space_type
   use qsmpm_limit_load, only: limit_load_type
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
@@ -60,6 +61,8 @@ module qsmpm_model
     real(wp), allocatable :: reactions(:, :)
     !> Reactions of components that this phase has set free; they fall to zero over it (dimension, nodes of the space).
     real(wp), allocatable :: released(:, :)
+    !> What terms of the equations keep from step to step.
+    type(kept_arrays_type) :: kept
     type(progress_type) :: progress
   end type state_type
 

@@ -29,9 +29,9 @@ module qsmpm_model_builder
 
   public :: build_model, model_summary
 
-  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular
-  !> at the apex and costs no accuracy, only part of an iteration.
-  real(wp), parameter :: elastic_blend = 1.0e-3_wp
+  !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular at the apex and
+  !> costs no accuracy, but iterations where a mechanism has next to no other stiffness (docs/methods/limit_loads.md).
+  real(wp), parameter :: elastic_blend = 1.0e-5_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
   real(wp), parameter :: locking_poisson = 0.45_wp, linear_factor = 0.5_wp, smooth_factor = 0.1_wp
 

@@ -194,6 +194,7 @@ contains
     model%state%released = state%released
     model%state%window = state%window
     model%state%plate = state%plate
+    model%state%kept = state%kept
     model%state%progress = state%progress
     call place_mesh(model)
   end subroutine restore

@@ -20,6 +20,7 @@ contains
     type(model_type), intent(in) :: model
     !> error_other
     type(error_type), allocatable, intent(out) :: error
+    integer :: i
 
     call check_carried(model%state%points, 'material point', error)
     call check_carried(model%state%surface, 'surface point', error)
@@ -28,6 +29,13 @@ contains
     call check(model%state%coordinates, 'position', 'node', error)
     call check(model%state%reactions, 'reaction', 'node', error)
     call check(model%state%released, 'released force', 'node', error)
+    if (allocated(model%state%kept%list)) then
+      do i = 1, size(model%state%kept%list)
+        associate (kept => model%state%kept%list(i))
+          call check(kept%values, 'value', kept%name//', column', error)
+        end associate
+      end do
+    end if
     call check_progress(model%state%plate, model%state%progress, error)
   end subroutine check_state
 

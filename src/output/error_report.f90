@@ -12,8 +12,8 @@ module qsmpm_error_report
 
   public :: error_line, error_warning
 
-  !> Limits of the mean scatter and of the mean mismatch at loaded surfaces, as shares.
-  real(wp), parameter, public :: most_scatter = 0.09_wp, most_mismatch = 0.25_wp
+  !> Limits of the mean scatter and of the mean mismatch at a loaded surface, as shares.
+  real(wp), parameter, public :: most_scatter = 0.13_wp, most_mismatch = 0.25_wp
 
 contains
 
@@ -27,13 +27,9 @@ contains
 
     text = 'stress error, estimated: none, there is no stress'
     if (estimate%worst_point == 0) return
-    associate (p => estimate%worst_point, i => estimate%worst_surface_point)
-      text = 'stress error, estimated: mean '//percent(estimate%mean)//', largest '//percent(estimate%largest)// &
-        ' at material point '//integer_text(p)//' at '//place_text(model%state%points%position(:, p))
-      if (i == 0) return
-      text = text//'; on loaded surfaces mean '//percent(estimate%surface_mean)//', largest '// &
-        percent(estimate%surface_largest)//' at '//place_text(model%state%surface%position(:, i))
-    end associate
+    text = 'stress error, estimated: mean '//percent(estimate%mean)//', '//worst_point_text(model, estimate)
+    if (estimate%worst_surface == 0) return
+    text = text//'; on loaded surface '//worst_surface_text(model, estimate)
   end function error_line
 
   !> What is to be said against the stresses; empty when nothing.
@@ -47,13 +43,37 @@ contains
 
     text = ''
     if (estimate%mean > most_scatter) text = 'stresses of neighbouring material points differ by '// &
-      percent(estimate%mean)//' of the stress in the mean'
+      percent(estimate%mean)//' of the stress around them in the mean, '//worst_point_text(model, estimate)
     if (estimate%surface_mean > most_mismatch) then
       if (len(text) > 0) text = text//', and '
-      text = text//'stresses at loaded surfaces are off the traction by '//percent(estimate%surface_mean)
+      text = text//'stresses are off the traction on surface '//worst_surface_text(model, estimate)
     end if
     if (len(text) > 0) text = 'warning: '//text//': '//advice(model)
   end subroutine error_warning
+
+  !> Where the scatter is largest, and what it is relative to.
+  pure function worst_point_text(model, estimate) result(text)
+    type(model_type), intent(in) :: model
+    type(stress_error_type), intent(in) :: estimate
+    character(len=:), allocatable :: text
+
+    associate (p => estimate%worst_point)
+      text = 'largest '//percent(estimate%largest)//' at material point '//integer_text(p)//' at '// &
+        place_text(model%state%points%position(:, p))//', relative to a stress of '// &
+        short_text(estimate%scale(p), 3)//' around it'
+    end associate
+  end function worst_point_text
+
+  !> The surface where stress and traction differ most, by how much, and where on all surfaces they differ most.
+  pure function worst_surface_text(model, estimate) result(text)
+    type(model_type), intent(in) :: model
+    type(stress_error_type), intent(in) :: estimate
+    character(len=:), allocatable :: text
+
+    text = "'"//model%analysis%surfaces(estimate%worst_surface)%name//"' mean "//percent(estimate%surface_mean)// &
+      ', largest '//percent(estimate%surface_largest)//' at '// &
+      place_text(model%state%surface%position(:, estimate%worst_surface_point))
+  end function worst_surface_text
 
   !> What to do about it.
   pure function advice(model) result(text)

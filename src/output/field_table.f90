@@ -2,10 +2,10 @@
 module qsmpm_field_table
   use qsmpm_field_list, only: field_type, field_list_type, kind_internal, kind_names, row_components, shown_nowhere
   use qsmpm_fields, only: list_results
-  use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_points, only: allocate_points
+  use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
 
@@ -23,10 +23,11 @@ contains
     character(len=:), allocatable, intent(out) :: text
     type(model_type), target :: none
     type(field_list_type) :: list
-    real(wp) :: no_error(0)
+    type(stress_error_type) :: no_error
     integer :: i
 
     call allocate_points(none%state%points, 3, 0, 6, 0)
+    allocate (no_error%at_point(0), no_error%scale(0))
     call list_results(none, no_error, list)
     text = '| field | components | unit | kind | where | what |'//newline//'|---|---|---|---|---|---|'//newline
     do i = 1, list%count

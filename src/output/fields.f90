@@ -6,10 +6,11 @@ module qsmpm_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_cell_measure, only: cell_volumes
-  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_stress
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
+  use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
 
@@ -31,19 +32,22 @@ contains
   end subroutine padded
 
   !> All fields of the material points; the list is good as long as the model stays as it is.
-  subroutine list_results(model, stress_error, list)
+  subroutine list_results(model, estimate, list)
     type(model_type), intent(in), target :: model
-    !> Estimated error of the stress of each point (points).
-    real(wp), intent(in) :: stress_error(:)
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
     type(field_list_type), intent(inout) :: list
     real(wp), allocatable :: values(:, :)
     integer :: i
 
     call model%state%points%list_fields(list)
     call list_made_fields(model%state%points, list)
-    allocate (values, source=reshape(stress_error, [1, size(stress_error)]))
+    allocate (values, source=reshape(estimate%at_point, [1, size(estimate%at_point)]))
     call list%add_made('stress_error', values, kind_number, shown_in_results, meaning='estimated error of the '// &
-      'stress, as a share of the typical stress')
+      'stress, as a share of stress_scale')
+    values = reshape(estimate%scale, [1, size(estimate%scale)])
+    call list%add_made('stress_scale', values, kind_number, shown_in_results, unit_stress, 'norm of the stress in '// &
+      'the neighbourhood, root mean square')
     call point_load(model, values)
     call list%add_made('load', values, kind_vector, shown_in_results, unit_force, 'weight and the traction that '// &
       'material points carry, as they stand')

@@ -8,6 +8,7 @@ module qsmpm_pictures
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_model, only: model_type
+  use qsmpm_stress_error, only: stress_error_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
     section_point_data, section_cell_data, section_points, section_cells
   implicit none
@@ -21,13 +22,13 @@ module qsmpm_pictures
 contains
 
   !> Write the material points.
-  subroutine write_points_picture(path, model, stress_error, error)
+  subroutine write_points_picture(path, model, estimate, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
     !> The model.
     type(model_type), intent(in) :: model
-    !> Estimated error of the stress of each point (points).
-    real(wp), intent(in) :: stress_error(:)
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
@@ -36,7 +37,7 @@ contains
 
     associate (points => model%state%points)
       call start_vtu(vtu, points%count, points%count)
-      call list_results(model, stress_error, list)
+      call list_results(model, estimate, list)
       do i = 1, list%count
         if (list%fields(i)%shown >= shown_in_results) call add_field(vtu, list%fields(i), points%count)
       end do

@@ -495,31 +495,34 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    type(stress_error_type) :: shown
 
     call measure(recorder, model)
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
-      call write_fields(recorder, recorder%options%whole%model, &
-        recorder%estimate%at_point(recorder%options%whole%origin), error)
+      shown = recorder%estimate
+      shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
+      shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
+      call write_fields(recorder, recorder%options%whole%model, shown, error)
     else
-      call write_fields(recorder, model, recorder%estimate%at_point, error)
+      call write_fields(recorder, model, recorder%estimate, error)
     end if
   end subroutine write_pictures
 
   !> Write the pictures and results of a state and their lists.
-  subroutine write_fields(recorder, model, stress_error, error)
+  subroutine write_fields(recorder, model, estimate, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> Estimated error of the stress of each point (points).
-    real(wp), intent(in) :: stress_error(:)
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
     associate (step => model%state%progress%step, directory => recorder%directory)
       call add_picture(recorder%pictures, step, phase_time(model))
       if (model%analysis%output%vtk) then
-        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, stress_error, error)
+        call write_points_picture(directory//'/points_'//numbered(step)//'.vtu', model, estimate, error)
         if (allocated(error)) return
         call write_mesh_picture(directory//'/mesh_'//numbered(step)//'.vtu', model, error)
         if (allocated(error)) return
@@ -529,7 +532,7 @@ contains
         if (allocated(error)) return
       end if
       if (.not. model%analysis%output%hdf5) return
-      call write_step_results(directory, model, stress_error, recorder%estimate, error)
+      call write_step_results(directory, model, estimate, error)
       if (allocated(error)) return
       call write_results_index(directory, recorder%pictures%steps, error)
     end associate

@@ -10,6 +10,7 @@ module qsmpm_restart
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_model, only: model_type, state_type, progress_type
   use qsmpm_field_list, only: field_type, field_list_type
   use qsmpm_points, only: carried_type, allocate_watched
@@ -22,7 +23,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 10
+  integer, parameter :: layout = 11
 
 contains
 
@@ -72,8 +73,44 @@ contains
     call put_array(image, '/mesh/reactions', model%state%reactions)
     call put_array(image, '/mesh/released', model%state%released)
     call put_attribute(image, '/mesh', 'plate', model%state%plate)
+    call put_kept(image, model%state%kept)
     call save_image(image, path, error, sealed=.true.)
   end subroutine write_restart
+
+  !> Put what the terms keep.
+  subroutine put_kept(image, kept)
+    type(image_type), intent(inout) :: image
+    type(kept_arrays_type), intent(in) :: kept
+    integer :: i
+
+    call put_group(image, '/terms')
+    call put_attribute(image, '/terms', 'count', kept_count(kept))
+    do i = 1, kept_count(kept)
+      call put_array(image, '/terms/'//kept%list(i)%name, kept%list(i)%values)
+    end do
+  end subroutine put_kept
+
+  !> Number of arrays that terms keep.
+  pure integer function kept_count(kept)
+    type(kept_arrays_type), intent(in) :: kept
+
+    kept_count = 0
+    if (allocated(kept%list)) kept_count = size(kept%list)
+  end function kept_count
+
+  !> Get what the terms keep: those of the file must be those of the analysis.
+  subroutine get_kept(reader, kept)
+    type(reader_type), intent(inout) :: reader
+    type(kept_arrays_type), intent(inout) :: kept
+    integer :: i, found
+
+    found = 0
+    call get_attribute(reader, '/terms', 'count', found)
+    if (found /= kept_count(kept)) call note_reason(reader, 'it was written with other terms of the equations')
+    do i = 1, kept_count(kept)
+      call get_array(reader, '/terms/'//kept%list(i)%name, kept%list(i)%values)
+    end do
+  end subroutine get_kept
 
   !> Put where the analysis stands.
   subroutine put_progress(image, progress)
@@ -173,6 +210,7 @@ contains
     call get_array(reader, '/mesh/reactions', state%reactions)
     call get_array(reader, '/mesh/released', state%released)
     call get_attribute(reader, '/mesh', 'plate', state%plate)
+    call get_kept(reader, state%kept)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
     call close_reader(reader, error)
     if (allocated(error)) return

@@ -61,13 +61,12 @@ contains
   end subroutine write_mesh_results
 
   !> Write the fields of a step.
-  subroutine write_step_results(directory, model, stress_error, estimate, error)
+  subroutine write_step_results(directory, model, estimate, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
     !> The model.
     type(model_type), intent(in) :: model
-    !> Estimated error of the stress of each point (points), and of the state.
-    real(wp), intent(in) :: stress_error(:)
+    !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -85,7 +84,7 @@ contains
       call put_attribute(image, '/step', 'stress_error_largest', estimate%largest)
       call put_attribute(image, '/step', 'stress_error_surface', estimate%surface_mean)
       call put_group(image, '/step/points')
-      call list_results(model, stress_error, list)
+      call list_results(model, estimate, list)
       do i = 1, list%count
         if (list%fields(i)%shown >= shown_in_results) call put_field(image, list%fields(i), model%state%points%count)
       end do

@@ -24,7 +24,7 @@ contains
     !> A model built from the same deck.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: reason
-    integer :: cells
+    integer :: cells, i
 
     cells = cell_count(state%window, model)
     reason = ''
@@ -37,6 +37,11 @@ contains
     if (.not. (finite_table(state%coordinates) .and. finite_table(state%reactions))) reason = 'the mesh'
     if (.not. finite_table(state%released)) reason = 'the mesh'
     if (.not. finite([state%plate])) reason = 'the mesh'
+    if (allocated(state%kept%list)) then
+      do i = 1, size(state%kept%list)
+        if (.not. finite_table(state%kept%list(i)%values)) reason = state%kept%list(i)%name
+      end do
+    end if
     if (len(reason) > 0) reason = reason//' in it cannot be those of this analysis'
   end function check_state
 

@@ -17,7 +17,7 @@ from qsmpm_verify.stability import Test, Trial
 # The last line in which a run says how far its stresses are off (src/output/error_report.f90).
 STATED = re.compile(
     r"^stress error, estimated: mean (?P<mean>\S+) %, largest (?P<largest>\S+) %"
-    r"(?:.*; on loaded surfaces mean \S+ %, largest (?P<surface_largest>\S+) %)?",
+    r"(?:.*; on loaded surface '.*' mean \S+ %, largest (?P<surface_largest>\S+) %)?",
     re.MULTILINE,
 )
 HONEST = 0.5
@@ -59,7 +59,7 @@ def log_text(run: Run) -> str:
 def stated_error(log: str, kind: str) -> float:
     """What a run says of the error of its stresses at its end, a share; NaN when nothing.
 
-    "mean" is over the volume; "largest" counts loaded surfaces too.
+    "mean" is over the points; "largest" counts loaded surfaces too.
     """
     hits = list(STATED.finditer(log))
     if not hits or not kind:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -36,6 +37,21 @@ def knee(folder: Path, column: str, factor: float = 10.0, load: str = "load_fact
         top = compliance.max() / compliance[0]
         raise ResultError(f"{curves.path}: no knee up to {load} = {loads[-1]:g}: compliance grew to {top:.3g} times")
     return float(loads[beyond[0] + 1])
+
+
+def limit_load(folder: Path, which: str = "knee") -> float:
+    """Limit load of a phase with LIMIT COMPLIANCE [load]: its knee, or the load factor carried or refused.
+
+    A run that has found none is an error, not a figure.
+    """
+    path = folder / "limit_load.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ResultError(f"{path}: {error.strerror}: the run has found no limit load") from error
+    if which not in ("carried", "refused", "knee"):
+        raise ResultError(f"limit_load: '{which}' is not carried, refused or knee")
+    return float(found[which])
 
 
 def hold_growth(folder: Path, load_factor: float) -> float:
@@ -90,5 +106,6 @@ def log_lines(folder: Path, text: str) -> float:
         raise ResultError(f"{path}: {error.strerror}") from error
 
 
-TRACES: dict[str, Trace] = {f.__name__: f for f in (knee, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
+TRACES: dict[str, Trace] = {
+    f.__name__: f for f in (knee, limit_load, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
 """The functions a case file may name."""

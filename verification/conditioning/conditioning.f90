@@ -3,6 +3,9 @@
 !>   conditioning            the table of all bases with the default ghost penalty
 !>   conditioning FACTOR     the same with another factor, or NONE for no stabilisation; nothing is
 !>                           judged
+!>   conditioning FADE SHARE
+!>                           the same with this share of the default, as re-equilibrations with HOLD FADE have it; nothing
+!>                           is judged
 !>   conditioning MODES [FACTOR]
 !>                           zero eigenvalues of K of the block cut at its corner by 0.1 and held nowhere, beyond those of
 !>                           a rigid body, 3 in the plane and 6 in space; nothing is judged
@@ -31,6 +34,8 @@ program conditioning
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_term, only: increment_type
+  use qsmpm_term_sums, only: begin_terms
   use qsmpm_law, only: tangent_elastic
   implicit none
 
@@ -61,12 +66,18 @@ program conditioning
   !> Share of the largest eigenvalue below which one is zero: round-off leaves 1e-16, the weakest mode 1e-6.
   real(wp), parameter :: zero_share = 1.0e-10_wp
 
-  character(len=32) :: factor
-  real(wp) :: scaled(size(cuts)), plain(size(cuts)), worst
+  character(len=32) :: factor, share
+  real(wp) :: scaled(size(cuts)), plain(size(cuts)), worst, worst_plain, fade
   integer :: b, k, c, passed, failed
 
   factor = ''
+  fade = 1.0_wp
   if (command_argument_count() > 0) call get_command_argument(1, factor)
+  if (factor == 'FADE') then
+    call get_command_argument(2, share)
+    read (share, *) fade
+    factor = ''
+  end if
   if (factor == 'MODES') then
     factor = ''
     if (command_argument_count() > 1) call get_command_argument(2, factor)
@@ -81,14 +92,21 @@ program conditioning
   write (*, '(a,t37,7es9.0)') 'element basis    integration cut', cuts
   do b = 1, size(bases, 2)
     worst = 0.0_wp
+    worst_plain = 0.0_wp
     do k = 1, size(kinds)
       do c = 1, size(cuts)
         call condition_numbers(bases(:, b), kinds(k), cuts(c), scaled(c), plain(c))
       end do
       worst = max(worst, maxval(scaled))
+      worst_plain = max(worst_plain, maxval(plain))
       write (*, '(3a9,a7,t37,7es9.1,a,7es9.1)') bases(:, b), kinds(k), scaled, '  |', plain
     end do
     if (len_trim(factor) > 0) cycle
+    if (fade < 1.0_wp) then
+      write (*, '(a,3(1x,a),2(a,es8.1))') 'at most', (trim(bases(k, b)), k=1, 3), ': scaled', worst, ', as they are', &
+        worst_plain
+      cycle
+    end if
     if (worst <= target_number) then
       passed = passed + 1
       write (*, '(a,3(1x,a),a,es8.1)') 'ok    ', (trim(bases(k, b)), k=1, 3), ': at most', worst
@@ -97,7 +115,7 @@ program conditioning
       write (*, '(a,3(1x,a),a,es8.1)') 'FAILED', (trim(bases(k, b)), k=1, 3), ': up to', worst
     end if
   end do
-  if (len_trim(factor) == 0) then
+  if (len_trim(factor) == 0 .and. .not. fade < 1.0_wp) then
     factor = 'NONE'
     ! A unit diagonal hides the smallest cuts of splines and TRI3, not those of QUAD4.
     call condition_numbers(bases(:, 1), 'top', cuts(7), scaled(1), plain(1))
@@ -153,6 +171,7 @@ contains
 
     call initialise_step(model, step, error)
     call give_up(error)
+    call begin_terms(step%terms, increment_type(stabilisation=fade))
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
     call complete_matrix(step, still)

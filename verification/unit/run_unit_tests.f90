@@ -77,6 +77,7 @@ program run_unit_tests
   use test_mesh_topology, only: collect_mesh_topology
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_terms, only: collect_terms
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
   use test_recommended_method, only: collect_recommended_method
@@ -182,6 +183,7 @@ program run_unit_tests
   call register('mesh_topology', collect_mesh_topology)
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
+  call register('terms', collect_terms)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
   call register('recommended_method', collect_recommended_method)

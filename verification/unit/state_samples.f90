@@ -24,6 +24,7 @@ contains
   !> Change every element of every component; the window stays, since mesh and space belong to it.
   subroutine alter_state(state)
     type(state_type), intent(inout) :: state
+    integer :: i
 
     call alter_carried(state%points)
     call alter_carried(state%surface)
@@ -33,6 +34,11 @@ contains
     call alter(state%reactions)
     call alter(state%released)
     call alter(state%plate)
+    if (allocated(state%kept%list)) then
+      do i = 1, size(state%kept%list)
+        call alter(state%kept%list(i)%values)
+      end do
+    end if
     call alter_progress(state%progress)
   end subroutine alter_state
 
@@ -115,6 +121,7 @@ contains
   function state_differences(a, b) result(names)
     type(state_type), intent(in) :: a, b
     character(len=:), allocatable :: names
+    integer :: i
 
     names = carried_differences('points', a%points, b%points)//carried_differences('surface', a%surface, b%surface)// &
       carried_differences('tracers', a%tracers, b%tracers)//carried_differences('watched', a%watched, b%watched)
@@ -124,6 +131,14 @@ contains
     call note(names, 'reactions', same_reals([a%reactions], [b%reactions]))
     call note(names, 'released', same_reals([a%released], [b%released]))
     call note(names, 'plate', same_reals([a%plate], [b%plate]))
+    call note(names, 'kept', allocated(a%kept%list) .eqv. allocated(b%kept%list))
+    if (allocated(a%kept%list) .and. allocated(b%kept%list)) then
+      call note(names, 'kept', size(a%kept%list) == size(b%kept%list))
+      do i = 1, min(size(a%kept%list), size(b%kept%list))
+        call note(names, 'kept', a%kept%list(i)%name == b%kept%list(i)%name .and. &
+          same_reals([a%kept%list(i)%values], [b%kept%list(i)%values]))
+      end do
+    end if
     call note(names, 'window', all(a%window%first == b%window%first) .and. all(a%window%last == b%window%last))
     names = names//progress_differences(a%progress, b%progress)
   end function state_differences

@@ -14,6 +14,7 @@ module test_checkpoint
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_step_solver, only: attempt_type
+  use qsmpm_kept_arrays, only: lay_array
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_mesh, only: grid_of
@@ -41,7 +42,7 @@ module test_checkpoint
   !> What the checkpoint of places may leave: what convection changes last, and what no step changes.
   character(len=*), parameter :: not_places = 'points%initial_position points%body points%material points%volume '// &
     'points%initial_volume points%weight points%stress points%state points%plastic points%half_size '// &
-    'points%deformation_gradient points%left_cauchy_green points%accumulated_plastic_shear_strain '
+    'points%deformation_gradient points%left_cauchy_green points%accumulated_plastic_shear_strain kept '
   integer, parameter :: mark(2) = [7, -9]
 
 contains
@@ -82,6 +83,7 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the checkpoint suite is broken'
     if (kind == 'averaged') call start_strains(model%state%points)
+    call lay_array(model%state%kept, 'multipliers', reshape([0.5_wp, 0.25_wp, -2.0_wp, 4.0_wp], [2, 2]))
     call start_phase(model)
   end subroutine build
 
@@ -494,7 +496,7 @@ contains
     type(tests_type), intent(inout) :: tests
     !> What has been altered.
     character(len=*), intent(in) :: all_names
-    character(len=*), parameter :: others = 'coordinates reactions released plate phase step phase_steps '// &
+    character(len=*), parameter :: others = 'kept coordinates reactions released plate phase step phase_steps '// &
       'hold_tests_done whole_corrections release_left fraction load_factor next_step proximal external_work '// &
       'internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
       'limit%refused_middle limit%knee '

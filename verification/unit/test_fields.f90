@@ -165,19 +165,20 @@ contains
     type(error_type), allocatable :: error
     type(field_list_type) :: list
     character(len=:), allocatable :: results, picture, folder
-    real(wp), allocatable :: values(:, :), errors(:)
+    real(wp), allocatable :: values(:, :)
+    type(stress_error_type) :: estimate
     integer :: i
 
-    allocate (errors(model%state%points%count), source=0.5_wp)
+    allocate (estimate%at_point(model%state%points%count), estimate%scale(model%state%points%count), source=0.5_wp)
     folder = directory//'/'//results_folder
     call make_results(folder, error)
-    if (.not. allocated(error)) call write_step_results(directory, model, errors, stress_error_type(), error)
-    if (.not. allocated(error)) call write_points_picture(directory//'/points.vtu', model, errors, error)
+    if (.not. allocated(error)) call write_step_results(directory, model, estimate, error)
+    if (.not. allocated(error)) call write_points_picture(directory//'/points.vtu', model, estimate, error)
     if (.not. allocated(error)) call read_text(folder//'/000000.h5', results, error)
     if (.not. allocated(error)) call read_text(directory//'/points.vtu', picture, error)
     call tests%check('results and a picture are written', .not. allocated(error))
     if (allocated(error)) return
-    call list_results(model, errors, list)
+    call list_results(model, estimate, list)
     do i = 1, list%count
       associate (field => list%fields(i))
         if (field%shown < shown_in_results) cycle

@@ -19,6 +19,7 @@ module test_output
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
   use scratch_folder, only: make_folder, remove_folder
+  use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
 
@@ -162,13 +163,16 @@ contains
     !> Where files may be written.
     character(len=*), intent(in) :: directory
     type(model_type) :: model
+    type(stress_error_type) :: estimate
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     real(wp) :: displacement(3, 3), position(3, 3)
 
     call make_model(model)
     call disturb(model)
-    call write_points_picture(directory//'/points.vtu', model, [0.1_wp, 0.2_wp, 0.3_wp], error)
+    estimate%at_point = [0.1_wp, 0.2_wp, 0.3_wp]
+    estimate%scale = [1.0_wp, 2.0_wp, 3.0_wp]
+    call write_points_picture(directory//'/points.vtu', model, estimate, error)
     call tests%check('a picture is written', .not. allocated(error))
     if (allocated(error)) return
     call read_text(directory//'/points.vtu', text, error)

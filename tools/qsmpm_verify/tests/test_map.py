@@ -145,7 +145,7 @@ class Map(unittest.TestCase):
 
     def test_a_stress_error_is_told_only_by_a_warning_with_an_honest_estimate(self) -> None:
         line = "stress error, estimated: mean 4 %, largest 30 % at material point 2 at (1, 2)"
-        surface = "; on loaded surfaces mean 1 %, largest 45 % at (1, 2)"
+        surface = "; on loaded surface 'top' mean 1 %, largest 45 % at (1, 2)"
         warning = "warning: stresses of neighbouring material points differ by 4 %"
         for case, (log, kind, stated) in enumerate(
             (

@@ -12,7 +12,7 @@ from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.measures import pressure_scatter
 from qsmpm_verify.results import Points, ResultError
 from qsmpm_verify.runner import Run
-from qsmpm_verify.traces import hold_growth, jitter, knee, log_lines
+from qsmpm_verify.traces import hold_growth, jitter, knee, limit_load, log_lines
 
 LOG = """qsmpm
 hold test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
@@ -49,6 +49,14 @@ class Traces(unittest.TestCase):
             {},
         )
         self.assertFalse(verdict.held)
+
+    def test_a_limit_load_is_what_the_run_has_found(self) -> None:
+        with self.assertRaisesRegex(ResultError, "has found no limit load"):
+            limit_load(self.folder)
+        (self.folder / "limit_load.json").write_text('{"phase": 1, "carried": 2, "refused": 4, "knee": 3}\n')
+        self.assertEqual([limit_load(self.folder), limit_load(self.folder, "carried")], [3.0, 2.0])
+        with self.assertRaisesRegex(ResultError, "'last' is not carried, refused or knee"):
+            limit_load(self.folder, "last")
 
     def test_a_knee_needs_a_load_that_grows_and_a_first_step_that_yields(self) -> None:
         self.curves((1, 0.5), (1, 1.5))

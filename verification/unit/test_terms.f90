@@ -1,0 +1,322 @@
+!> Terms of the equations: the matrix is the derivative of the residual with all of them at work; a term of a
+!> program's own (spring_term) is found in residual, tangent, share, messages, checkpoint and restart file, and hears
+!> exactly once of how a solve has ended.
+module test_terms
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use qsmpm, only: wp, error_type, problem_type, simulation_type, model_type, kept_values
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equations, only: gather, scatter
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_file, only: read_text
+  use qsmpm_initialisation, only: step_type, initialise_step, add_term
+  use qsmpm_law, only: tangent_none, tangent_consistent, moment_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_model, only: state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_model_window, only: restore
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_sparse_matrix, only: multiply
+  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_term, only: increment_type, role_internal
+  use qsmpm_term_sums, only: begin_terms, set_loads, linear_forces, sum_forces
+  use deck_samples, only: joined
+  use scratch_folder, only: make_folder, remove_folder
+  use spring_term, only: spring_type, new_spring, position_reached
+  use term_samples, only: term_named, force_named, share_of
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_terms
+
+  !> Unit vector, stiffness and viscosity of the spring.
+  real(wp), parameter :: along(2) = [0.6_wp, 0.8_wp], stiffness = 40.0_wp, viscosity = 3.0_wp
+  !> Step of the central differences, and their error on quadratic and cubic terms of a strain of a hundredth.
+  real(wp), parameter :: difference = 1.0e-5_wp, error_of_difference = 1.0e-7_wp
+  !> A block under its weight and a pressure, a surface of it held, that cuts its grid.
+  character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 6|Y, 0, 2, 6|'// &
+    '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=head, BOX|0, 1, 0.6, 0.7|*SURFACE, NAME=side, TYPE=SEGMENT|1, 0, 1, 0.8|'// &
+    '*SURFACE, NAME=top, TYPE=SEGMENT|1, 0.8, 0, 0.8|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|18|'// &
+    '*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|*METHOD, BASIS=SPLINE2|'
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_terms(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('terms')
+    call check_residual(tests)
+    call check_tangent(tests)
+    call check_prescribed(tests)
+    call check_history(tests)
+    call check_message(tests)
+    call check_analysis(tests)
+  end subroutine collect_terms
+
+  !> The first step of a phase with a spring, prepared.
+  subroutine make_step(phase, model, step)
+    character(len=*), intent(in) :: phase
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined(block//'*PHASE, NAME=one, TIME=2|'//phase//'|*END PHASE|'), analysis, &
+      messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the terms suite is broken'
+    call start_phase(model)
+    call add_term(model, step, new_spring(model%state%points%count, along, stiffness, viscosity))
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the terms suite cannot be made'
+    call begin_terms(step%terms, increment_type(moment_type(duration=0.25_wp, phase_time=2.0_wp), damping=30.0_wp))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine make_step
+
+  !> A field of displacements without order.
+  pure function waves(model, phase) result(u)
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: phase
+    real(wp) :: u(2, model%space%node_count)
+    integer :: a
+
+    do a = 1, size(u, 2)
+      u(:, a) = 0.01_wp*[sin(1.7_wp*a + phase), cos(2.3_wp*a + phase)]
+    end do
+  end function waves
+
+  !> The internal force is that of the soil, the supports and the spring; the spring's is its formula.
+  subroutine check_residual(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: u(:, :), spring(:, :)
+
+    call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=NORMAL', model, step)
+    allocate (u, source=spread([0.02_wp, -0.01_wp], 2, model%space%node_count))
+    allocate (spring, source=force_named(step, 'force of the spring', u))
+    ! The point moves by 0.6*0.02 - 0.8*0.01 along the spring, in a time of a half.
+    call tests%close('the spring resists as its formula says', norm2(sum(spring, dim=2) &
+      - (stiffness + viscosity/0.5_wp)*0.004_wp*along), 0.0_wp, 1.0e-13_wp*stiffness)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%close('the internal force is that of soil, supports and spring', maxval(abs(step%forces%internal &
+      - force_named(step, 'internal force', u) - force_named(step, 'force of the supports', u) - spring)), 0.0_wp, &
+      1.0e-12_wp*maxval(abs(step%forces%internal)))
+    call tests%close('the numerical force is that of stabilisation and damping', maxval(abs(step%forces%numerical &
+      - force_named(step, 'force of the stabilisation', u) - force_named(step, 'proximal force', u))), 0.0_wp, &
+      1.0e-12_wp*maxval(abs(step%forces%internal)))
+    call tests%check('which both are at work', norm2(force_named(step, 'proximal force', u)) > 0.0_wp .and. &
+      norm2(force_named(step, 'force of the stabilisation', waves(model, 0.0_wp))) > 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_residual
+
+  !> The matrix times a direction is the change of the residual along it, all terms at work.
+  subroutine check_tangent(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+
+    ! A pressure that is not small beside the modulus, so that its whole stiffness is in the matrix.
+    call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*PRESSURE, SURFACE=top|300|*SUPPORT, SURFACE=side, TYPE=NORMAL', &
+      model, step)
+    allocate (u, source=waves(model, 0.3_wp))
+    allocate (v, source=waves(model, 1.1_wp))
+    where (model%loading%constrained) v = 0.0_wp
+    allocate (x(step%equations%count), product(step%equations%count))
+    call gather(step%equations, v, x)
+    call evaluate_step(model, step, u, tangent_consistent)
+    call complete_matrix(step, u)
+    call multiply(step%matrix, x, product)
+    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    ! The springs of the support are the stiffest by far; what is left of the difference is little beside the weakest.
+    call tests%close('the matrix is the derivative of the residual', maxval(abs(product - change)), 0.0_wp, &
+      1.0e-5_wp*maxval(abs(force_named(step, 'force of the spring', v))))
+    call end_system(step%system)
+  contains
+    !> Minus the residual (equations).
+    function resistance_at(displacement) result(vector)
+      real(wp), intent(in) :: displacement(:, :)
+      real(wp) :: vector(step%equations%count)
+
+      call evaluate_step(model, step, displacement, tangent_none)
+      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
+    end function resistance_at
+  end subroutine check_tangent
+
+  !> The linear force of prescribed displacements is the matrix times them, with the spring in it.
+  subroutine check_prescribed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: still(:, :), v(:, :), linear(:, :), ahead(:, :), back(:, :)
+
+    call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=NORMAL', model, step)
+    allocate (v, source=waves(model, 0.7_wp))
+    allocate (still, source=0.0_wp*v)
+    allocate (linear, ahead, back, mold=v)
+    call evaluate_step(model, step, still, tangent_consistent, v)
+    call linear_forces(step%terms, v, linear)
+    call evaluate_step(model, step, difference*v, tangent_none)
+    ahead = step%forces%internal + step%forces%numerical
+    call evaluate_step(model, step, -difference*v, tangent_none)
+    back = step%forces%internal + step%forces%numerical
+    call tests%close('the linear force is the derivative at the start', maxval(abs(linear - (ahead - back) &
+      /(2.0_wp*difference))), 0.0_wp, error_of_difference*maxval(abs(linear)))
+    call end_system(step%system)
+  end subroutine check_prescribed
+
+  !> A solve that is taken moves the history, one that is not leaves it; the term hears of either once. A restored
+  !> state has its own.
+  subroutine check_history(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(state_type) :: before
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: moved
+
+    call make_step('*FIX|base, ALL|*GRAVITY|0, -1', model, step)
+    before = model%state
+    associate (controls => model%analysis%phases(1)%controls)
+      call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-10_wp, largest_move=1.0e-6_wp), solution, error)
+      call tests%check('a step that goes too far is not taken', .not. solution%converged .and. .not. allocated(error))
+      call tests%check('the history stays', abs(reached(model)) <= 0.0_wp .and. all(heard(step) == [0, 1]))
+      call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-10_wp, largest_move=1.0_wp), solution, error)
+      call tests%check('one that is not is', solution%converged .and. all(heard(step) == [1, 1]))
+      moved = dot_product(along, model%state%points%position(:, model%state%points%count) &
+        - before%points%position(:, model%state%points%count))
+      call tests%close('the history is the position that the point has reached', reached(model), moved, 1.0e-12_wp)
+      call tests%check('it has moved', abs(moved) > 1.0e-4_wp)
+      call tests%close('the share is that of the load', share_of(solution%shares, 'spring_share'), &
+        (stiffness + viscosity/2.0_wp)*abs(moved)*norm_of_shape(step)/solution%load_norm, 1.0e-9_wp)
+      call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-10_wp, largest_move=1.0_wp), solution, error)
+      call tests%check('at a held load the dashpot lets go and the body moves on', solution%converged .and. &
+        abs(reached(model)) > abs(moved))
+    end associate
+    call restore(before, model)
+    call tests%close('a restored state has its own history', reached(model), 0.0_wp, 0.0_wp)
+    call end_system(step%system)
+  end subroutine check_history
+
+  !> Position reached.
+  real(wp) function reached(model)
+    type(model_type), intent(in) :: model
+
+    reached = sum(kept_values(model%state%kept, position_reached))
+  end function reached
+
+  !> Solves taken and discarded that the spring has heard of.
+  function heard(step)
+    type(step_type), intent(in), target :: step
+    integer :: heard(2)
+
+    heard = -1
+    select type (term => term_named(step, 'force of the spring'))
+    type is (spring_type)
+      heard = [term%taken, term%discarded]
+    end select
+  end function heard
+
+  !> Norm of the functions at the spring.
+  real(wp) function norm_of_shape(step)
+    type(step_type), intent(in), target :: step
+
+    norm_of_shape = 0.0_wp
+    select type (term => term_named(step, 'force of the spring'))
+    type is (spring_type)
+      norm_of_shape = norm2(term%shape)
+    end select
+  end function norm_of_shape
+
+  !> A force that is not a number loses the solve and is named.
+  subroutine check_message(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(error_type), allocatable :: error
+
+    call tests%put_off_traps()
+    call begin(run, ieee_value(1.0_wp, ieee_quiet_nan))
+    call run%run(error)
+    call tests%check('a spring that is not a number ends the run', allocated(error))
+    if (allocated(error)) call tests%check('with its name ('//error%message//')', &
+      index(error%message, 'force of the spring has a value') > 0)
+    call tests%trap_again()
+  end subroutine check_message
+
+  !> An analysis of two steps with a spring.
+  subroutine begin(run, k, no_spring)
+    type(simulation_type), intent(inout) :: run
+    !> Stiffness.
+    real(wp), intent(in) :: k
+    logical, intent(in), optional :: no_spring
+    type(problem_type) :: problem
+    type(error_type), allocatable :: error
+
+    call problem%parse(joined(block//'*PHASE, NAME=one|*FIX|base, ALL|*GRAVITY|0, -1|*CONTROLS, STEPS=4|*END PHASE|'), &
+      'block', error)
+    if (.not. allocated(error)) call run%create(problem, error)
+    if (.not. allocated(error) .and. .not. present(no_spring)) &
+      call run%add_term(new_spring(run%model%state%points%count, along, k, viscosity), error)
+    if (allocated(error)) error stop 'the analysis with a spring is broken'
+  end subroutine begin
+
+  !> The spring in an analysis: column of curves.csv, restart file, snapshot.
+  subroutine check_analysis(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: whole, half, other, without
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: directory, text
+
+    call make_folder(directory)
+    call begin(whole, stiffness)
+    call whole%record(directory//'/out', error)
+    call whole%run(error)
+    call tests%check('an analysis with a spring runs to its end', .not. allocated(error) .and. whole%finished())
+    call whole%finish_record(error)
+    call read_text(directory//'/out/curves.csv', text, error)
+    call tests%check('its share is a column of curves.csv', &
+      index(text, ',drag_share,stabilisation_share,spring_share,inaccurate_points') > 0)
+    call whole%add_term(new_spring(1, along, stiffness, viscosity), error)
+    call tests%check('a term cannot come later', allocated(error))
+
+    call begin(half, stiffness)
+    call half%advance(error)
+    call half%advance(error)
+    call half%save(directory//'/half.h5', error)
+    call tests%check('the state with a history is saved', .not. allocated(error))
+    call begin(other, stiffness)
+    call other%load(directory//'/half.h5', error)
+    call tests%check('and read', .not. allocated(error))
+    call tests%check('bit for bit', same_bits(reached(other%model), reached(half%model)) .and. &
+      abs(reached(half%model)) > 0.0_wp)
+    call other%run(error)
+    call tests%check('a run that is continued ends where the whole one does', &
+      same_bits(reached(other%model), reached(whole%model)) .and. &
+      all(transfer(other%model%state%points%stress, [1]) == transfer(whole%model%state%points%stress, [1])))
+    call begin(without, stiffness, no_spring=.true.)
+    call without%load(directory//'/half.h5', error)
+    call tests%check('an analysis without the term refuses the file', allocated(error))
+    call without%run(error)
+    call tests%check('and ends elsewhere', .not. same_bits(without%model%state%points%position(2, 1), &
+      whole%model%state%points%position(2, 1)))
+    call without%save(directory//'/without.h5', error)
+    call other%load(directory//'/without.h5', error)
+    call tests%check('an analysis with it refuses a file without', allocated(error))
+    call remove_folder(directory)
+  end subroutine check_analysis
+
+  !> Whether two numbers are the same bits.
+  pure logical function same_bits(a, b)
+    real(wp), intent(in) :: a, b
+
+    same_bits = all(transfer(a, [1]) == transfer(b, [1]))
+  end function same_bits
+end module test_terms
