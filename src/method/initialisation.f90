@@ -19,6 +19,7 @@ module qsmpm_initialisation
   use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
+  use qsmpm_unknowns, only: unknowns_type, add_field, join_constraints, most_components, all_nodes
   implicit none
   private
 
@@ -33,6 +34,7 @@ module qsmpm_initialisation
   type, extends(configuration_type) :: step_type
     !> What is in balance: fixed for an analysis.
     type(term_slot_type), allocatable :: terms(:)
+    type(unknowns_type) :: unknowns
     type(nodal_forces_type) :: forces
     !> Why the last evaluation could not be made, where it could not.
     type(failure_type) :: failure
@@ -78,6 +80,7 @@ contains
     !> Failure of the ordering or of the solver's analysis.
     type(error_type), allocatable, intent(out) :: error
     type(patches_type) :: patches
+    logical, allocatable :: constrained(:, :)
     logical :: changed
 
     call turn_to(step%profile%watch, part_initialisation)
@@ -86,11 +89,12 @@ contains
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
     call prepare_terms(model, step%configuration_type, step%terms, patches)
-    call prepare_forces(model%mesh%dimension, model%space%node_count, step%forces)
+    call find_unknowns(model, step%unknowns, constrained)
+    call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model, step%terms)
     call turn_to(step%profile%watch, part_analysis)
-    call number_equations(step%equations, patches, model%loading%constrained, step%matrix, changed, error)
+    call number_equations(step%equations, patches, constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
       model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
@@ -99,6 +103,18 @@ contains
     call turn_to(step%profile%watch, part_initialisation)
     call note_sizes(model, step)
   end subroutine initialise_step
+
+  !> What is unknown: the displacement, at the components that are not constrained.
+  subroutine find_unknowns(model, unknowns, constrained)
+    type(model_type), intent(in) :: model
+    type(unknowns_type), intent(out) :: unknowns
+    !> (most components, all nodes)
+    logical, allocatable, intent(out) :: constrained(:, :)
+
+    call add_field(unknowns, 'displacement', model%mesh%dimension, model%space%node_count)
+    allocate (constrained(most_components(unknowns), all_nodes(unknowns)))
+    call join_constraints(unknowns, 1, model%loading%constrained, constrained)
+  end subroutine find_unknowns
 
   !> Room for the forces; none yet.
   subroutine prepare_forces(components, nodes, forces)

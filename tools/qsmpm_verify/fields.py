@@ -14,6 +14,7 @@ COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
 NAMES = (
     "displacement", *(f"displacement_{a}" for a in AXES), *(f"stress_{c}" for c in COMPONENTS), "pressure", "mises",
     "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
+    "volume_strain", "shear_strain", "accumulated_plastic_shear_strain",
 )  # fmt: skip
 
 

@@ -78,6 +78,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_terms, only: collect_terms
+  use test_unknowns, only: collect_unknowns
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
   use test_recommended_method, only: collect_recommended_method
@@ -184,6 +185,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('terms', collect_terms)
+  call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
   call register('recommended_method', collect_recommended_method)

@@ -10,7 +10,9 @@ module test_supports
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_convection, only: convect
+  use qsmpm_law, only: tangent_none
   use qsmpm_space, only: node_position
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_supports, only: supports_type, support_block
   use deck_samples, only: joined
   use term_samples, only: term_named, force_named
@@ -49,9 +51,10 @@ contains
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
-    call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, -1, 3, 8| Y, -1, 3, 8|'// &
-      '*METHOD, BASIS='//basis//'|*MATERIAL, NAME=soil|*ELASTIC| 100, 0.3|'// &
-      '*BODY, NAME=wedge, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 2, 1.5| 0, 2|'// &
+    ! No strains: points are moved without the results of an evaluation.
+    call parse_deck('test.inp', joined('*FIELD, STRAIN=NO|*MODEL, TYPE=PLANE STRAIN|'// &
+      '*GRID, ELEMENT=QUAD4| X, -1, 3, 8| Y, -1, 3, 8|*METHOD, BASIS='//basis//'|*MATERIAL, NAME=soil|'// &
+      '*ELASTIC| 100, 0.3|*BODY, NAME=wedge, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 2, 1.5| 0, 2|'// &
       '*POINTS, BODY=wedge, PER ELEMENT=9|*SURFACE, NAME=rock, TYPE=SEGMENT| 0, 0, 2, 1.5|*PHASE, NAME=load|'// &
       '*SUPPORT, SURFACE=rock, TYPE='//kind//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
@@ -159,6 +162,8 @@ contains
       u(:, a) = node_position(model%space, model%mesh, a)
       u(:, a) = [0.1_wp*u(1, a) + 0.2_wp*u(2, a), -0.05_wp*u(2, a)]
     end do
+    ! The points take what the last evaluation has found.
+    call evaluate_step(model, step, u, tangent_none)
     call convect(model, step, u, error)
     total = sum(model%state%surface%area_vector, dim=2)
     ! F = [1.1 0.2; 0 0.95], cofactor [0.95 0; -0.2 1.1], area 2.5 along the normal.

@@ -1,0 +1,122 @@
+!> The unknowns of a step as a list of fields, each with a name, components a node and the nodes of its space.
+!>
+!> The nodes of all fields stand behind one another in one table (most components, all nodes): node n of field f is
+!> column first(f) + n. A component that a field does not have counts as constrained, so that numbering, pattern and
+!> blocks (qsmpm_equations) know of nodes and components alone, and a patch may list nodes of several fields. With
+!> the displacement alone the table is (dimension, nodes).
+module qsmpm_unknowns
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, most_components, all_nodes, &
+    join_constraints, put_values, values_of
+
+  !> One field.
+  type :: nodal_field_type
+    character(len=:), allocatable :: name
+    integer :: components = 0
+    !> Nodes of its space.
+    integer :: node_count = 0
+  end type nodal_field_type
+
+  !> All of them; the displacement is the first.
+  type :: unknowns_type
+    type(nodal_field_type), allocatable :: fields(:)
+  end type unknowns_type
+
+contains
+
+  !> One more field behind the others.
+  subroutine add_field(unknowns, name, components, node_count)
+    type(unknowns_type), intent(inout) :: unknowns
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: components, node_count
+    type(nodal_field_type), allocatable :: more(:)
+    integer :: f, n
+
+    n = 0
+    if (allocated(unknowns%fields)) n = size(unknowns%fields)
+    allocate (more(n + 1))
+    do f = 1, n
+      more(f) = unknowns%fields(f)
+    end do
+    more(n + 1)%name = name
+    more(n + 1)%components = components
+    more(n + 1)%node_count = node_count
+    call move_alloc(more, unknowns%fields)
+  end subroutine add_field
+
+  !> Number of the field of a name, 0 for none.
+  pure integer function find_field(unknowns, name) result(field)
+    type(unknowns_type), intent(in) :: unknowns
+    character(len=*), intent(in) :: name
+
+    do field = 1, size(unknowns%fields)
+      if (unknowns%fields(field)%name == name) return
+    end do
+    field = 0
+  end function find_field
+
+  !> Column of a node of a field.
+  elemental integer function joint_node(unknowns, node, field)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: node, field
+
+    joint_node = sum(unknowns%fields(:field - 1)%node_count) + node
+  end function joint_node
+
+  !> Rows of the table.
+  pure integer function most_components(unknowns)
+    type(unknowns_type), intent(in) :: unknowns
+
+    most_components = maxval(unknowns%fields%components)
+  end function most_components
+
+  !> Columns of the table.
+  pure integer function all_nodes(unknowns)
+    type(unknowns_type), intent(in) :: unknowns
+
+    all_nodes = sum(unknowns%fields%node_count)
+  end function all_nodes
+
+  !> Put the constraints of a field into the table of all; the components that it does not have are constrained.
+  pure subroutine join_constraints(unknowns, field, constrained, table)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: field
+    !> (components of the field, its nodes)
+    logical, intent(in) :: constrained(:, :)
+    logical, intent(inout) :: table(:, :)
+    integer :: first, last
+
+    first = joint_node(unknowns, 1, field)
+    last = joint_node(unknowns, unknowns%fields(field)%node_count, field)
+    table(:, first:last) = .true.
+    table(:unknowns%fields(field)%components, first:last) = constrained
+  end subroutine join_constraints
+
+  !> Put the values of a field into the table of all.
+  pure subroutine put_values(unknowns, field, values, table)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: field
+    !> (components of the field, its nodes)
+    real(wp), intent(in) :: values(:, :)
+    real(wp), intent(inout) :: table(:, :)
+    integer :: first, last
+
+    first = joint_node(unknowns, 1, field)
+    last = joint_node(unknowns, unknowns%fields(field)%node_count, field)
+    table(:unknowns%fields(field)%components, first:last) = values
+  end subroutine put_values
+
+  !> The values of a field in the table of all.
+  pure function values_of(unknowns, field, table) result(values)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: field
+    real(wp), intent(in) :: table(:, :)
+    real(wp) :: values(unknowns%fields(field)%components, unknowns%fields(field)%node_count)
+
+    values = table(:unknowns%fields(field)%components, joint_node(unknowns, 1, field): &
+      joint_node(unknowns, unknowns%fields(field)%node_count, field))
+  end function values_of
+end module qsmpm_unknowns
