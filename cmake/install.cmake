@@ -8,7 +8,7 @@ if(QSMPM_PROGRAM)
   install(TARGETS qsmpm_program RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 # Builds soil models of the user's own: the script, and what it looks for under share/qsmpm/umat.
-install(PROGRAMS tools/build-umat DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(PROGRAMS tools/build-umat tools/convert-deck DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(FILES tools/umat/ABA_PARAM.INC tools/umat/aba_param.inc src/materials/umat_helpers.c
   DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm/umat)
 install(TARGETS qsmpm EXPORT qsmpm_targets

@@ -127,7 +127,7 @@ def valid_deck(lot: random.Random) -> str:
             lines += [one_of(lot, f"*TRACTION, SURFACE=top\n0, -{number(lot, 0.01, 2)}",
                              f"*PRESSURE, SURFACE=top\n{number(lot, 0.01, 2)}", "*RESET DISPLACEMENTS")]
         lines += [f"*CONTROLS, STEPS={lot.randint(1, 3)}, TOLERANCE={one_of(lot, '1e-3', '1e-6', '1e-9')}"
-                  + one_of(lot, ", PROXIMAL=NO", *(", MAX SUBSTEPS=8" + more for more in (
+                  + one_of(lot, ", DAMPING=NO", *(", MAX SUBSTEPS=8" + more for more in (
                       "", ", NEWTON=MODIFIED", ", STEP ERROR=0.05", ", LINE SEARCH=NO")))
                   + ", SMALLEST STEP=0.5", "*END PHASE"]
     return "\n".join(lines) + "\n"

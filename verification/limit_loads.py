@@ -49,7 +49,7 @@ def deck_of(angle: float, friction: float, steps: int, whole: bool) -> str:
         (r"SMALLEST STEP=[\d.]+", f"SMALLEST STEP={0.05 * steps / STEPS:g}"),
     ]  # fmt: skip
     if whole:
-        changes += [(r" HOLD FADE=[\d.]+,", ""), (r" LIMIT COMPLIANCE=\d+,", "")]
+        changes += [(r" STABILISATION FADE=[\d.]+,", ""), (r" LIMIT COMPLIANCE=\d+,", "")]
     for old, new in changes:
         text, count = re.subn(old, new, text)
         if count != 1:

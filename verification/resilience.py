@@ -94,7 +94,7 @@ def last_restart_continues(checks: Checks, folder: pathlib.Path, deck: str, code
 
 def not_converging(checks: Checks, folder: pathlib.Path) -> None:
     deck = block(strength="*MOHR COULOMB\n0.1, 20, 0\n", factor=200, steps=20,
-                 controls="TOLERANCE=1E-6, PROXIMAL=NO, SMALLEST STEP=0.5, MAX ITERATIONS=4")
+                 controls="TOLERANCE=1E-6, DAMPING=NO, SMALLEST STEP=0.5, MAX ITERATIONS=4")
     run = checks.run(folder, deck)
     text = run.stdout + run.stderr
     checks.check("a step that does not converge ends with exit 3", run.returncode == 3, f"exit {run.returncode}: {text[-300:]}")
@@ -120,7 +120,7 @@ def collapse(checks: Checks, folder: pathlib.Path) -> None:
 
 def point_lost(checks: Checks, folder: pathlib.Path) -> None:
     deck = block(width=1, columns=4, factor=1, steps=4, loads="*PRESCRIBE\ntop, Y, 0.8\n",
-                 controls="TOLERANCE=1E-6, LARGEST MOVE=10, PROXIMAL=NO, SMALLEST STEP=0.5").replace(
+                 controls="TOLERANCE=1E-6, MAX DISPLACEMENT=10, DAMPING=NO, SMALLEST STEP=0.5").replace(
         "*MATERIAL", "*NSET, NSET=top, PLANE=Y\n1\n*MATERIAL", 1)
     run = checks.run(folder, deck)
     text = run.stdout + run.stderr
@@ -129,7 +129,7 @@ def point_lost(checks: Checks, folder: pathlib.Path) -> None:
 
 
 def singular(checks: Checks, folder: pathlib.Path) -> None:
-    deck = block(fixities="*FIX\nside, X\n", controls="TOLERANCE=1E-6, PROXIMAL=NO, SMALLEST STEP=0.5")
+    deck = block(fixities="*FIX\nside, X\n", controls="TOLERANCE=1E-6, DAMPING=NO, SMALLEST STEP=0.5")
     run = checks.run(folder, deck)
     checks.check("equations without support end with exit 5", run.returncode == 5,
                  f"exit {run.returncode}: {(run.stdout + run.stderr)[-300:]}")
@@ -248,7 +248,8 @@ def follows(checks: Checks, folder: pathlib.Path) -> None:
         here = folder / name.replace(" ", "_")
         here.mkdir()
         deck = block(width=12, columns=48, steps=150, factor=1, fixities="*FIX\nbase, Y\n", loads="*GRAVITY\n0, -10\n*PRESCRIBE\nbase, X, 8\n",
-                     method=method or "STABILISATION=GHOST", controls="TOLERANCE=1E-6, LARGEST MOVE=1, STABILISATION SHARE=1")
+                     method=method or "STABILISATION=GHOST",
+                     controls="TOLERANCE=1E-6, MAX DISPLACEMENT=1, STABILISATION SHARE=1")
         deck = deck.replace("ELEMENT=QUAD4", "ELEMENT=" + element).replace("*RESTART", "*FIELD, EVERY=20\n*RESTART", 1)
         part = checks.run(here, deck, out=here / "window")
         laid = (here / "window" / "job.log").read_text().count("looked at anew")

@@ -62,7 +62,8 @@ contains
       '    check and plan load the libraries of *USER MATERIAL, which runs their code, with'//newline// &
       '    --plugins only'//newline// &
       'qsmpm help [KEYWORD]'//newline// &
-      '    explains a keyword of the deck, or lists them; FIELDS lists what is shown of material points'//newline// &
+      '    explains a keyword of the deck, or lists them; FIELDS lists what is shown of material points,'//newline// &
+      '    RENAMED the words of decks and results that had another name'//newline// &
       'qsmpm --version'//newline// &
       'Exit codes: 0 done, 1 wrong call or other failure, 2 deck, 3 not converged,'//newline// &
       '    4 a point left the mesh, 5 singular equations, 6 user material,'//newline// &

@@ -144,7 +144,8 @@ contains
       end if
       call add_item(items, 'stabilisation', trim(stabilisation_words(method%stabilisation))//', factor '// &
         short_text(method%stabilisation_factor, 3))
-      call add_item(items, 'holds', 'while it carries more than '//short_text(controls%stabilisation_share, 3)// &
+      call add_item(items, 're-equilibrations', &
+        'while it carries more than '//short_text(controls%stabilisation_share, 3)// &
         ' of the load, at most '//integer_text(controls%max_holds)//' a step')
     end associate
   end subroutine plan_method

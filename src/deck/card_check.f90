@@ -7,6 +7,7 @@ module qsmpm_card_check
   use qsmpm_messages, only: message_list_type
   use qsmpm_cards, only: card_type, row_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_renamed_words, only: renamed_parameter, by_converter
   use qsmpm_keyword_table, only: keyword_type, item_type, data_type, in_range, holds, kind_word, &
     kind_integer, kind_real, kind_flag
   implicit none
@@ -49,7 +50,7 @@ contains
         if (len(name) == 0) then
           call bad(card, state, 'empty parameter between commas')
         else if (parameter_number(entry, name) == 0) then
-          call bad(card, state, "unknown parameter '"//name//"'"//did_you_mean(name, known))
+          call bad(card, state, unknown_parameter(entry%name, name, known))
         else if (card%find(name) < i) then
           call bad(card, state, 'parameter '//name//' is given twice')
         end if
@@ -61,6 +62,22 @@ contains
         'parameter '//entry%parameters(i)%name//' is missing')
     end do
   end subroutine check_names
+
+  !> What is said of a parameter that the entry does not have.
+  pure function unknown_parameter(keyword, name, known) result(sentence)
+    !> The keyword and the parameter.
+    character(len=*), intent(in) :: keyword, name
+    !> Its parameters.
+    type(string_type), intent(in) :: known(:)
+    character(len=:), allocatable :: sentence
+
+    sentence = renamed_parameter(keyword, name)
+    if (len(sentence) > 0) then
+      sentence = 'parameter '//name//' is now '//sentence//by_converter
+    else
+      sentence = "unknown parameter '"//name//"'"//did_you_mean(name, known)
+    end if
+  end function unknown_parameter
 
   !> Number of a parameter in the entry, 0 when it has none of the name.
   pure integer function parameter_number(entry, name) result(number)

@@ -15,6 +15,7 @@ module qsmpm_deck
   use qsmpm_keyword_table, only: table_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
+  use qsmpm_renamed_words, only: renamed_keyword, by_converter
   use qsmpm_deck_bodies, only: give_points
   use qsmpm_deck_histories, only: give_units
   use qsmpm_deck_references, only: check_references
@@ -169,12 +170,27 @@ contains
       k = table%find(cards(i)%keyword)
       if (k == 0) then
         call state%messages%add(severity_error, cards(i)%place, cards(i)%keyword, &
-          'unknown keyword'//did_you_mean(cards(i)%keyword, names))
+          unknown_keyword(cards(i)%keyword, names))
       else
         call take_card(table, k, cards(i), seen, state)
       end if
     end do
   end subroutine take_cards
+
+  !> What is said of a keyword that the table does not have.
+  pure function unknown_keyword(keyword, names) result(sentence)
+    !> The keyword, and those that there are.
+    character(len=*), intent(in) :: keyword
+    type(string_type), intent(in) :: names(:)
+    character(len=:), allocatable :: sentence
+
+    sentence = renamed_keyword(keyword)
+    if (len(sentence) > 0) then
+      sentence = 'this keyword is now *'//sentence//by_converter
+    else
+      sentence = 'unknown keyword'//did_you_mean(keyword, names)
+    end if
+  end function unknown_keyword
 
   !> Check one card and use it when it stands where it may.
   subroutine take_card(table, k, card, seen, state)

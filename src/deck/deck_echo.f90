@@ -272,7 +272,7 @@ contains
     call echo%line(' '//real_text(material%unit_weight))
     if (material%k0 > 0.0_wp) call echo%line('*K0')
     if (material%k0 > 0.0_wp) call echo%line(' '//real_text(material%k0))
-    cure = '*LOCKING CURE, TYPE='//trim(cure_words(material%cure))
+    cure = '*VOLUMETRIC LOCKING, TYPE='//trim(cure_words(material%cure))
     if (material%cure /= cure_none .and. material%cure_factor > 0.0_wp) &
       cure = cure//', FACTOR='//real_text(material%cure_factor)
     call echo%line(cure)

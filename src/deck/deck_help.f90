@@ -6,6 +6,7 @@ module qsmpm_deck_help
     kind_name, kind_file, kind_integer, kind_real, kind_flag, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
   use qsmpm_deck_reference_head, only: reference_head
+  use qsmpm_renamed_words, only: renamed_text
   implicit none
   private
 
@@ -17,7 +18,7 @@ contains
 
   !> Explain a keyword.
   subroutine help_text(name, text, found)
-    !> The keyword, in any case, with or without its star.
+    !> The keyword, in any case, with or without its star; `renamed` for those that had another name.
     character(len=*), intent(in) :: name
     !> The explanation, or what may have been meant.
     character(len=:), allocatable, intent(out) :: text
@@ -28,8 +29,13 @@ contains
     character(len=:), allocatable :: keyword
     integer :: k
 
-    call make_table(table)
     keyword = upper(squeezed(name))
+    found = keyword == 'RENAMED'
+    if (found) then
+      text = renamed_text()
+      return
+    end if
+    call make_table(table)
     if (index(keyword, '*') == 1) keyword = squeezed(keyword(2:))
     k = table%find(keyword)
     found = k > 0

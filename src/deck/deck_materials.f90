@@ -22,7 +22,7 @@ module qsmpm_deck_materials
 
 contains
 
-  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *SOFTENING, *UNIT WEIGHT, *K0, *LOCKING CURE.
+  !> Entries of *MATERIAL, *ELASTIC, *MOHR COULOMB, *SOFTENING, *UNIT WEIGHT, *K0, *VOLUMETRIC LOCKING.
   subroutine add_material_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
@@ -69,12 +69,12 @@ contains
     call add_user_material_keywords(table)
   end subroutine add_material_keywords
 
-  !> Entry of *LOCKING CURE.
+  !> Entry of *VOLUMETRIC LOCKING.
   subroutine add_cure(table)
     type(table_type), intent(inout) :: table
     type(material_type) :: material
 
-    call table%add('LOCKING CURE', in_material, once, 'Cure of volumetric locking: the points '// &
+    call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
       'elasticity; it costs accuracy where the pressure varies smoothly.', handle_cure)
     call table%parameter('TYPE', kind_word, 'AUTO: uniform pressure when nu is above 0.45, for '// &
@@ -83,7 +83,7 @@ contains
     call table%parameter('FACTOR', kind_real, 'resistance to volume changes inside a cell over '// &
       'the shear modulus; 0.5 on linear elements and 0.1 on others when not given', &
       range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
-    call table%example('*LOCKING CURE, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
+    call table%example('*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
   end subroutine add_cure
 
   !> *MATERIAL.
@@ -158,7 +158,7 @@ contains
     if (sound(card)) state%analysis%materials(size(state%analysis%materials))%k0 = number_at(card%rows(1), 1)
   end subroutine handle_k0
 
-  !> *LOCKING CURE.
+  !> *VOLUMETRIC LOCKING.
   subroutine handle_cure(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state

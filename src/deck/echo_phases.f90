@@ -33,7 +33,7 @@ contains
     call echo_loads(echo, phase, dimension)
     call echo_controls(echo, phase%controls)
     if (size(phase%hold_test%at) > 0) then
-      call echo%line('*HOLD TEST, REPEATS='//integer_text(phase%hold_test%repeats))
+      call echo%line('*CONSTANT LOAD TEST, REPEATS='//integer_text(phase%hold_test%repeats))
       call echo%line(' '//numbers(phase%hold_test%at))
     end if
     call echo%line('*END PHASE')
@@ -111,17 +111,17 @@ contains
     call echo%line(' MAX ITERATIONS='//integer_text(c%max_iterations)// &
       ', LINE SEARCH='//trim(answer_words(merge(1, 0, c%line_search)))// &
       ', SMALLEST STEP='//real_text(c%smallest_step)//',')
-    call echo%line(' FEW ITERATIONS='//integer_text(c%few_iterations)// &
-      ', MANY ITERATIONS='//integer_text(c%many_iterations)// &
-      ', STEP ERROR='//real_text(c%step_error)//', LARGEST MOVE='//real_text(c%largest_move)//',')
+    call echo%line(' DESIRED MIN ITERATIONS='//integer_text(c%few_iterations)// &
+      ', DESIRED MAX ITERATIONS='//integer_text(c%many_iterations)// &
+      ', STEP ERROR='//real_text(c%step_error)//', MAX DISPLACEMENT='//real_text(c%largest_move)//',')
     call echo%line(' STABILISATION SHARE='//real_text(c%stabilisation_share)// &
-      ', MAX HOLDS='//integer_text(c%max_holds)//', HOLD FADE='//real_text(c%hold_fade)// &
+      ', MAX REEQUILIBRATIONS='//integer_text(c%max_holds)//', STABILISATION FADE='//real_text(c%hold_fade)// &
       ', LIMIT COMPLIANCE='//real_text(c%limit_compliance)//',')
     if (c%proximal) then
-      call echo%line(' PROXIMAL=YES, DRAG SHARE='//real_text(c%drag_share)// &
+      call echo%line(' DAMPING=YES, DAMPING SHARE='//real_text(c%drag_share)// &
         ', MAX SUBSTEPS='//integer_text(c%max_substeps))
     else
-      call echo%line(' PROXIMAL=NO')
+      call echo%line(' DAMPING=NO')
     end if
   end subroutine echo_controls
 end module qsmpm_echo_phases

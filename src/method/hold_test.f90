@@ -56,7 +56,7 @@ contains
     type(state_type) :: before
     type(solution_type) :: solution
     real(wp), allocatable :: start(:), final(:)
-    character(len=160) :: text
+    character(len=180) :: text
     integer :: repeat
 
     if (size(model%analysis%histories) == 0) return
@@ -72,11 +72,12 @@ contains
     call restore(before, model)
     if (allocated(error)) return
     if (solution%converged) then
-      write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'hold test at load factor ', before%progress%load_factor, ': after ', &
+      write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'constant load test at load factor ', &
+        before%progress%load_factor, ': after ', &
         phase%hold_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &
         100.0_wp*(final(1)/start(1) - 1.0_wp), ' %'
     else
-      write (text, '(a,es10.3,a,i0,a)') 'hold test at load factor ', before%progress%load_factor, &
+      write (text, '(a,es10.3,a,i0,a)') 'constant load test at load factor ', before%progress%load_factor, &
         ': lost at re-solve ', repeat, ' ('//solution%reason//')'
     end if
     call observer%note(trim(text))

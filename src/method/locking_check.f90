@@ -43,8 +43,8 @@ contains
         real_text(real(nint(100.0_wp*scatter), wp)/100.0_wp)//' of their shear stress'
       if (scatter > worth_a_warning) then
         call observer%note("warning: material '"//model%analysis%materials(m)%name//"' locks: "//differ// &
-          ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for *LOCKING CURE, '// &
-          'TYPE=UNIFORM PRESSURE, or take smaller cells')
+          ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for '// &
+          '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, or take smaller cells')
       else if (scatter > 0.0_wp) then
         call observer%note("material '"//model%analysis%materials(m)%name//"': "//differ)
       end if

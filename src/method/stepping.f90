@@ -110,7 +110,7 @@ contains
     call take_static_step(model, step, solver, controls, fraction, record, outcome, error)
     if (.not. allocated(error) .and. .not. outcome%accepted) then
       if (may_be_damped(model, controls, fraction, outcome)) then
-        call observer%note('static step lost ('//outcome%reason//'); proximal sub-steps')
+        call observer%note('static step lost ('//outcome%reason//'); damped sub-steps')
         call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
       end if
     end if
@@ -291,7 +291,7 @@ contains
       end if
     end do
     if (solution%converged) &
-      call reject('the load is not carried without damping after all proximal sub-steps', outcome)
+      call reject('the load is not carried without damping after all damped sub-steps', outcome)
   end subroutine take_substeps
 
   !> What the next sub-step is asked for: a static solve once the damping carries little.
@@ -400,13 +400,13 @@ contains
       call take_substeps(model, step, solver, controls, model%state%progress%fraction, record, outcome, error)
       if (allocated(error) .or. outcome%at_limit) return
       if (.not. outcome%accepted) then
-        call observer%note('the hold is lost ('//outcome%reason//')')
+        call observer%note('the re-equilibration is lost ('//outcome%reason//')')
         return
       end if
     end do
     if (share_named(record%shares, stabilisation_share) <= controls%stabilisation_share) return
     write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(record%shares, stabilisation_share), &
-      ' of the forces and holding does not bring it below ', controls%stabilisation_share
+      ' of the forces and re-equilibration does not bring it below ', controls%stabilisation_share
     call observer%note(trim(text))
     call reject(trim(text), outcome)
   end subroutine hold_until_quiet

@@ -181,7 +181,7 @@ contains
         ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
         ', stabilisation '//short_text(share_named(record%shares, stabilisation_share), 2)
       drag = share_named(record%shares, drag_share)
-      if (abs(drag) > 0.0_wp) text = text//', drag '//short_text(drag, 2)
+      if (abs(drag) > 0.0_wp) text = text//', damping '//short_text(drag, 2)
     end associate
   end function step_text
 

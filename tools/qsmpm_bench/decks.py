@@ -10,8 +10,8 @@ from qsmpm_verify.places import TOP
 INPUT = TOP / "input"
 CASES = TOP / "verification" / "cases" / "decks"
 
-#: The hold tests of the slopes are no part of the curve; they come last before the end of the phase.
-NO_HOLD = ("*HOLD TEST, REPEATS=10\n30, 100\n", "")
+#: The constant load tests of the slopes are no part of the curve; they come last before the end of the phase.
+NO_HOLD = ("*CONSTANT LOAD TEST, REPEATS=10\n30, 100\n", "")
 
 SOIL = "*ELASTIC\n1000, 0.3\n*MOHR COULOMB\n5, 30, 0\n*UNIT WEIGHT\n18\n"
 ELASTIC = "*ELASTIC\n1000, 0.3\n*UNIT WEIGHT\n1\n"
@@ -23,7 +23,7 @@ def scene(name: str, *replace: tuple[str, str], folder: Path = INPUT, file: str 
 
 
 def first_steps(name: str, file: str, steps: int, *replace: tuple[str, str]) -> Deck:
-    """The first steps of a slope of 100 equal ones, without the hold tests."""
+    """The first steps of a slope of 100 equal ones, without the constant load tests."""
     return scene(name, NO_HOLD, ("LOAD FACTOR=100", f"LOAD FACTOR={steps}"), ("STEPS=100", f"STEPS={steps}"),
                  *replace, file=file)
 

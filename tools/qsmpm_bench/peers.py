@@ -155,7 +155,7 @@ def slope(bench: Bench, result: Result) -> None:
     table = Table("slope", ["program", "points", "iterations", "CPU s", "gamma reached", "unconverged steps accepted",
                             *[f"crest settlement m at {gamma:g}" for gamma in GAMMAS]],
                   title="Slope: 45 degrees, 1 m, E = 50 kPa, c = 1 kPa, phi = 25, psi = 0, h = 0.125 m, gamma to 100",
-                  note="QSMPM: `input/slope_grid.inp` with 40 by 8 cells, E = 50 and FACTOR=0.01, without hold tests.")
+                  note="QSMPM: `input/slope_grid.inp` with 40 by 8 cells, E = 50 and FACTOR=0.01, without constant load tests.")
     for name, runs in samples.items():
         figures = runs[0].figures
         if name.startswith("QSMPM"):

@@ -20,7 +20,8 @@ from qsmpm_verify.trouble import Trouble
 
 UNDERSTOOD = {
     "HEADING", "UNITS", "MODEL", "METHOD", "SOLVER", "FIELD", "RESTART", "GRID", "MESH", "NSET", "SURFACE", "MATERIAL",
-    "ELASTIC", "UNIT WEIGHT", "LOCKING CURE", "BODY", "POINTS", "HISTORY", "PHASE", "INITIAL", "FIX", "TRACTION", "GRAVITY",
+    "ELASTIC", "UNIT WEIGHT", "VOLUMETRIC LOCKING", "BODY", "POINTS", "HISTORY", "PHASE", "INITIAL", "FIX", "TRACTION",
+    "GRAVITY",
     "CONTROLS", "END PHASE",
 }  # fmt: skip
 """Keywords of an elastic scene of one body and one phase."""

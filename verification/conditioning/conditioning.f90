@@ -4,7 +4,7 @@
 !>   conditioning FACTOR     the same with another factor, or NONE for no stabilisation; nothing is
 !>                           judged
 !>   conditioning FADE SHARE
-!>                           the same with this share of the default, as re-equilibrations with HOLD FADE have it; nothing
+!>                           the same with this share of the default, as re-equilibrations with STABILISATION FADE have it; nothing
 !>                           is judged
 !>   conditioning MODES [FACTOR]
 !>                           zero eigenvalues of K of the block cut at its corner by 0.1 and held nowhere, beyond those of

@@ -54,7 +54,7 @@ contains
       '*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl//'0, 1, 0, 0.8'//nl// &
       '*METHOD, BASIS=STANDARD, INTEGRATION=CELL, '// &
       'KINEMATICS=JAUMANN, STABILISATION=NONE'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl// &
-      'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl//'*CONTROLS, STEPS=2, PROXIMAL=NO, '//controls//nl// &
+      'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl//'*CONTROLS, STEPS=2, DAMPING=NO, '//controls//nl// &
       '*END PHASE'//nl, 'block', error)
     if (.not. allocated(error)) call run%create(problem, error)
     if (allocated(error)) error stop 'the deck of the suite of accepted steps is broken'

@@ -212,7 +212,7 @@ contains
     call warned('', ' 0, -1|', ' 0, 0|', 'PHASE', "phase 'one' has no load: nothing changes in it")
     call warned(again, '', '', 'PHASE', "phase 'two' changes nothing: it has no load of its own")
     call silent(block//'*PHASE, NAME=two|*FIX| base, FREE|*END PHASE|')
-    call silent(block//'*PHASE, NAME=two|*HOLD TEST, REPEATS=2| 1|*END PHASE|')
+    call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
     call warned('', '45, 0, 1|', '45, 0, 1.01|', 'MOHR COULOMB', &

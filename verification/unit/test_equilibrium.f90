@@ -28,7 +28,7 @@ module test_equilibrium
 
   !> An elastic material, and one that yields under the weight.
   character(len=*), parameter :: elastic = '*ELASTIC|1000, 0.3', &
-    yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0|*LOCKING CURE, TYPE=NONE'
+    yielding = '*ELASTIC|1000, 0.3|*MOHR COULOMB|1.5, 20, 0|*VOLUMETRIC LOCKING, TYPE=NONE'
 
 contains
 

@@ -253,7 +253,7 @@ contains
     call tests%check('a step within its error is taken, and its error told', solution%converged .and. &
       solution%step_error > 0.0_wp .and. solution%step_error < 0.5_wp)
     call end_system(step%system)
-    call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*LOCKING CURE, TYPE=UNIFORM PRESSURE')
+    call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE')
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
     call tests%check('halves of an elastic step have the pressure of their cell too', solution%converged .and. &
       solution%step_error < 1.0e-9_wp)
@@ -270,7 +270,7 @@ contains
     type(state_type) :: before
     type(error_type), allocatable :: error
 
-    call build('*FIX|base, ALL|*GRAVITY|0, -1|*HOLD TEST, REPEATS=3|0.5, 1.5', model, step)
+    call build('*FIX|base, ALL|*GRAVITY|0, -1|*CONSTANT LOAD TEST, REPEATS=3|0.5, 1.5', model, step)
     script%answers = [answer_type()]
     allocate (script%asked(0))
     listener%text = ''

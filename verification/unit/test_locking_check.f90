@@ -104,8 +104,8 @@ contains
       "material 'soil': pressures of neighbouring points that yield differ by 0.49 of their shear stress|")
     call tests%check('none is not told', len(told('', 0.0_wp)) == 0)
     call tests%check('material that is left alone on request is told of too', &
-      index(told('*LOCKING CURE, TYPE=NONE|', 0.6_wp), 'locks') > 0)
-    call tests%check('treated material is not', len(told('*LOCKING CURE, TYPE=UNIFORM PRESSURE|', 0.6_wp)) == 0)
+      index(told('*VOLUMETRIC LOCKING, TYPE=NONE|', 0.6_wp), 'locks') > 0)
+    call tests%check('treated material is not', len(told('*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|', 0.6_wp)) == 0)
   end subroutine check_warning
 
   !> What is told of a scatter.

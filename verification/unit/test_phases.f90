@@ -71,7 +71,8 @@ contains
       '*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
       '0, 1, 0, 0.8'//nl//'*HISTORY, NAME=s, QUANTITY=STRESS, COMPONENT=YY'//nl//'0.5, 0.4'//nl// &
       '*PHASE, NAME=first, LOAD FACTOR=8'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
-      '*CONTROLS, STEPS=4, PROXIMAL=NO, FEW ITERATIONS=6, MANY ITERATIONS=12, SMALLEST STEP=0.25'//controls//nl// &
+      '*CONTROLS, STEPS=4, DAMPING=NO, DESIRED MIN ITERATIONS=6, DESIRED MAX ITERATIONS=12, SMALLEST STEP=0.25'// &
+      controls//nl// &
       '*END PHASE'//nl//'*PHASE, NAME=second, LOAD FACTOR=3'//nl//'*GRAVITY'//nl//'0, -1'//nl//'*CONTROLS, STEPS=2'// &
       nl//'*END PHASE'//nl, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, run%model, error)
@@ -383,13 +384,13 @@ contains
   subroutine check_hold_test(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
-    character(len=*), parameter :: wanted = new_line('a')//'*HOLD TEST, REPEATS=3'//new_line('a')//'4'
+    character(len=*), parameter :: wanted = new_line('a')//'*CONSTANT LOAD TEST, REPEATS=3'//new_line('a')//'4'
 
     run = new_run([answer_type()], wanted)
     call run%to_end()
     call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%listener%steps == 6)
     call tests%check('tells how much the first history has grown', index(run%listener%text, &
-      'hold test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
+      'constant load test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
     call tests%close('and puts the state back', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
     run = new_run([answer_type(), answer_type(), answer_type(), lost(), answer_type()], wanted)
     call run%to_end()

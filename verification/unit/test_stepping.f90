@@ -110,8 +110,9 @@ contains
       'Y, 0, 1, 2'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*MATERIAL, NAME=soil'//nl//'*ELASTIC'//nl// &
       '1000, 0.3'//nl//'*UNIT WEIGHT'//nl//'18'//nl//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX'//nl// &
       '0, 1, 0, 0.8'//nl//'*PHASE, NAME=weight'//nl//'*FIX'//nl//'base, X, Y'//nl//'*GRAVITY'//nl//'0, -1'//nl// &
-      '*CONTROLS, STEPS=4, TOLERANCE=1e-6, STABILISATION SHARE=1e-2, MAX HOLDS=3, MAX SUBSTEPS=6, LARGEST MOVE=0.5, '// &
-      'FEW ITERATIONS=5, DRAG SHARE=1e-3'//nl//'*END PHASE'//nl, analysis, messages, error)
+      '*CONTROLS, STEPS=4, TOLERANCE=1e-6, STABILISATION SHARE=1e-2, MAX REEQUILIBRATIONS=3, MAX SUBSTEPS=6, '// &
+      'MAX DISPLACEMENT=0.5, '// &
+      'DESIRED MIN ITERATIONS=5, DAMPING SHARE=1e-3'//nl//'*END PHASE'//nl, analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, it%model, error)
     if (allocated(error)) error stop 'the deck of the stepping suite is broken'
     call start_phase(it%model)
@@ -178,7 +179,7 @@ contains
     it%controls%proximal = .false.
     call it%go([lost()])
     call tests%check('a lost step is not accepted and leaves no trace', it%is_restored())
-    call tests%check('without PROXIMAL nothing else is tried', size(it%script%asked) == 1)
+    call tests%check('without DAMPING nothing else is tried', size(it%script%asked) == 1)
     call tests%check('reason and worst node are told', it%outcome%reason == 'the script says no' .and. &
       it%outcome%worst_label == 7 .and. it%outcome%cause == error_not_converged)
     call tests%close('and the residual', it%outcome%out_of_balance, 0.5_wp, 0.0_wp)
@@ -451,7 +452,7 @@ contains
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%hopeless)
-    call tests%check('in the log, too', index(it%listener%text, 'holding does not bring it below') > 0)
+    call tests%check('in the log, too', index(it%listener%text, 're-equilibration does not bring it below') > 0)
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
@@ -478,7 +479,7 @@ contains
     it = trial()
     call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
     call tests%check('without them the step is lost', it%is_restored() .and. index(it%listener%text, &
-      'the hold is lost') > 0)
+      'the re-equilibration is lost') > 0)
   end subroutine check_lost_holds
 
   !> Errors that end the run leave the state of the last accepted step.

@@ -108,9 +108,9 @@ contains
       - force_named(step, 'internal force', u) - force_named(step, 'force of the supports', u) - spring)), 0.0_wp, &
       1.0e-12_wp*maxval(abs(step%forces%internal)))
     call tests%close('the numerical force is that of stabilisation and damping', maxval(abs(step%forces%numerical &
-      - force_named(step, 'force of the stabilisation', u) - force_named(step, 'proximal force', u))), 0.0_wp, &
+      - force_named(step, 'force of the stabilisation', u) - force_named(step, 'damping force', u))), 0.0_wp, &
       1.0e-12_wp*maxval(abs(step%forces%internal)))
-    call tests%check('which both are at work', norm2(force_named(step, 'proximal force', u)) > 0.0_wp .and. &
+    call tests%check('which both are at work', norm2(force_named(step, 'damping force', u)) > 0.0_wp .and. &
       norm2(force_named(step, 'force of the stabilisation', waves(model, 0.0_wp))) > 0.0_wp)
     call end_system(step%system)
   end subroutine check_residual
@@ -283,7 +283,7 @@ contains
     call whole%finish_record(error)
     call read_text(directory//'/out/curves.csv', text, error)
     call tests%check('its share is a column of curves.csv', &
-      index(text, ',drag_share,stabilisation_share,spring_share,inaccurate_points') > 0)
+      index(text, ',damping_share,stabilisation_share,spring_share,inaccurate_points') > 0)
     call whole%add_term(new_spring(1, along, stiffness, viscosity), error)
     call tests%check('a term cannot come later', allocated(error))
 

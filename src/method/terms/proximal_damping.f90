@@ -32,7 +32,7 @@ contains
     class(term_type), allocatable, intent(out) :: term
 
     allocate (damping_type :: term)
-    term%name = 'proximal force'
+    term%name = 'damping force'
     term%role = role_numerical
     term%share_name = drag_share
     term%transient = .true.

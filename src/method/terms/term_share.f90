@@ -20,7 +20,7 @@ module qsmpm_term_share
   public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, load_share_named
 
   !> Columns of curves.csv that step control asks for.
-  character(len=*), parameter, public :: drag_share = 'drag_share', stabilisation_share = 'stabilisation_share'
+  character(len=*), parameter, public :: drag_share = 'damping_share', stabilisation_share = 'stabilisation_share'
 
   !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
   !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.

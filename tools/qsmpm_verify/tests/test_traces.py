@@ -1,4 +1,4 @@
-"""Figures of whole runs: knees, hold tests, jitter; scatter of pressures inside cells."""
+"""Figures of whole runs: knees, constant load tests, jitter; scatter of pressures inside cells."""
 
 import math
 import tempfile
@@ -15,8 +15,8 @@ from qsmpm_verify.runner import Run
 from qsmpm_verify.traces import hold_growth, jitter, knee, limit_load, log_lines
 
 LOG = """qsmpm
-hold test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
-hold test at load factor  1.000E+02: lost at re-solve 4 (no convergence)
+constant load test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
+constant load test at load factor  1.000E+02: lost at re-solve 4 (no convergence)
 """
 
 
