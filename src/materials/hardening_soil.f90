@@ -10,7 +10,7 @@ module qsmpm_hardening_soil
   use qsmpm_error, only: error_type
   use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
   use qsmpm_hardening_return, only: return_type, solve_return, is_outside, stress_derivative
-  use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, shear_strain, cap_size
+  use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none
@@ -94,8 +94,8 @@ contains
     real(wp), intent(in) :: stress(3)
 
     associate (s => self%surfaces)
-      shear_modulus = 0.5_wp*s%unloading*stress_level(s, -max(stress(1), stress(2), stress(3)))**s%power &
-        /(1.0_wp + s%poisson)
+      shear_modulus = 0.5_wp*s%unloading*stress_power(s, &
+        stress_level(s, -max(stress(1), stress(2), stress(3))))/(1.0_wp + s%poisson)
     end associate
   end function shear_modulus
 
