@@ -16,7 +16,7 @@ module qsmpm_logarithmic_plane
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: pair_quotient
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
-  use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
+  use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms, short_sinh
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
   use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
@@ -54,11 +54,12 @@ contains
     integer, intent(in) :: tangent
     type(trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: start(4), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
+    real(wp) :: start(4), part(2), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
     integer :: p, first
     logical :: principal
 
     k = 0.0_wp
+    part = 0.0_wp
     lame = model%trial_lame
     shear = model%trial_shear
     modulus = model%shear
@@ -69,10 +70,10 @@ contains
         start = batch%state_start(:4, p)
         volume_ratio = batch%volume_ratio(p)
       else
-        call start_tensor(model, batch%stress_start(:, p), modulus, start)
+        call start_tensor(model, batch%stress_start(:, p), modulus, start, part)
         volume_ratio = 1.0_wp
       end if
-      call make_trial(lame, shear, batch%gradient(:, p), start, volume_ratio, trial, b, batch%status(p))
+      call make_trial(lame, shear, batch%gradient(:, p), start, part, volume_ratio, trial, b, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) then
         batch%state(:4, p) = b
@@ -112,17 +113,19 @@ contains
   end subroutine update_plane
 
   !> b and the trial strain or stress.
-  pure subroutine make_trial(lame, shear, f, start, volume_ratio, trial, b, status)
+  pure subroutine make_trial(lame, shear, f, start, part, volume_ratio, trial, b, status)
     !> Lame's moduli of the trial.
     real(wp), intent(in) :: lame, shear
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> b_e at the start of the step, in stress order.
+    !> b_e at the start of the step, in stress order, over a factor of the plane block and one of 33: ln of the
+    !> determinant of the first, and half of ln of the second.
     real(wp), intent(in) :: start(4)
+    real(wp), intent(in) :: part(2)
     !> J_n.
     real(wp), intent(in) :: volume_ratio
     type(trial_type), intent(out) :: trial
-    !> b in stress order.
+    !> b over the same factors, in stress order.
     real(wp), intent(out) :: b(4)
     !> status_ok, or why there is none.
     integer, intent(out) :: status
@@ -152,8 +155,9 @@ contains
     end if
     status = status_ok
     log_det = log(det_b)
-    log_33 = 0.5_wp*log(b(3))
     call set_artanh(log_det, trial)
+    log_det = log_det + part(1)
+    log_33 = 0.5_wp*log(b(3)) + part(2)
     trial%lame = lame
     trial%shear = shear
     sum_strain = 0.5_wp*log_det + log_33
@@ -163,23 +167,30 @@ contains
     trial%trial(4) = lame*sum_strain + 2.0_wp*shear*log_33
   end subroutine make_trial
 
-  !> b_e of the elastic strain of a Cauchy stress, 0 where that is not finite; and the shear modulus of the step.
-  pure subroutine start_tensor(model, stress, modulus, b)
+  !> b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the plane block
+  !> is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], whose determinant is 1: exponentials are not needed.
+  pure subroutine start_tensor(model, stress, modulus, b, part)
     class(principal_model_type), intent(in) :: model
     !> Cauchy stress.
     real(wp), intent(in) :: stress(4)
     !> Shear modulus of the step; stays as it is where the stress is not finite.
     real(wp), intent(inout) :: modulus
-    !> b_e in stress order.
+    !> b_e in stress order over its factors, 0 where the stress is not finite; and the factors as of make_trial.
     real(wp), intent(out) :: b(4)
-    real(wp) :: value(3), c, s
+    real(wp), intent(out) :: part(2)
+    real(wp) :: value(3), c, s, hyperbolic_sine, hyperbolic_cosine
 
     b = 0.0_wp
+    part = 0.0_wp
     if (.not. all(ieee_is_finite(stress))) return
     call to_principal([0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)], &
       value, c, s)
     modulus = model%shear_modulus(value)
-    b = stress_order(from_principal(exp(2.0_wp*model%elastic_strain(modulus, value)), c, s))
+    value = model%elastic_strain(modulus, value)
+    part = [2.0_wp*(value(1) + value(2)), value(3)]
+    hyperbolic_sine = short_sinh(value(1) - value(2))
+    hyperbolic_cosine = sqrt(1.0_wp + hyperbolic_sine**2)
+    b = [hyperbolic_cosine + hyperbolic_sine*c, hyperbolic_cosine - hyperbolic_sine*c, 1.0_wp, hyperbolic_sine*s]
   end subroutine start_tensor
 
   !> y, g and (g - 1)/y of a point. Far from y = 0 artanh(x) = ln(m (1 + x)) - ln(det)/2, which loses
