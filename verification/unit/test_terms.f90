@@ -3,7 +3,7 @@
 !> exactly once of how a solve has ended.
 module test_terms
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-  use qsmpm, only: wp, error_type, problem_type, simulation_type, model_type, kept_values
+  use qsmpm, only: wp, error_type, problem_type, simulation_type, model_type, kept_values, keep_values
   use qsmpm_analysis, only: analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equations, only: gather, scatter
@@ -34,8 +34,8 @@ module test_terms
 
   !> Unit vector, stiffness and viscosity of the spring.
   real(wp), parameter :: along(2) = [0.6_wp, 0.8_wp], stiffness = 40.0_wp, viscosity = 3.0_wp
-  !> Step of the central differences, and their error on quadratic and cubic terms of a strain of a hundredth.
-  real(wp), parameter :: difference = 1.0e-5_wp, error_of_difference = 1.0e-7_wp
+  !> Step of the central differences.
+  real(wp), parameter :: difference = 1.0e-5_wp
   !> A block under its weight and a pressure, a surface of it held, that cuts its grid.
   character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 6|Y, 0, 2, 6|'// &
     '*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=head, BOX|0, 1, 0.6, 0.7|*SURFACE, NAME=side, TYPE=SEGMENT|1, 0, 1, 0.8|'// &
@@ -154,9 +154,15 @@ contains
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
     type(step_type) :: step
+    type(error_type), allocatable :: error
     real(wp), allocatable :: still(:, :), v(:, :), linear(:, :), ahead(:, :), back(:, :)
 
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*SUPPORT, SURFACE=side, TYPE=NORMAL', model, step)
+    ! A spring that is stretched already: what it pulls with at the start is no answer to a displacement.
+    call keep_values(model%state%kept, position_reached, reshape([0.3_wp], [1, 1]))
+    call end_system(step%system)
+    call initialise_step(model, step, error)
+    call begin_terms(step%terms, increment_type(moment_type(duration=0.25_wp, phase_time=2.0_wp)))
     allocate (v, source=waves(model, 0.7_wp))
     allocate (still, source=0.0_wp*v)
     allocate (linear, ahead, back, mold=v)
@@ -167,7 +173,7 @@ contains
     call evaluate_step(model, step, -difference*v, tangent_none)
     back = step%forces%internal + step%forces%numerical
     call tests%close('the linear force is the derivative at the start', maxval(abs(linear - (ahead - back) &
-      /(2.0_wp*difference))), 0.0_wp, error_of_difference*maxval(abs(linear)))
+      /(2.0_wp*difference))), 0.0_wp, 1.0e-5_wp*maxval(abs(force_named(step, 'force of the spring', v))))
     call end_system(step%system)
   end subroutine check_prescribed
 
