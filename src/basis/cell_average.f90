@@ -1,5 +1,5 @@
-!> CELL integration: full cells by a Gauss rule, all other cells at their points, or over the pieces
-!> of domains that lie in them.
+!> CELL integration: full cells by a Gauss rule, all other cells at their points, over the pieces of domains that lie
+!> in them, or over the part of a body that lies in them where its outline is carried (qsmpm_body_quadrature).
 !>
 !> The start state at the Gauss points of a full cell is a fit of the points' own (qsmpm_cell_fit). It
 !> removes the cell-crossing noise of points whose number and place in the cell change; after the
@@ -14,6 +14,7 @@ module qsmpm_cell_average
   use qsmpm_law, only: law_slot_type
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
+  use qsmpm_body_quadrature, only: body_quadrature_type, put_bodies, is_filled
   use qsmpm_cell_fit, only: fit_cell, fit_order, monomials, monomial_count
   use qsmpm_integration, only: integration_type, allocate_integration, set_group_nodes, set_basis, &
     set_average, take_point
@@ -26,7 +27,7 @@ contains
 
   !> Replace the points of full cells by Gauss points.
   subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
-    inaccurate)
+    inaccurate, bodies)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
@@ -45,21 +46,23 @@ contains
     type(integration_type), intent(out) :: integration
     !> Points of full cells that differ much from the fit.
     integer, intent(out) :: inaccurate
+    !> Bodies whose outline is carried; none when absent.
+    type(body_quadrature_type), intent(in), optional :: bodies
     type(pieces_type) :: pieces
     logical, allocatable :: whole(:)
-    integer :: g, group, own
+    integer, allocatable :: chosen(:)
+    integer :: g, own
 
     if (space%domains) then
       call cut_domains(space, mesh%cell_count, is_axisymmetric, domains, pieces)
     else
       call whole_points(activation, pieces)
     end if
+    if (present(bodies)) call put_bodies(bodies, points, pieces)
     allocate (whole(size(pieces%cell)))
     do g = 1, size(whole)
-      group = activation%active_number(pieces%cell(g))
-      whole(g) = group > 0
-      if (whole(g)) whole(g) = activation%full(group) .and. &
-        one_material(points%material(activation%point(activation%first(group):activation%first(group + 1) - 1)))
+      call points_of_cell(activation, points, pieces, g, bodies, chosen)
+      whole(g) = is_whole(activation, points, pieces, g, chosen, bodies)
     end do
     integration%axisymmetric = is_axisymmetric
     call set_group_nodes(mesh, space, pieces%cell, integration)
@@ -69,23 +72,61 @@ contains
     own = 0
     do g = 1, size(whole)
       if (whole(g)) then
-        group = activation%active_number(pieces%cell(g))
-        call average_cell(mesh, space, points, laws, &
-          activation%point(activation%first(group):activation%first(group + 1) - 1), g, own, integration, inaccurate)
+        call points_of_cell(activation, points, pieces, g, bodies, chosen)
+        call average_cell(mesh, space, points, laws, chosen, g, own, integration, inaccurate)
       else
         call take_pieces(mesh, space, points, pieces, g, integration)
       end if
     end do
   end subroutine integrate_in_cells
 
-  !> True when all points of a cell are of one material.
-  pure function one_material(material) result(one)
-    !> Materials of the points.
-    integer, intent(in) :: material(:)
-    logical :: one
+  !> The points that a cell owns; of a cell with parts of carried bodies those of the first one.
+  pure subroutine points_of_cell(activation, points, pieces, g, bodies, chosen)
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    !> What is integrated over, and the number of a cell in it.
+    type(pieces_type), intent(in) :: pieces
+    integer, intent(in) :: g
+    type(body_quadrature_type), intent(in), optional :: bodies
+    integer, allocatable, intent(out) :: chosen(:)
+    integer :: group
 
-    one = all(material == material(1))
-  end function one_material
+    group = activation%active_number(pieces%cell(g))
+    allocate (chosen(0))
+    if (group == 0) return
+    chosen = activation%point(activation%first(group):activation%first(group + 1) - 1)
+    if (.not. holds_body(bodies, pieces%cell(g))) return
+    chosen = pack(chosen, points%body(chosen) == bodies%body(bodies%first(pieces%cell(g))))
+  end subroutine points_of_cell
+
+  !> Whether a cell holds a part of a carried body.
+  pure logical function holds_body(bodies, cell)
+    type(body_quadrature_type), intent(in), optional :: bodies
+    integer, intent(in) :: cell
+
+    holds_body = present(bodies)
+    if (holds_body) holds_body = bodies%first(cell + 1) > bodies%first(cell)
+  end function holds_body
+
+  !> Whether a cell is integrated by the Gauss rule: one full of one material, or that a carried body fills alone.
+  pure logical function is_whole(activation, points, pieces, g, chosen, bodies) result(whole)
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    type(pieces_type), intent(in) :: pieces
+    integer, intent(in) :: g
+    !> Its points.
+    integer, intent(in) :: chosen(:)
+    type(body_quadrature_type), intent(in), optional :: bodies
+
+    whole = size(chosen) > 0
+    if (.not. whole) return
+    if (holds_body(bodies, pieces%cell(g))) then
+      whole = is_filled(bodies, pieces%cell(g)) .and. all(pieces%of_body(pieces%first(g):pieces%first(g + 1) - 1))
+    else
+      whole = activation%full(activation%active_number(pieces%cell(g))) .and. &
+        all(points%material(chosen) == points%material(chosen(1)))
+    end if
+  end function is_whole
 
   !> First integration point of every group, and the number of Gauss points.
   subroutine count_points(mesh, space, pieces, whole, first, own)
@@ -136,7 +177,9 @@ contains
     do n = pieces%first(group), pieces%first(group + 1) - 1
       p = pieces%point(n)
       q = integration%first(group) + n - pieces%first(group)
-      if (space%domains) then
+      if (sees_place(space, pieces, n)) then
+        call set_basis(mesh, space, group, q, pieces%local(:, n), integration)
+      else if (space%domains) then
         call set_average(space, pieces%low(:, n), pieces%high(:, n), first, count, group, q, integration)
       else
         call set_basis(mesh, space, group, q, points%local(:, p), integration)
@@ -144,6 +187,16 @@ contains
       call take_point(points, p, pieces%share(n), q, integration)
     end do
   end subroutine take_pieces
+
+  !> Whether a piece is an integration point of a carried body that sees the functions at its place.
+  pure logical function sees_place(space, pieces, n)
+    type(space_type), intent(in) :: space
+    type(pieces_type), intent(in) :: pieces
+    integer, intent(in) :: n
+
+    sees_place = allocated(pieces%of_body)
+    if (sees_place) sees_place = pieces%of_body(n) .and. (pieces%at_place(n) .or. .not. space%domains)
+  end function sees_place
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
   subroutine average_cell(mesh, space, points, laws, chosen, group, own, integration, inaccurate)

@@ -24,6 +24,10 @@ module qsmpm_domain_pieces
     real(wp), allocatable :: share(:)
     !> Lower and upper ends of the pieces (dimension, n); without entries for whole points.
     real(wp), allocatable :: low(:, :), high(:, :)
+    !> Integration points of carried bodies, and those among them that have no box (n); their local coordinates in the
+    !> cell (dimension, n). Unallocated where all pieces are those of domains or of points.
+    logical, allocatable :: of_body(:), at_place(:)
+    real(wp), allocatable :: local(:, :)
   end type pieces_type
 
 contains

@@ -8,7 +8,7 @@ module qsmpm_polyhedron_check
   implicit none
   private
 
-  public :: polyhedron_problem
+  public :: polyhedron_problem, corner_numbers
 
   !> Volumes below this share of the enclosing box are rounding.
   real(wp), parameter :: flat = 1.0e-12_wp

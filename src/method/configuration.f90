@@ -2,12 +2,14 @@
 !> anew from the state; the terms of the equations look at it and nothing changes it until the step has ended.
 module qsmpm_configuration
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_analysis, only: axisymmetric, integrate_cells
+  use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
   use qsmpm_house_keeping, only: activation_type, activate
   use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_model, only: model_type
+  use qsmpm_outlines, only: find_bodies
   use qsmpm_point_integration, only: integrate_at_points
   implicit none
   private
@@ -16,6 +18,8 @@ module qsmpm_configuration
 
   type :: configuration_type
     type(activation_type) :: activation
+    !> What bodies whose outline is carried hold of the cells; unallocated without.
+    type(body_quadrature_type), allocatable :: bodies
     !> Domains of the points, where the space averages over them.
     type(domains_type) :: domains
     !> Basis at the material points.
@@ -34,7 +38,7 @@ contains
     associate (c => configuration)
       if (.not. allocated(c%volumes)) allocate (c%volumes(model%mesh%cell_count))
       call cell_volumes(model%mesh, model%analysis%model == axisymmetric, c%volumes)
-      call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge)
+      call activate_cells(model, c)
       if (model%space%domains) then
         call place_domains(model%space, c%activation, model%state%points, c%domains)
         call touch_cells(model%space, c%domains, c%activation%touched)
@@ -45,6 +49,30 @@ contains
     end associate
     call lump_volumes(model%space%node_count, configuration)
   end subroutine find_configuration
+
+  !> Cells that own points or, where cells are integrated, hold parts of carried bodies. Splines take cells without a
+  !> point for touched, as those that domains reach into.
+  subroutine activate_cells(model, configuration)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(inout) :: configuration
+    logical, allocatable :: occupied(:)
+
+    associate (c => configuration)
+      if (allocated(c%bodies)) deallocate (c%bodies)
+      if (size(model%outlines) > 0) then
+        allocate (c%bodies)
+        call find_bodies(model, c%volumes, c%bodies)
+        if (model%analysis%method%integration == integrate_cells) allocate (occupied, source=c%bodies%fill > 0.0_wp)
+      end if
+      if (model%space%tensor) then
+        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge)
+        if (allocated(occupied)) c%activation%touched = c%activation%touched .or. occupied
+      else
+        call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge, occupied)
+      end if
+      if (allocated(occupied)) call choose_sources(model%mesh, c%activation, model%state%points, c%bodies)
+    end associate
+  end subroutine activate_cells
 
   !> Whether the centres and sizes of cells are wanted.
   pure logical function any_law_asks_where(model) result(asks)

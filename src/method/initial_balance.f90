@@ -51,7 +51,7 @@ contains
 
   !> Refuse K0 stresses that are not in equilibrium; say how well they are.
   subroutine check_initial_balance(model, step, phase, observer, error)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     !> Scratch of the step; the first step makes use of it.
     type(step_type), intent(inout) :: step
     type(phase_type), intent(in) :: phase

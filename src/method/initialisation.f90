@@ -4,7 +4,7 @@
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: newton_modified
+  use qsmpm_analysis, only: integrate_cells, newton_modified
   use qsmpm_configuration, only: configuration_type, find_configuration, forget_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
@@ -13,6 +13,8 @@ module qsmpm_initialisation
   use qsmpm_model, only: model_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type
   use qsmpm_node_graph, only: patches_type
+  use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
+  use qsmpm_outlines, only: lay_surfaces
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
@@ -49,6 +51,8 @@ module qsmpm_initialisation
     type(window_type) :: window, told
     !> What the rows of a moving mesh have done so far; outlives the step.
     type(moving_mesh_check_type) :: rows
+    !> What the outlines of cut bodies have told so far; outlives the step.
+    type(cut_cell_check_type) :: cut
   end type step_type
 
 contains
@@ -75,7 +79,8 @@ contains
 
   !> Prepare a step from the state of the model.
   subroutine initialise_step(model, step, error)
-    type(model_type), intent(in) :: model
+    !> Loaded surfaces of bodies whose outline is carried are laid on it anew.
+    type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     !> Failure of the ordering or of the solver's analysis.
     type(error_type), allocatable, intent(out) :: error
@@ -88,6 +93,13 @@ contains
     step%window = model%state%window
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
+    if (allocated(step%bodies)) then
+      if (model%analysis%method%integration == integrate_cells) then
+        call lay_surfaces(model, step%bodies)
+      else
+        call measure_cut_cells(model, step%activation, step%bodies, step%at_points, step%cut)
+      end if
+    end if
     call prepare_terms(model, step%configuration_type, step%terms, patches)
     call find_unknowns(model, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)

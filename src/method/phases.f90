@@ -9,6 +9,7 @@ module qsmpm_phases
   use qsmpm_initial_strength, only: count_beyond_strength
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_locking_check, only: check_locking
+  use qsmpm_cut_cell_check, only: warn_of_cut_cells, end_cut_cell_check
   use qsmpm_moving_mesh_check, only: check_moving_mesh
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
@@ -230,6 +231,7 @@ contains
     class(observer_type), intent(inout) :: observer
 
     call tell_worst_share(model, march, observer)
+    call end_cut_cell_check(model%analysis%phases(model%state%progress%phase)%name, march%step%cut, observer)
     call check_locking(model, observer)
   end subroutine sum_up
 
@@ -345,6 +347,7 @@ contains
       step%profile%steps = step%profile%steps + 1
       call turn_to(step%profile%watch, part_output)
       if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
+      call warn_of_cut_cells(model, step%bodies, step%cut, observer)
       call tell_window(model, step, observer)
       call observer%accepted(model, record, error)
       call turn_to(step%profile%watch, part_control)

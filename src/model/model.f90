@@ -8,6 +8,7 @@ module qsmpm_model
   use qsmpm_mesh, only: mesh_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_body_shape, only: body_shape_type
+  use qsmpm_carried_outline, only: carried_outline_type
   use qsmpm_space, only: space_type
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_kept_arrays, only: kept_arrays_type
@@ -98,6 +99,8 @@ module qsmpm_model
     type(law_slot_type), allocatable :: laws(:)
     !> Bounds of the bodies as drawn (bodies); those of element sets number the cells of the first window.
     type(body_shape_type), allocatable :: shapes(:)
+    !> Outlines that are carried with the material; their vertices are tracers behind those of the histories.
+    type(carried_outline_type), allocatable :: outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
     !> How often the mesh has been laid around the material anew.

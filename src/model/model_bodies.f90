@@ -19,7 +19,7 @@ module qsmpm_model_bodies
   implicit none
   private
 
-  public :: make_points, place_seeds
+  public :: make_points, place_seeds, places_for
 
   !> Cells may be filled beyond one by rounding only; more means that bodies overlap, less that one ends inside.
   real(wp), parameter :: overfull = 1.0_wp + 1.0e-6_wp, cut = 1.0_wp - 1.0e-6_wp

@@ -16,6 +16,7 @@ module qsmpm_model_builder
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
+  use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
@@ -69,6 +70,7 @@ contains
       call fail(error, faults%code, faults%text)
       return
     end if
+    call carry_outlines(model)
     call finish(model)
   end subroutine build_model
 

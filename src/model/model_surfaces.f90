@@ -16,7 +16,7 @@ module qsmpm_model_surfaces
   implicit none
   private
 
-  public :: make_surfaces
+  public :: make_surfaces, surface_degree, outline_box
 
   !> Normals of a plane differ less than this.
   real(wp), parameter :: plane_tolerance = 1.0e-6_wp
@@ -154,20 +154,10 @@ contains
     integer, intent(in) :: number
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
-    real(wp) :: box(3, 2), slack, left_out
+    real(wp) :: left_out
     logical :: occupied(model%mesh%cell_count)
-    integer :: b, d, p
+    integer :: b, p
 
-    d = model%mesh%dimension
-    slack = set_tolerance(model%mesh)
-    box(:, 1) = -1.0_wp
-    box(:, 2) = 1.0_wp
-    box(:d, 1) = box(:d, 1) + model%mesh%bounds(:, 1)
-    box(:d, 2) = box(:d, 2) + model%mesh%bounds(:, 2)
-    if (surface%boxed) then
-      box(:, 1) = surface%box(:, 1) - slack
-      box(:, 2) = surface%box(:, 2) + slack
-    end if
     do b = 1, size(model%analysis%bodies)
       if (model%analysis%bodies(b)%name /= surface%body) cycle
       occupied = .false.
@@ -175,10 +165,28 @@ contains
         if (model%state%points%body(p) == b) occupied(model%state%points%cell(p)) = .true.
       end do
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
-        model%shapes(b), box, slack, surface_degree(model), number, list, left_out)
+        model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
+        left_out)
       if (left_out > 0.0_wp) call tell_slivers(model, surface, left_out)
     end do
   end subroutine outline_points
+
+  !> Corners of the box that bounds a surface on an outline (3,2), wider than drawn; of one without the mesh and more.
+  pure function outline_box(model, surface) result(box)
+    type(model_type), intent(in) :: model
+    type(surface_type), intent(in) :: surface
+    real(wp) :: box(3, 2)
+    integer :: d
+
+    d = model%mesh%dimension
+    box(:, 1) = -1.0_wp
+    box(:, 2) = 1.0_wp
+    box(:d, 1) = box(:d, 1) + model%mesh%bounds(:, 1)
+    box(:d, 2) = box(:d, 2) + model%mesh%bounds(:, 2)
+    if (.not. surface%boxed) return
+    box(:, 1) = surface%box(:, 1) - set_tolerance(model%mesh)
+    box(:, 2) = surface%box(:, 2) + set_tolerance(model%mesh)
+  end function outline_box
 
   !> Faces of a surface named by the mesh.
   subroutine mesh_faces(model, name, faces)

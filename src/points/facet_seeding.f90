@@ -35,8 +35,8 @@ contains
     real(wp), intent(in) :: low(3), high(3)
     !> Degree of the functions on a facet, for which the rule is exact.
     integer, intent(in) :: degree
-    !> Number of the surface.
-    integer, intent(in) :: surface
+    !> Number that the seeds of each facet get: that of its surface, or its own (facets).
+    integer, intent(in) :: surface(:)
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp), allocatable :: places(:, :), weights(:)
@@ -59,7 +59,8 @@ contains
         associate (z => solid%facets(3, :, near(i)))
           if (minval(z) > box(3, 2) .or. maxval(z) < box(3, 1)) cycle
         end associate
-        call seed_facet(mesh, occupied, c, solid%facets(:, :, near(i)), low, high, places, weights, surface, list)
+        call seed_facet(mesh, occupied, c, solid%facets(:, :, near(i)), low, high, places, weights, &
+          surface(near(i)), list)
       end do
     end do
   end subroutine seed_facets

@@ -1,7 +1,7 @@
 !> House-keeping (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active,
 !> and which of the active cells are full or lie at the boundary of the material.
 !>
-!> A cell is active when it owns a point, never because a shape function reaches into it. An active
+!> A cell is active when it owns a point or a part of a body, never because a shape function reaches into it. An active
 !> cell belongs to the *boundary* when a cell sharing a corner with it is inactive or its fill is
 !> below 0.6; it is *full* when no such neighbour is inactive and its fill is above 0.4. The outside
 !> of the mesh does not count as inactive: there the fixities speak, and where nothing is held the fill
@@ -48,7 +48,7 @@ module qsmpm_house_keeping
 contains
 
   !> Sort points into cells and classify the cells.
-  pure subroutine activate(mesh, cell_volume, points, activation, open_edge)
+  pure subroutine activate(mesh, cell_volume, points, activation, open_edge, occupied)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
@@ -59,10 +59,12 @@ contains
     type(activation_type), intent(out) :: activation
     !> Cells with a free face on the outside of the mesh (cell_count); none when absent.
     logical, intent(in), optional :: open_edge(:)
+    !> Cells that are active without a point, for they hold a part of a body (cell_count); none when absent.
+    logical, intent(in), optional :: occupied(:)
     real(wp) :: least
     integer :: k, c, p
 
-    call sort_by_cell(mesh%cell_count, points, activation)
+    call sort_by_cell(mesh%cell_count, points, activation, occupied)
     allocate (activation%touched, source=activation%active_number > 0)
     allocate (activation%fill(activation%active_count), activation%boundary(activation%active_count), &
       activation%full(activation%active_count))
@@ -87,13 +89,16 @@ contains
   end subroutine activate
 
   !> Counting sort of the points by cell, then material.
-  pure subroutine sort_by_cell(cell_count, points, activation)
+  pure subroutine sort_by_cell(cell_count, points, activation, occupied)
     !> Number of cells.
     integer, intent(in) :: cell_count
     !> The material points.
     type(points_type), intent(in) :: points
     !> What house-keeping found.
     type(activation_type), intent(inout) :: activation
+    !> Cells that are active without a point (cell_count).
+    logical, intent(in), optional :: occupied(:)
+    logical :: active(cell_count)
     integer :: owned(cell_count), place(cell_count)
     integer :: c, k, m, p
 
@@ -101,14 +106,16 @@ contains
     do p = 1, points%count
       owned(points%cell(p)) = owned(points%cell(p)) + 1
     end do
-    activation%active_count = count(owned > 0)
+    active = owned > 0
+    if (present(occupied)) active = active .or. occupied
+    activation%active_count = count(active)
     allocate (activation%active_cell(activation%active_count), activation%active_number(cell_count))
     allocate (activation%first(activation%active_count + 1), activation%point(points%count))
     activation%active_number = 0
     activation%first(1) = 1
     k = 0
     do c = 1, cell_count
-      if (owned(c) == 0) cycle
+      if (.not. active(c)) cycle
       k = k + 1
       activation%active_cell(k) = c
       activation%active_number(c) = k

@@ -16,7 +16,7 @@ module qsmpm_outline_seeding
   implicit none
   private
 
-  public :: seed_outline
+  public :: seed_outline, bounds_of
 
   !> Share of a surface below which a cut edge or facet is a sliver.
   real(wp), parameter :: sliver = 1.0e-6_wp
@@ -57,7 +57,8 @@ contains
     if (mesh%dimension == 3) then
       call bounds_of(mesh, shape, solid)
       call drop_slivers(box, slack, solid, left_out)
-      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), degree, surface, list)
+      call seed_facets(mesh, occupied, solid, box(:, 1), box(:, 2), degree, &
+        spread(surface, 1, size(solid%facets, 3)), list)
       return
     end if
     n = size(segment, 2)

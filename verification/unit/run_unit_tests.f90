@@ -59,6 +59,7 @@ program run_unit_tests
   use test_point_driver, only: collect_point_driver
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
+  use test_outlines, only: collect_outlines
   use test_overburden, only: collect_overburden
   use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
@@ -166,6 +167,7 @@ program run_unit_tests
   call register('point_driver', collect_point_driver)
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
+  call register('outlines', collect_outlines)
   call register('overburden', collect_overburden)
   call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)

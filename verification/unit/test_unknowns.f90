@@ -154,10 +154,12 @@ contains
   subroutine initialise_both(model, step)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
+    type(model_type) :: copy
     type(step_type) :: plain
     type(error_type), allocatable :: error
 
-    call initialise_step(model, plain, error)
+    copy = model
+    call initialise_step(copy, plain, error)
     if (allocated(error)) error stop 'a step of the unknowns suite cannot be made'
     call end_system(plain%system)
     step%configuration_type = plain%configuration_type

@@ -114,7 +114,8 @@ contains
     if (.not. self%updates_points) then
       allocate (self%integration)
       call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, configuration%activation, &
-        model%state%points, model%laws, configuration%domains, self%integration, self%inaccurate_points)
+        model%state%points, model%laws, configuration%domains, self%integration, self%inaccurate_points, &
+        configuration%bodies)
     end if
     call group_by_pressure(self, model, configuration%at_points)
     if (allocated(self%integration) .and. allocated(configuration%at_points%cell_size)) &

@@ -106,13 +106,13 @@ contains
     real(wp) :: young
     integer :: p
 
+    p = 0
     associate (group => activation%active_number(model%state%surface%cell(i)))
       if (group > 0) then
-        p = activation%point(activation%first(group))
-      else
-        p = nearest_point(model%state%points, model%state%surface%position(:, i))
+        if (activation%first(group + 1) > activation%first(group)) p = activation%point(activation%first(group))
       end if
     end associate
+    if (p == 0) p = nearest_point(model%state%points, model%state%surface%position(:, i))
     young = model%laws(model%state%points%material(p))%law%stiffness_scale
   end function young_at
 

@@ -1,0 +1,251 @@
+!> Integration points of bodies whose outline is carried with the material: those of the deformed body as the grid cuts
+!> it, found anew in every step.
+!>
+!> The material points move and keep their volumes, so that after a while those of a cut cell are no longer the moments
+!> of what lies in it. The outline tells what does; the integration points that it gives (qsmpm_outline_quadrature,
+!> in space qsmpm_seeding) have again
+!>
+!>   sum over points of V grad N_a  =  sum over surface points of N_a a
+!>
+!> for every function. Each integration point takes the state of the nearest material point of its body, one in its own
+!> cell where there is one. docs/methods/bodies.md.
+module qsmpm_body_quadrature
+  use qsmpm_kinds, only: wp
+  use qsmpm_element, only: shape_functions
+  use qsmpm_element_kinds, only: max_nodes
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_points, only: points_type
+  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_domain_pieces, only: pieces_type
+  implicit none
+  private
+
+  public :: body_quadrature_type, sort_seeds, choose_sources, put_bodies, is_filled
+
+  !> What a body may lack of a cell that it fills: rounding.
+  real(wp), parameter :: rounding = 1.0e-9_wp
+
+  !> Integration points sorted by cell; no bodies and no cells where nothing is carried.
+  type :: body_quadrature_type
+    !> Bodies whose outline is carried and bounds their points (bodies).
+    logical, allocatable :: carried(:)
+    !> Those of a cell: first(c) : first(c+1)-1 (cell_count+1).
+    integer, allocatable :: first(:)
+    !> Local coordinates (dimension, n), volumes, bodies and material points they take their state from (n).
+    real(wp), allocatable :: local(:, :), volume(:)
+    integer, allocatable :: body(:), source(:)
+    !> Half lengths of the boxes that they stand for, and ends of these in the cell (dimension, n).
+    real(wp), allocatable :: half(:, :), low(:, :), high(:, :)
+    !> Share of each cell that carried bodies hold (cell_count).
+    real(wp), allocatable :: fill(:)
+    !> Vertices that this was found for (dimension, m).
+    real(wp), allocatable :: vertices(:, :)
+  end type body_quadrature_type
+
+contains
+
+  !> Sort seeds of bodies by cell.
+  pure subroutine sort_seeds(list, volumes, carried, quadrature)
+    type(seed_list_type), intent(in) :: list
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: volumes(:)
+    !> Bodies whose seeds are taken (bodies).
+    logical, intent(in) :: carried(:)
+    type(body_quadrature_type), intent(out) :: quadrature
+    integer :: next(size(volumes)), i, c, n
+
+    next = 0
+    do i = 1, list%count
+      if (carried(list%body(i))) next(list%cell(i)) = next(list%cell(i)) + 1
+    end do
+    allocate (quadrature%carried, source=carried)
+    allocate (quadrature%first(size(volumes) + 1), quadrature%fill(size(volumes)))
+    quadrature%first(1) = 1
+    do c = 1, size(volumes)
+      quadrature%first(c + 1) = quadrature%first(c) + next(c)
+      next(c) = quadrature%first(c)
+    end do
+    n = quadrature%first(size(volumes) + 1) - 1
+    allocate (quadrature%volume(n), quadrature%body(n))
+    allocate (quadrature%source(n), source=0)
+    allocate (quadrature%local(merge(size(list%local, 1), 0, n > 0), n))
+    allocate (quadrature%half, quadrature%low, quadrature%high, mold=quadrature%local)
+    quadrature%fill = 0.0_wp
+    do i = 1, list%count
+      if (.not. carried(list%body(i))) cycle
+      c = list%cell(i)
+      quadrature%local(:, next(c)) = list%local(:, i)
+      quadrature%half(:, next(c)) = list%vector(:, i)
+      quadrature%volume(next(c)) = list%volume(i)
+      quadrature%body(next(c)) = list%body(i)
+      quadrature%fill(c) = quadrature%fill(c) + list%volume(i)/volumes(c)
+      next(c) = next(c) + 1
+    end do
+  end subroutine sort_seeds
+
+  !> Find the boxes of the integration points, and the material points that they take their states from.
+  pure subroutine choose_sources(mesh, activation, points, quadrature)
+    type(mesh_type), intent(in) :: mesh
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    type(body_quadrature_type), intent(inout) :: quadrature
+    real(wp), dimension(mesh%dimension) :: x, low, high
+    real(wp) :: functions(max_nodes)
+    integer :: c, i, k, n
+
+    do c = 1, mesh%cell_count
+      n = mesh%cell_first(c + 1) - mesh%cell_first(c)
+      do i = quadrature%first(c), quadrature%first(c + 1) - 1
+        call shape_functions(mesh%cell_kind(c), quadrature%local(:, i), functions(:n))
+        x = interpolate(mesh, c, functions(:n), mesh%coordinates)
+        associate (corners => mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)))
+          low = minval(corners, dim=2)
+          high = maxval(corners, dim=2)
+        end associate
+        quadrature%low(:, i) = max(x - quadrature%half(:, i), low)
+        quadrature%high(:, i) = min(x + quadrature%half(:, i), high)
+        associate (source => quadrature%source(i), body => quadrature%body(i))
+          source = 0
+          call nearest_in(activation, points, c, body, x, source)
+          if (source > 0) cycle
+          do k = mesh%vertex_first(c), mesh%vertex_first(c + 1) - 1
+            call nearest_in(activation, points, mesh%vertex_neighbour(k), body, x, source)
+          end do
+          if (source == 0) source = nearest_of_body(points, body, x)
+        end associate
+      end do
+    end do
+  end subroutine choose_sources
+
+  !> The material point of a body in a cell that is nearest to a place, if nearer than the one so far.
+  pure subroutine nearest_in(activation, points, cell, body, x, nearest)
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: cell, body
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    !> 0 for none.
+    integer, intent(inout) :: nearest
+    integer :: g, k, p
+
+    g = activation%active_number(cell)
+    if (g == 0) return
+    do k = activation%first(g), activation%first(g + 1) - 1
+      p = activation%point(k)
+      if (points%body(p) /= body) cycle
+      if (nearest > 0) then
+        if (sum((points%position(:, p) - x)**2) >= sum((points%position(:, nearest) - x)**2)) cycle
+      end if
+      nearest = p
+    end do
+  end subroutine nearest_in
+
+  !> The material point of a body nearest to a place.
+  pure integer function nearest_of_body(points, body, x) result(nearest)
+    type(points_type), intent(in) :: points
+    integer, intent(in) :: body
+    !> Place (dimension).
+    real(wp), intent(in) :: x(:)
+    real(wp) :: least, distance
+    integer :: p
+
+    nearest = 0
+    least = huge(least)
+    do p = 1, points%count
+      if (points%body(p) /= body) cycle
+      distance = sum((points%position(:, p) - x)**2)
+      if (distance >= least) cycle
+      least = distance
+      nearest = p
+    end do
+  end function nearest_of_body
+
+  !> Put carried bodies in the place of what their material points stand for. A point that lies in a cell without a part
+  !> of its body is left as it is.
+  pure subroutine put_bodies(quadrature, points, pieces)
+    type(body_quadrature_type), intent(in) :: quadrature
+    type(points_type), intent(in) :: points
+    !> In: pieces of domains or points. Out: with the integration points of the bodies, after the others of a cell.
+    type(pieces_type), intent(inout) :: pieces
+    type(pieces_type) :: joint
+    logical :: kept(size(pieces%point))
+    integer :: number(size(quadrature%fill)), next(size(quadrature%fill)), g, n, c, i
+
+    do n = 1, size(kept)
+      associate (p => pieces%point(n))
+        kept(n) = .not. (quadrature%carried(points%body(p)) .and. &
+          quadrature%first(points%cell(p) + 1) > quadrature%first(points%cell(p)))
+      end associate
+    end do
+    number = quadrature%first(2:) - quadrature%first(:size(number))
+    do g = 1, size(pieces%cell)
+      number(pieces%cell(g)) = number(pieces%cell(g)) + count(kept(pieces%first(g):pieces%first(g + 1) - 1))
+    end do
+    call make_room(pieces, number, size(points%position, 1), joint, next)
+    do g = 1, size(pieces%cell)
+      do i = pieces%first(g), pieces%first(g + 1) - 1
+        if (.not. kept(i)) cycle
+        n = next(pieces%cell(g))
+        next(pieces%cell(g)) = n + 1
+        joint%point(n) = pieces%point(i)
+        joint%share(n) = pieces%share(i)
+        if (size(pieces%low) > 0) joint%low(:, n) = pieces%low(:, i)
+        if (size(pieces%low) > 0) joint%high(:, n) = pieces%high(:, i)
+      end do
+    end do
+    do c = 1, size(number)
+      do i = quadrature%first(c), quadrature%first(c + 1) - 1
+        n = next(c)
+        next(c) = n + 1
+        joint%point(n) = quadrature%source(i)
+        joint%share(n) = quadrature%volume(i)/points%volume(quadrature%source(i))
+        joint%local(:, n) = quadrature%local(:, i)
+        joint%of_body(n) = .true.
+        joint%at_place(n) = all(quadrature%half(:, i) <= tiny(1.0_wp))
+        if (size(joint%low) == 0) cycle
+        joint%low(:, n) = quadrature%low(:, i)
+        joint%high(:, n) = quadrature%high(:, i)
+      end do
+    end do
+    pieces = joint
+  end subroutine put_bodies
+
+  !> Lists with room for the pieces of every cell.
+  pure subroutine make_room(pieces, number, dimension, joint, next)
+    type(pieces_type), intent(in) :: pieces
+    !> Pieces of each cell (cell_count).
+    integer, intent(in) :: number(:)
+    integer, intent(in) :: dimension
+    type(pieces_type), intent(out) :: joint
+    !> First piece of each cell (cell_count).
+    integer, intent(out) :: next(:)
+    integer :: c, n
+
+    allocate (joint%cell, source=pack([(c, c=1, size(number))], number > 0))
+    allocate (joint%first(size(joint%cell) + 1))
+    joint%first(1) = 1
+    next = 0
+    do c = 1, size(joint%cell)
+      joint%first(c + 1) = joint%first(c) + number(joint%cell(c))
+      next(joint%cell(c)) = joint%first(c)
+    end do
+    n = sum(number)
+    allocate (joint%point(n), joint%share(n), joint%local(dimension, n))
+    allocate (joint%of_body(n), joint%at_place(n), source=.false.)
+    allocate (joint%low(size(pieces%low, 1), merge(n, 0, size(pieces%low, 1) > 0)), source=0.0_wp)
+    allocate (joint%high, source=joint%low)
+  end subroutine make_room
+
+  !> Whether one body fills a cell.
+  pure logical function is_filled(quadrature, cell)
+    type(body_quadrature_type), intent(in) :: quadrature
+    integer, intent(in) :: cell
+
+    associate (body => quadrature%body(quadrature%first(cell):quadrature%first(cell + 1) - 1))
+      is_filled = size(body) > 0 .and. quadrature%fill(cell) >= 1.0_wp - rounding
+      if (is_filled) is_filled = all(body == body(1))
+    end associate
+  end function is_filled
+end module qsmpm_body_quadrature

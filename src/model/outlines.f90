@@ -1,0 +1,377 @@
+!> Bodies whose outline is carried with the material: those that the grid cuts.
+!>
+!> The vertices of an outline are tracers. At the start of every step the outline says which part of each cell its body
+!> holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays in
+!> equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
+module qsmpm_outlines
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, select_outline, grid_degree, surface_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_bodies, only: places_for
+  use qsmpm_model_surfaces, only: surface_degree, outline_box
+  use qsmpm_body_shape, only: body_shape_type
+  use qsmpm_body_quadrature, only: body_quadrature_type, sort_seeds
+  use qsmpm_carried_outline, only: carried_outline_type, divide_polygon, divide_facets, part_sizes, shape_of_outline
+  use qsmpm_facet_seeding, only: seed_facets
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: cell_size
+  use qsmpm_mesh_search, only: locate
+  use qsmpm_mesh_sets, only: set_tolerance
+  use qsmpm_model_bodies, only: place_seeds
+  use qsmpm_outline_quadrature, only: seed_outline_cells
+  use qsmpm_outline_seeding, only: bounds_of
+  use qsmpm_points, only: carried_type, surface_points_type, allocate_surface_points, set_normals
+  use qsmpm_polyhedron, only: polyhedron_type
+  use qsmpm_seeding, only: seed_body
+  use qsmpm_seed_list, only: seed_list_type
+  use qsmpm_surface_seeding, only: seed_segment
+  use qsmpm_cell_measure, only: cell_volumes
+  implicit none
+  private
+
+  public :: carry_outlines, find_bodies, lay_surfaces, seed_outlines
+
+  !> Share of a cell that a body must leave free, or hold, to cut it.
+  real(wp), parameter :: cut = 1.0e-6_wp
+  !> Greatest length of an edge over the size of a cell, in the plane and in space, where there are many more.
+  real(wp), parameter :: longest(2:3) = [0.5_wp, 1.0_wp]
+  !> An outline whose volume differs by more than this from that of the points does not bound them any more.
+  real(wp), parameter :: lost = 0.1_wp
+  !> Parts of an outline make up a surface when their area is that of its points to this share.
+  real(wp), parameter :: same_area = 1.0e-6_wp
+  !> No division nearer to another one than so many tolerances of sets.
+  real(wp), parameter :: apart = 4.0_wp
+
+contains
+
+  !> Choose the bodies, and make the vertices of their outlines tracers.
+  subroutine carry_outlines(model)
+    !> The model with its points, surfaces and tracers.
+    type(model_type), intent(inout) :: model
+    type(carried_outline_type) :: outline
+    real(wp), allocatable :: vertices(:, :)
+    real(wp) :: volumes(model%mesh%cell_count), size_of_cells
+    integer :: b, p
+    logical :: placed
+
+    allocate (model%outlines(0))
+    if (model%analysis%method%basis == basis_fem) return
+    call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
+    size_of_cells = huge(1.0_wp)
+    do p = 1, model%state%points%count
+      size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
+    end do
+    do b = 1, size(model%shapes)
+      if (.not. cuts_cells(model, volumes, b)) cycle
+      call divide_bounds(model, b, longest(model%mesh%dimension)*size_of_cells, vertices, outline)
+      if (size(vertices) == 0) cycle
+      call add_tracers(model, vertices, placed)
+      if (.not. placed) cycle
+      outline%before = model%state%tracers%count - outline%count
+      call find_surfaces(model, vertices, outline)
+      model%outlines = [model%outlines, outline]
+    end do
+  end subroutine carry_outlines
+
+  !> Whether a body holds a part of a cell and not all of it.
+  pure logical function cuts_cells(model, volumes, body)
+    type(model_type), intent(in) :: model
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: volumes(:)
+    integer, intent(in) :: body
+    real(wp) :: held(size(volumes))
+    integer :: p
+
+    held = 0.0_wp
+    do p = 1, model%state%points%count
+      associate (c => model%state%points%cell(p))
+        if (model%state%points%body(p) == body) held(c) = held(c) + model%state%points%volume(p)/volumes(c)
+      end associate
+    end do
+    cuts_cells = any(held > cut .and. held < 1.0_wp - cut)
+  end function cuts_cells
+
+  !> Vertices and parts of the bounds of a body; no vertices where it has no bounds of its own in all directions.
+  subroutine divide_bounds(model, body, length, vertices, outline)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    !> Greatest length of an edge.
+    real(wp), intent(in) :: length
+    !> (dimension, n)
+    real(wp), allocatable, intent(out) :: vertices(:, :)
+    type(carried_outline_type), intent(out) :: outline
+    type(polyhedron_type) :: solid
+    real(wp), allocatable :: boxes(:, :, :)
+    real(wp) :: box(3, 2)
+    integer :: s, i
+
+    allocate (vertices(model%mesh%dimension, 0))
+    associate (drawn => model%shapes(body))
+      if (allocated(drawn%region)) return
+      if (model%mesh%dimension == 2) then
+        if (.not. allocated(drawn%outline)) return
+        allocate (boxes(2, 2, 0))
+        do s = 1, size(model%analysis%surfaces)
+          if (.not. is_of_body(model, s, body)) cycle
+          box = outline_box(model, model%analysis%surfaces(s))
+          boxes = reshape([boxes, box(:2, :)], [2, 2, size(boxes, 3) + 1])
+        end do
+        call divide_polygon(drawn%outline, length, boxes, apart*set_tolerance(model%mesh), vertices)
+        outline%corner = reshape([(i, modulo(i, size(vertices, 2)) + 1, i=1, size(vertices, 2))], shape(vertices))
+      else
+        if (.not. allocated(drawn%solid) .and. drawn%high >= huge(1.0_wp)) return
+        call bounds_of(model%mesh, drawn, solid)
+        call divide_facets(solid%facets, length, vertices, outline%corner)
+      end if
+    end associate
+    outline%body = body
+    outline%count = size(vertices, 2)
+    outline%size = measures(model, vertices, outline%corner)
+  end subroutine divide_bounds
+
+  !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began.
+  pure logical function is_of_body(model, surface, body)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: surface, body
+    integer :: p, i
+
+    associate (chosen => model%analysis%surfaces(surface))
+      is_of_body = chosen%selection == select_outline
+      if (is_of_body) is_of_body = chosen%body == model%analysis%bodies(body)%name
+      do p = 1, size(model%analysis%phases)
+        do i = 1, size(model%analysis%phases(p)%supports)
+          is_of_body = is_of_body .and. model%analysis%phases(p)%supports(i)%surface /= chosen%name
+        end do
+      end do
+    end associate
+  end function is_of_body
+
+  !> Add tracers, unless one lies outside of the mesh.
+  subroutine add_tracers(model, places, placed)
+    type(model_type), intent(inout) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: places(:, :)
+    logical, intent(out) :: placed
+    type(carried_type) :: more
+    integer :: i
+
+    associate (tracers => model%state%tracers)
+      more%count = size(places, 2)
+      allocate (more%cell(more%count), source=model%state%points%cell(1))
+      allocate (more%local, mold=places)
+      placed = .true.
+      do i = 1, more%count
+        if (placed) call locate(model%mesh, places(:, i), more%cell(i), more%local(:, i), placed)
+      end do
+      if (.not. placed) return
+      tracers%cell = [tracers%cell, more%cell]
+      tracers%local = reshape([tracers%local, more%local], [size(places, 1), tracers%count + more%count])
+      tracers%position = reshape([tracers%position, places], [size(places, 1), tracers%count + more%count])
+      tracers%initial_position = reshape([tracers%initial_position, places], &
+        [size(places, 1), tracers%count + more%count])
+      tracers%count = tracers%count + more%count
+    end associate
+  end subroutine add_tracers
+
+  !> Parts of an outline that make up surfaces of the deck. A surface that ends amid facets keeps its points.
+  subroutine find_surfaces(model, vertices, outline)
+    type(model_type), intent(in) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: vertices(:, :)
+    type(carried_outline_type), intent(inout) :: outline
+    logical :: inside(size(outline%corner, 2))
+    real(wp) :: box(3, 2), middle(size(vertices, 1)), area
+    integer :: s, i, d
+
+    d = size(vertices, 1)
+    allocate (outline%part(0), outline%surface(0))
+    do s = 1, size(model%analysis%surfaces)
+      if (.not. is_of_body(model, s, outline%body)) cycle
+      box = outline_box(model, model%analysis%surfaces(s))
+      do i = 1, size(inside)
+        middle = sum(vertices(:, outline%corner(:, i)), dim=2)/size(outline%corner, 1)
+        inside(i) = all(middle >= box(:d, 1) .and. middle <= box(:d, 2))
+      end do
+      area = sum(model%state%surface%area, mask=model%state%surface%surface == s)
+      if (abs(sum(outline%size, mask=inside) - area) > same_area*area) cycle
+      outline%part = [outline%part, pack([(i, i=1, size(inside))], inside)]
+      outline%surface = [outline%surface, spread(s, 1, count(inside))]
+    end do
+  end subroutine find_surfaces
+
+  !> Lengths or areas of the parts of an outline, per radian in axisymmetry.
+  pure function measures(model, vertices, corner)
+    type(model_type), intent(in) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: vertices(:, :)
+    !> (2 or 3, parts)
+    integer, intent(in) :: corner(:, :)
+    real(wp) :: measures(size(corner, 2))
+    integer :: i
+
+    measures = part_sizes(vertices, corner)
+    if (model%analysis%model /= axisymmetric) return
+    do i = 1, size(measures)
+      measures(i) = measures(i)*0.5_wp*sum(vertices(1, corner(:, i)))
+    end do
+  end function measures
+
+  !> What the carried bodies hold of each cell, for the present place of their outlines.
+  subroutine find_bodies(model, volumes, bodies)
+    type(model_type), intent(in) :: model
+    !> Volume of every cell (cell_count).
+    real(wp), intent(in) :: volumes(:)
+    type(body_quadrature_type), intent(out) :: bodies
+    type(body_shape_type) :: shape
+    type(seed_list_type) :: list
+    type(error_type), allocatable :: error
+    logical :: carried(size(model%shapes))
+    integer :: k, before
+
+    carried = .false.
+    do k = 1, size(model%outlines)
+      associate (outline => model%outlines(k))
+        call shape_of_outline(outline, model%state%tracers%position(:, outline%before + 1:outline%before &
+          + outline%count), shape)
+        before = list%count
+        if (model%mesh%dimension == 2) then
+          call seed_outline_cells(model%mesh, model%analysis%model == axisymmetric, shape%outline, outline%body, &
+            grid_degree(model%analysis%method%basis), list)
+        else
+          call seed_body(model%mesh, .false., shape, outline%body, &
+            model%analysis%bodies(outline%body)%points_per_element, places_for(model), &
+            grid_degree(model%analysis%method%basis), list, error)
+        end if
+        carried(outline%body) = .not. allocated(error) .and. list%count > before
+        if (carried(outline%body)) carried(outline%body) = bounds_points(model, outline%body, &
+          list%volume(before + 1:list%count))
+      end associate
+    end do
+    call sort_seeds(list, volumes, carried, bodies)
+  end subroutine find_bodies
+
+  !> Whether the volume inside of an outline is still that of the points of its body.
+  pure logical function bounds_points(model, body, held)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    !> Volumes of the parts of cells.
+    real(wp), intent(in) :: held(:)
+    real(wp) :: volume
+
+    volume = sum(model%state%points%volume, mask=model%state%points%body == body)
+    bounds_points = abs(sum(held) - volume) <= lost*volume
+  end function bounds_points
+
+  !> Lay the points of loaded surfaces on the outlines as they are now, cut by the cells.
+  subroutine lay_surfaces(model, bodies)
+    type(model_type), intent(inout) :: model
+    type(body_quadrature_type), intent(in) :: bodies
+    type(seed_list_type) :: list
+    integer, allocatable :: surface(:)
+    real(wp), allocatable :: stretch(:)
+    integer :: k
+
+    allocate (surface(0), stretch(0))
+    do k = 1, size(model%outlines)
+      associate (outline => model%outlines(k))
+        if (size(outline%part) == 0 .or. .not. bodies%carried(outline%body)) cycle
+        call seed_parts(model, bodies, outline, outline%part, list)
+        associate (now => measures(model, vertices_of(model, outline), outline%corner), from => size(surface) + 1)
+          surface = [surface, outline%surface(list%body(from:list%count))]
+          stretch = [stretch, now(outline%part(list%body(from:list%count)))/outline%size(outline%part( &
+            list%body(from:list%count)))]
+        end associate
+      end associate
+    end do
+    if (list%count > 0) call replace_points(model, list, surface, stretch)
+  end subroutine lay_surfaces
+
+  !> Vertices of an outline as they are now.
+  pure function vertices_of(model, outline) result(vertices)
+    type(model_type), intent(in) :: model
+    type(carried_outline_type), intent(in) :: outline
+    real(wp) :: vertices(model%mesh%dimension, outline%count)
+
+    vertices = model%state%tracers%position(:, outline%before + 1:outline%before + outline%count)
+  end function vertices_of
+
+  !> Seeds on all of the outlines.
+  subroutine seed_outlines(model, bodies, list)
+    type(model_type), intent(in) :: model
+    type(body_quadrature_type), intent(in) :: bodies
+    type(seed_list_type), intent(out) :: list
+    integer :: k, i
+
+    do k = 1, size(model%outlines)
+      associate (outline => model%outlines(k))
+        if (bodies%carried(outline%body)) &
+          call seed_parts(model, bodies, outline, [(i, i=1, size(outline%size))], list)
+      end associate
+    end do
+  end subroutine seed_outlines
+
+  !> Seeds on parts of an outline; their `body` is the place in the list of parts.
+  subroutine seed_parts(model, bodies, outline, parts, list)
+    type(model_type), intent(in) :: model
+    type(body_quadrature_type), intent(in) :: bodies
+    type(carried_outline_type), intent(in) :: outline
+    integer, intent(in) :: parts(:)
+    type(seed_list_type), intent(inout) :: list
+    type(body_shape_type) :: shape
+    type(carried_outline_type) :: loaded
+    real(wp) :: vertices(model%mesh%dimension, outline%count)
+    logical :: occupied(model%mesh%cell_count)
+    integer :: c, i
+
+    do c = 1, size(occupied)
+      occupied(c) = any(bodies%body(bodies%first(c):bodies%first(c + 1) - 1) == outline%body)
+    end do
+    vertices = vertices_of(model, outline)
+    if (model%mesh%dimension == 3) then
+      loaded%corner = outline%corner(:, parts)
+      call shape_of_outline(loaded, vertices, shape)
+      call seed_facets(model%mesh, occupied, shape%solid, shape%solid%low, shape%solid%high, surface_degree(model), &
+        [(i, i=1, size(parts))], list)
+      return
+    end if
+    do i = 1, size(parts)
+      associate (ends => outline%corner(:, parts(i)))
+        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., &
+          [vertices(:, ends(1)), vertices(:, ends(2))], surface_degree(model), i, list)
+      end associate
+    end do
+  end subroutine seed_parts
+
+  !> Put seeds in the place of the points of their surfaces.
+  subroutine replace_points(model, list, surface, stretch)
+    type(model_type), intent(inout) :: model
+    type(seed_list_type), intent(in) :: list
+    !> Surface of each seed, and its area over that at the start (seeds).
+    integer, intent(in) :: surface(:)
+    real(wp), intent(in) :: stretch(:)
+    type(surface_points_type) :: old, laid
+    integer, allocatable :: kept(:)
+    integer :: i, n
+
+    old = model%state%surface
+    kept = pack([(i, i=1, old%count)], [(.not. any(surface == old%surface(i)), i=1, old%count)])
+    n = size(kept)
+    call allocate_surface_points(laid, model%mesh%dimension, list%count)
+    call place_seeds(model, list, laid)
+    call allocate_surface_points(model%state%surface, model%mesh%dimension, n + list%count)
+    associate (now => model%state%surface)
+      now%position = reshape([old%position(:, kept), laid%position], shape(now%position))
+      now%initial_position = reshape([old%initial_position(:, kept), laid%position], shape(now%position))
+      now%local = reshape([old%local(:, kept), laid%local], shape(now%position))
+      now%cell = [old%cell(kept), laid%cell]
+      now%surface = [old%surface(kept), surface]
+      now%area = [old%area(kept), list%volume(:list%count)/stretch]
+      now%area_vector = reshape([old%area_vector(:, kept), list%vector(:, :list%count)], shape(now%position))
+      now%normal(:, :n) = old%normal(:, kept)
+      now%reaction(:, :n) = old%reaction(:, kept)
+      now%released(:, :n) = old%released(:, kept)
+      call set_normals(now, [(i > n, i=1, now%count)])
+    end associate
+  end subroutine replace_points
+end module qsmpm_outlines
