@@ -167,8 +167,8 @@ contains
     trial%trial(4) = lame*sum_strain + 2.0_wp*shear*log_33
   end subroutine make_trial
 
-  !> b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the plane block
-  !> is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], whose determinant is 1: exponentials are not needed.
+  !> b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the plane
+  !> block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], whose determinant is 1: no exponential is needed.
   pure subroutine start_tensor(model, stress, modulus, b, part)
     class(principal_model_type), intent(in) :: model
     !> Cauchy stress.
