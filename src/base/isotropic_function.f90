@@ -12,7 +12,7 @@ module qsmpm_isotropic_function
   implicit none
   private
 
-  public :: compose, pair_quotients, isotropic_change, tensor_logarithm, tensor_exponential
+  public :: compose, pair_quotient, pair_quotients, isotropic_change, tensor_logarithm, tensor_exponential
 
   !> The pairs (a,b) of principal directions in the order of their quotients.
   integer, parameter, public :: pair_first(3) = [1, 1, 2], pair_second(3) = [2, 3, 3]
@@ -52,22 +52,32 @@ contains
     !> dr_a/ds_b (3,3).
     real(wp), intent(in) :: derivative(3, 3)
     real(wp) :: quotient(3)
-    real(wp) :: gap, limit
-    integer :: pair, a, b
+    integer :: pair
 
-    limit = smallest_gap*maxval(abs(argument))
     do pair = 1, 3
-      a = pair_first(pair)
-      b = pair_second(pair)
-      gap = argument(a) - argument(b)
-      if (abs(gap) > limit) then
-        quotient(pair) = (value(a) - value(b))/gap
-      else
-        quotient(pair) = 0.5_wp*(derivative(a, a) - derivative(b, a) &
-          + derivative(b, b) - derivative(a, b))
-      end if
+      quotient(pair) = pair_quotient(argument, value, derivative, pair_first(pair), pair_second(pair))
     end do
   end function pair_quotients
+
+  !> Quotient (r_a - r_b)/(s_a - s_b) of a pair.
+  pure real(wp) function pair_quotient(argument, value, derivative, a, b) result(quotient)
+    !> Principal values s of the argument (3).
+    real(wp), intent(in) :: argument(3)
+    !> Principal values r of the function (3).
+    real(wp), intent(in) :: value(3)
+    !> dr_a/ds_b (3,3).
+    real(wp), intent(in) :: derivative(3, 3)
+    !> The pair.
+    integer, intent(in) :: a, b
+    real(wp) :: gap
+
+    gap = argument(a) - argument(b)
+    if (abs(gap) > smallest_gap*max(abs(argument(1)), abs(argument(2)), abs(argument(3)))) then
+      quotient = (value(a) - value(b))/gap
+    else
+      quotient = 0.5_wp*(derivative(a, a) - derivative(b, a) + derivative(b, b) - derivative(a, b))
+    end if
+  end function pair_quotient
 
   !> Changes dR that belong to changes dS, in place.
   pure subroutine isotropic_change(vectors, derivative, quotient, n, change)

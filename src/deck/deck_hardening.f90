@@ -8,10 +8,10 @@ module qsmpm_deck_hardening
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_echo_lines, only: echo_type
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_factory, only: new_hardening_law
   use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
   use qsmpm_keyword_table, only: table_type, in_material, once
   use qsmpm_law, only: law_type
+  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_midpoint
   implicit none
   private
 
@@ -134,7 +134,11 @@ contains
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
-    call new_hardening_law(clay, soil, 2, .true., .false., law, error)
+    if (clay%given) then
+      call new_law(clay, 2, kinematics_logarithmic, rate_midpoint, law, error)
+    else
+      call new_law(soil, 2, kinematics_logarithmic, rate_midpoint, law, error)
+    end if
     if (allocated(error)) call state%fault_at(card, card%rows(1), error%message)
   end subroutine check_model
 

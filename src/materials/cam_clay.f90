@@ -15,7 +15,8 @@ module qsmpm_cam_clay
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_hardening_parameters, only: cam_clay_parameters_type
-  use qsmpm_isotropic_model, only: isotropic_model_type, answer_type, elastic_map
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none
   private
 
@@ -31,20 +32,20 @@ module qsmpm_cam_clay
   !> Largest exponent of a trial pressure.
   real(wp), parameter :: largest_exponent = 200.0_wp
 
-  !> The model; one history variable, pc.
-  type, extends(isotropic_model_type) :: cam_clay_type
+  !> The model; one state variable, pc.
+  type, extends(principal_model_type) :: cam_clay_type
     !> M^2, lambda/v0 - kappa/v0, kappa/v0.
     real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, swelling = 1.0_wp
     !> G/K where positive, else G is constant.
     real(wp) :: shear_ratio = 0.0_wp
     real(wp) :: ocr = 1.0_wp, preconsolidation = 0.0_wp, smallest = 1.0_wp
   contains
-    procedure :: start_history
-    procedure :: clamp_history
-    procedure :: step_modulus
+    procedure :: initial_state
+    procedure :: field_to_state
+    procedure :: shear_modulus
     procedure :: elastic_strain
-    procedure :: elastic_answer
-    procedure :: respond
+    procedure :: elastic_update
+    procedure :: update
   end type cam_clay_type
 
   !> A return: its data and its two unknowns.
@@ -65,14 +66,13 @@ contains
   subroutine make_cam_clay(parameters, model)
     !> What the user said, checked.
     type(cam_clay_parameters_type), intent(in) :: parameters
-    !> The model.
     type(cam_clay_type), intent(out) :: model
     real(wp) :: pressure
 
-    model%history_count = 1
-    allocate (model%history_names(1))
-    model%history_names(1)%text = 'preconsolidation_pressure'
-    model%complaint = 'Cam-Clay: the volume strain of the step is too large'
+    model%state_count = 1
+    allocate (model%state_names(1))
+    model%state_names(1)%text = 'preconsolidation_pressure'
+    model%message = 'Cam-Clay: the volume strain of the step is too large'
     model%m2 = parameters%slope**2
     model%swelling = parameters%kappa/parameters%volume
     model%plastic = (parameters%lambda - parameters%kappa)/parameters%volume
@@ -92,39 +92,39 @@ contains
   end subroutine make_cam_clay
 
   !> pc of a stress: OCR times the size of the yield surface through it, or the preconsolidation pressure.
-  pure subroutine start_history(self, stress, history)
+  pure subroutine initial_state(self, stress, state)
     class(cam_clay_type), intent(in) :: self
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
     !> pc (1).
-    real(wp), intent(out) :: history(:)
+    real(wp), intent(out) :: state(:)
     real(wp) :: p, q2
 
     p = max(-sum(stress)/3.0_wp, self%smallest)
     q2 = 1.5_wp*sum((stress - sum(stress)/3.0_wp)**2)
-    history(1) = max(self%ocr*(p + q2/(self%m2*p)), self%preconsolidation)
-    call self%clamp_history(history)
-  end subroutine start_history
+    state(1) = max(self%ocr*(p + q2/(self%m2*p)), self%preconsolidation)
+    call self%field_to_state(state)
+  end subroutine initial_state
 
   !> pc is not below twice the smallest pressure.
-  pure subroutine clamp_history(self, history)
+  pure subroutine field_to_state(self, state)
     class(cam_clay_type), intent(in) :: self
     !> pc (1).
-    real(wp), intent(inout) :: history(:)
+    real(wp), intent(inout) :: state(:)
 
-    history(1) = max(history(1), 2.0_wp*self%smallest)
-  end subroutine clamp_history
+    state(1) = max(state(1), 2.0_wp*self%smallest)
+  end subroutine field_to_state
 
   !> G of a step.
-  pure real(wp) function step_modulus(self, stress)
+  pure real(wp) function shear_modulus(self, stress)
     class(cam_clay_type), intent(in) :: self
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
 
-    step_modulus = self%shear
-    if (self%shear_ratio > 0.0_wp) step_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%smallest) &
+    shear_modulus = self%shear
+    if (self%shear_ratio > 0.0_wp) shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%smallest) &
       /self%swelling
-  end function step_modulus
+  end function shear_modulus
 
   !> Elastic strain of a stress.
   pure function elastic_strain(self, modulus, stress) result(strain)
@@ -148,7 +148,6 @@ contains
 
   !> p and dp/de of an elastic volume strain.
   pure subroutine pressure_of(self, e, p, bulk)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
     !> Elastic volume strain, compression positive.
     real(wp), intent(in) :: e
@@ -164,65 +163,72 @@ contains
     end if
   end subroutine pressure_of
 
-  !> The answer without strength.
-  pure subroutine elastic_answer(self, modulus, strain, answer)
+  !> Stress and derivative without strength.
+  pure subroutine elastic_update(self, modulus, trial, result)
     class(cam_clay_type), intent(in) :: self
     !> G of the step.
     real(wp), intent(in) :: modulus
     !> Principal elastic strains (3).
-    real(wp), intent(in) :: strain(3)
-    !> Stress and derivative.
-    type(answer_type), intent(out) :: answer
-    real(wp) :: p, bulk
+    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(inout) :: result
+    real(wp) :: p, bulk, e
 
-    answer%found = -sum(strain) < largest_exponent*self%swelling
-    if (.not. answer%found) return
-    call pressure_of(self, -sum(strain), p, bulk)
-    answer%stress = 2.0_wp*modulus*(strain - sum(strain)/3.0_wp) - p
-    answer%derivative = elastic_map(bulk, modulus)
-  end subroutine elastic_answer
+    e = -sum(trial)
+    result%status = merge(status_ok, status_cut, e < largest_exponent*self%swelling)
+    if (result%status /= status_ok) return
+    call pressure_of(self, e, p, bulk)
+    result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
+    result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
+  end subroutine elastic_update
 
-  !> The answer of the model.
-  pure subroutine respond(self, modulus, strain, history, with_derivative, answer)
+  !> Stress, state and derivative.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(cam_clay_type), intent(in) :: self
     !> G of the step.
     real(wp), intent(in) :: modulus
     !> Principal trial strains (3).
-    real(wp), intent(in) :: strain(3)
+    real(wp), intent(in) :: trial(3)
     !> pc at the start (1).
-    real(wp), intent(in) :: history(:)
+    real(wp), intent(in) :: state(self%state_count)
+    !> Size of the point's cell.
+    real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
-    !> The answer.
-    type(answer_type), intent(out) :: answer
+    type(stress_update_type), intent(inout) :: result
     type(return_type) :: r
-    real(wp) :: p, trial(3)
+    real(wp) :: p, deviator(3)
+    logical :: found
 
-    call self%elastic_answer(modulus, strain, answer)
-    answer%history(1:1) = history(1:1)
-    call self%clamp_history(answer%history(1:1))
-    if (.not. answer%found) return
-    ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
-    r%e = -sum(strain)
+    associate (unused => cell_size)
+    end associate
+    r%start = max(state(1), 2.0_wp*self%smallest)
+    result%state(1) = r%start
+    result%yields = .false.
+    r%e = -sum(trial)
+    result%status = merge(status_ok, status_cut, r%e < largest_exponent*self%swelling)
+    if (result%status /= status_ok) return
     call pressure_of(self, r%e, p, r%bulk)
-    trial = 2.0_wp*modulus*(strain + r%e/3.0_wp)
-    r%start = answer%history(1)
-    r%w = 1.5_wp*sum(trial**2)
-    answer%yields = r%w/self%m2 + p*(p - r%start) > round_off*r%start**2
-    if (.not. answer%yields) return
+    ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
+    deviator = 2.0_wp*modulus*(trial + r%e/3.0_wp)
+    r%w = 1.5_wp*sum(deviator**2)
+    result%yields = r%w/self%m2 + p*(p - r%start) > round_off*r%start**2
+    if (.not. result%yields) then
+      result%stress = deviator - p
+      if (with_derivative) result%derivative = elastic_map(r%bulk - 2.0_wp*modulus/3.0_wp, modulus)
+      return
+    end if
     r%shear = modulus
-    call solve_return(self, r, answer%found)
-    if (.not. answer%found) return
-    answer%stress = trial/(1.0_wp + r%y) - r%p
-    answer%history(1) = r%pc
-    if (with_derivative) call find_derivative(self, r, trial, answer%derivative)
-  end subroutine respond
+    call solve_return(self, r, found)
+    result%status = merge(status_ok, status_cut, found)
+    if (.not. found) return
+    result%stress = deviator/(1.0_wp + r%y) - r%p
+    result%state(1) = r%pc
+    if (with_derivative) call find_derivative(self, r, deviator, result%derivative)
+  end subroutine update
 
   !> Residuals of the return at x and y, and their derivatives.
   pure subroutine residuals(self, r, residual)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Of the flow rule (a strain), and of the yield surface over pc0^2.
     real(wp), intent(out) :: residual(2)
@@ -242,9 +248,7 @@ contains
 
   !> Find x and y.
   pure subroutine solve_return(self, r, found)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether they were found.
     logical, intent(out) :: found
@@ -257,9 +261,7 @@ contains
 
   !> Newton's method from the x and y at hand.
   pure subroutine newton(self, r, found)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether it arrived.
     logical, intent(out) :: found
@@ -289,28 +291,26 @@ contains
     found = r%y >= -small_change .and. r%p > -small_change*r%pc .and. r%p < r%pc*(1.0_wp + small_change)
   end subroutine newton
 
-  !> x between two values of opposite miss: the flow rule on the yield surface. Trials on the wet side
+  !> x between two values of opposite violation: the flow rule on the yield surface. Trials on the wet side
   !> (2 p > pc) have 0 <= x, those on the dry side x <= 0.
   pure subroutine bracket(self, r, found)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether there is a bracket.
     logical, intent(out) :: found
-    real(wp) :: low, high, miss, reach
+    real(wp) :: low, high, violation, reach
     integer :: i
 
     low = 0.0_wp
     high = 0.0_wp
     r%x = 0.0_wp
     r%y = 0.0_wp
-    call surface_miss(self, r, miss)
-    reach = sign(self%swelling, -miss)
+    call surface_violation(self, r, violation)
+    reach = sign(self%swelling, -violation)
     do i = 1, most_halvings
       r%x = reach
-      call surface_miss(self, r, miss)
-      if (miss*reach >= 0.0_wp) exit
+      call surface_violation(self, r, violation)
+      if (violation*reach >= 0.0_wp) exit
       reach = 2.0_wp*reach
     end do
     found = i <= most_halvings
@@ -318,27 +318,26 @@ contains
     high = max(0.0_wp, reach)
     do i = 1, most_halvings
       r%x = 0.5_wp*(low + high)
-      call surface_miss(self, r, miss)
-      if (miss < 0.0_wp) low = r%x
-      if (miss >= 0.0_wp) high = r%x
+      call surface_violation(self, r, violation)
+      if (violation < 0.0_wp) low = r%x
+      if (violation >= 0.0_wp) high = r%x
       if (high - low < 1.0e-14_wp*(abs(r%x) + self%swelling)) exit
     end do
     r%x = high
     if (reach < 0.0_wp) r%x = low
-    call surface_miss(self, r, miss)
+    call surface_violation(self, r, violation)
     ! Near a tip the surface says little of q, and so of y; the flow rule says it there.
     if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, &
       r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
   end subroutine bracket
 
-  !> Miss of the flow rule at x with q on the yield surface, times q; y of that q.
-  pure subroutine surface_miss(self, r, miss)
-    !> The model.
+  !> Violation of the flow rule at x with q on the yield surface, times q; y of that q.
+  pure subroutine surface_violation(self, r, violation)
     type(cam_clay_type), intent(in) :: self
     !> The return: x in, y out.
     type(return_type), intent(inout) :: r
     !> Negative where x is too small.
-    real(wp), intent(out) :: miss
+    real(wp), intent(out) :: violation
     real(wp) :: q, trial, c
 
     call pressure_of(self, r%e - r%x, r%p, r%bulk)
@@ -349,22 +348,20 @@ contains
     r%y = 0.0_wp
     if (q > small_change*trial) r%y = max(trial/q - 1.0_wp, 0.0_wp)
     if (r%p >= r%pc) then
-      miss = -c*trial*r%p
+      violation = -c*trial*r%p
     else if (r%p <= 0.0_wp) then
-      miss = c*trial*r%pc
+      violation = c*trial*r%pc
     else
-      miss = r%x*q - max(trial - q, 0.0_wp)*c*(2.0_wp*r%p - r%pc)
+      violation = r%x*q - max(trial - q, 0.0_wp)*c*(2.0_wp*r%p - r%pc)
     end if
     ! Without shear the tips of the surface are the answers.
-    if (r%p >= r%pc) miss = min(miss, -tiny(1.0_wp))
-  end subroutine surface_miss
+    if (r%p >= r%pc) violation = min(violation, -tiny(1.0_wp))
+  end subroutine surface_violation
 
   !> d stress / d trial strain of a converged return: x and y change with the trial by the residuals'
   !> derivatives, the stress is trial/(1 + y) - p.
   pure subroutine find_derivative(self, r, trial, derivative)
-    !> The model.
     type(cam_clay_type), intent(in) :: self
-    !> The return.
     type(return_type), intent(in) :: r
     !> Deviator of the trial stress (3).
     real(wp), intent(in) :: trial(3)
@@ -376,7 +373,7 @@ contains
     z = 1.0_wp/(1.0_wp + r%y)
     by_e = [-r%y*self%m2/(3.0_wp*r%shear)*r%bulk, r%bulk*(2.0_wp*r%p - r%pc)/r%start**2]
     by_w = z*z/self%m2/r%start**2
-    derivative = elastic_map(0.0_wp, z*r%shear)
+    derivative = elastic_map(-2.0_wp*z*r%shear/3.0_wp, z*r%shear)
     associate (j => r%jacobian)
       det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
       do b = 1, 3

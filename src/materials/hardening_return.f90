@@ -13,13 +13,13 @@ module qsmpm_hardening_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_hardening_surfaces, only: surfaces_type, shear_limit, mobilised_dilatancy, cap_size, cap_growth
-  use qsmpm_tensor, only: identity
+  use qsmpm_tensor, only: identity, inverse, determinant
   implicit none
   private
 
   public :: return_type, solve_return, is_outside, stress_derivative
 
-  integer, parameter :: size_of_system = 6, most_steps = 30, most_halvings = 8, most_changes = 8
+  integer, parameter :: most_steps = 30, most_halvings = 8, most_changes = 8
   !> Edges.
   integer, parameter, public :: no_edge = 0, low_edge = 1, high_edge = 2
   !> Relative change at which the next Newton step would change nothing; round-off of stresses.
@@ -261,26 +261,26 @@ contains
     type(return_type), intent(inout) :: r
     !> Whether it arrived.
     logical, intent(out) :: found
-    real(wp) :: residual(6), change(6, 1), before(6), old, scale
+    real(wp) :: residual(6), change(6), before(6), old, scale
     integer :: step, halving
 
     found = .false.
     scale = maxval(abs(r%trial)) + surfaces%least*surfaces%reference
     call residuals(surfaces, r, residual)
     do step = 1, most_steps
-      old = norm2(residual)
-      change(:, 1) = residual
-      call solve_dense(r%jacobian, change)
+      old = dot_product(residual, residual)
+      change = residual
+      call solve_blocks(r%jacobian, 1, change)
       if (.not. all(ieee_is_finite(change))) return
       before = r%unknown
       do halving = 0, most_halvings
-        r%unknown = before - change(:, 1)*0.5_wp**halving
+        r%unknown = before - change*0.5_wp**halving
         call residuals(surfaces, r, residual)
-        if (norm2(residual) < old .or. maxval(abs(change(1:3, 1))) <= small_change*scale) exit
+        if (dot_product(residual, residual) < old .or. maxval(abs(change(1:3))) <= small_change*scale) exit
       end do
       if (.not. all(ieee_is_finite(residual))) return
-      found = maxval(abs(change(1:3, 1))) <= small_change*scale &
-        .and. maxval(abs(change(4:6, 1)))*r%shear <= small_change*scale
+      found = maxval(abs(change(1:3))) <= small_change*scale &
+        .and. maxval(abs(change(4:6)))*r%shear <= small_change*scale
       if (found) exit
     end do
   end subroutine newton
@@ -374,8 +374,9 @@ contains
       flow = 1.0_wp/3.0_wp + c*dev
       residual(1:3) = residual(1:3) + relief(r, v*flow)
       do b = 1, 3
+        ! Without a mean, so that D is 2 G.
         r%jacobian(1:3, b) = r%jacobian(1:3, b) &
-          + relief(r, v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p)))
+          + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
       end do
       r%jacobian(1:3, 6) = relief(r, flow)
       call cap_growth(surfaces, r%size_of, v, limit, slope)
@@ -406,48 +407,36 @@ contains
 
     right = 0.0_wp
     right(1:3, :) = identity
-    call solve_dense(r%jacobian, right)
+    call solve_blocks(r%jacobian, 3, right)
     derivative = right(1:3, :)
   end function stress_derivative
 
-  !> Gauss elimination with row exchange; right-hand sides become solutions, not finite where there is none.
-  pure subroutine solve_dense(matrix, b)
-    !> Matrix.
-    real(wp), intent(in) :: matrix(size_of_system, size_of_system)
-    !> Right-hand sides, then solutions (6,n).
-    real(wp), intent(inout) :: b(:, :)
-    real(wp) :: a(size_of_system, size_of_system), row(size_of_system), x
-    integer :: i, j, k, p
+  !> Solve with the Jacobian by blocks of three, stresses and multipliers: with [A B; C D] the multipliers are those of
+  !> D - C A^-1 B. A is the unit matrix but for the change of the flow. Not finite where there is no solution.
+  pure subroutine solve_blocks(jacobian, n, b)
+    real(wp), intent(in) :: jacobian(6, 6)
+    !> Number of right-hand sides.
+    integer, intent(in) :: n
+    !> Right-hand sides, then solutions.
+    real(wp), intent(inout) :: b(6, n)
+    real(wp) :: block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
+    integer :: k
 
-    a = matrix
-    do i = 1, size_of_system
-      p = i
-      do j = i + 1, size_of_system
-        if (abs(a(j, i)) > abs(a(p, i))) p = j
-      end do
-      if (p /= i) then
-        row = a(i, :)
-        a(i, :) = a(p, :)
-        a(p, :) = row
-        do k = 1, size(b, 2)
-          x = b(i, k)
-          b(i, k) = b(p, k)
-          b(p, k) = x
-        end do
-      end if
-      do j = i + 1, size_of_system
-        x = a(j, i)/a(i, i)
-        a(j, i + 1:) = a(j, i + 1:) - x*a(i, i + 1:)
-        b(j, :) = b(j, :) - x*b(i, :)
-      end do
+    block = jacobian(1:3, 1:3)
+    inverse_a = inverse(block, determinant(block))
+    c = jacobian(4:6, 1:3)
+    do k = 1, 3
+      effect(:, k) = inverse_a(:, 1)*jacobian(1, 3 + k) + inverse_a(:, 2)*jacobian(2, 3 + k) &
+        + inverse_a(:, 3)*jacobian(3, 3 + k)
+      block(:, k) = jacobian(4:6, 3 + k) - c(:, 1)*effect(1, k) - c(:, 2)*effect(2, k) - c(:, 3)*effect(3, k)
     end do
-    do i = size_of_system, 1, -1
-      do k = 1, size(b, 2)
-        do j = i + 1, size_of_system
-          b(i, k) = b(i, k) - a(i, j)*b(j, k)
-        end do
-        b(i, k) = b(i, k)/a(i, i)
-      end do
+    inverse_s = inverse(block, determinant(block))
+    do k = 1, n
+      x = inverse_a(:, 1)*b(1, k) + inverse_a(:, 2)*b(2, k) + inverse_a(:, 3)*b(3, k)
+      y = b(4:6, k) - c(:, 1)*x(1) - c(:, 2)*x(2) - c(:, 3)*x(3)
+      y = inverse_s(:, 1)*y(1) + inverse_s(:, 2)*y(2) + inverse_s(:, 3)*y(3)
+      b(1:3, k) = x - effect(:, 1)*y(1) - effect(:, 2)*y(2) - effect(:, 3)*y(3)
+      b(4:6, k) = y
     end do
-  end subroutine solve_dense
+  end subroutine solve_blocks
 end module qsmpm_hardening_return

@@ -2,7 +2,7 @@
 !> Mohr-Coulomb strength, a cap in compression, stiffness that follows the smallest stress.
 !>
 !> Elasticity is Hooke's with Eur S^m, S the level of the smallest stress at the start of the step
-!> (qsmpm_hardening_surfaces). History: plastic shear strain and preconsolidation pressure pp of the cap.
+!> (qsmpm_hardening_surfaces). State: plastic shear strain and preconsolidation pressure pp of the cap.
 !> Surfaces and flow are those of qsmpm_hardening_surfaces, the return that of qsmpm_hardening_return. A trial
 !> beyond the apex that no surface answers goes to the apex at c cot phi.
 module qsmpm_hardening_soil
@@ -10,24 +10,25 @@ module qsmpm_hardening_soil
   use qsmpm_error, only: error_type
   use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
   use qsmpm_hardening_return, only: return_type, solve_return, is_outside, stress_derivative
-  use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, shear_strain, cap_size
-  use qsmpm_isotropic_model, only: isotropic_model_type, answer_type, elastic_map
+  use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none
   private
 
   public :: hardening_soil_type, make_hardening_soil
 
   !> The model.
-  type, extends(isotropic_model_type) :: hardening_soil_type
+  type, extends(principal_model_type) :: hardening_soil_type
     type(surfaces_type) :: surfaces
     real(wp) :: ocr = 1.0_wp, pop = 0.0_wp
   contains
-    procedure :: start_history
-    procedure :: clamp_history
-    procedure :: step_modulus
+    procedure :: initial_state
+    procedure :: field_to_state
+    procedure :: shear_modulus
     procedure :: elastic_strain
-    procedure :: elastic_answer
-    procedure :: respond
+    procedure :: elastic_update
+    procedure :: update
   end type hardening_soil_type
 
 contains
@@ -41,11 +42,11 @@ contains
     !> Set when no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
 
-    model%history_count = 2
-    allocate (model%history_names(2))
-    model%history_names(1)%text = 'plastic_shear_strain'
-    model%history_names(2)%text = 'preconsolidation_pressure'
-    model%complaint = 'hardening soil: the strain of the step has no return to the yield surfaces'
+    model%state_count = 2
+    allocate (model%state_names(2))
+    model%state_names(1)%text = 'plastic_shear_strain'
+    model%state_names(2)%text = 'preconsolidation_pressure'
+    model%message = 'hardening soil: the strain of the step has no return to the yield surfaces'
     model%ocr = parameters%ocr
     model%pop = parameters%pop
     ! Most of the soil under a load is on its way to strength.
@@ -54,120 +55,124 @@ contains
     call make_surfaces(parameters, model%surfaces, error)
   end subroutine make_hardening_soil
 
-  !> History of a stress: both surfaces pass through it, or through the stress of one-dimensional compression
+  !> State of a stress: both surfaces pass through it, or through the stress of one-dimensional compression
   !> under the largest vertical stress of the past where OCR or POP say that there was one.
-  pure subroutine start_history(self, stress, history)
+  pure subroutine initial_state(self, stress, state)
     class(hardening_soil_type), intent(in) :: self
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
     !> Plastic shear strain, pp (2).
-    real(wp), intent(out) :: history(:)
+    real(wp), intent(out) :: state(:)
     real(wp) :: past(3)
 
     associate (s => self%surfaces)
-      history(1) = shear_strain(s, maxval(stress) - minval(stress), -maxval(stress))
-      history(2) = cap_size(s, -stress) - s%shift
+      state(1) = shear_strain(s, maxval(stress) - minval(stress), -maxval(stress))
+      state(2) = cap_size(s, -stress) - s%shift
       if (self%ocr > 1.0_wp .or. self%pop > 0.0_wp) then
         past = (self%pop - self%ocr*min(minval(stress), 0.0_wp))*[1.0_wp, s%k0, s%k0]
-        history(1) = max(history(1), shear_strain(s, past(1) - past(3), past(3)))
-        history(2) = max(history(2), cap_size(s, past) - s%shift)
+        state(1) = max(state(1), shear_strain(s, past(1) - past(3), past(3)))
+        state(2) = max(state(2), cap_size(s, past) - s%shift)
       end if
     end associate
-    call self%clamp_history(history)
-  end subroutine start_history
+    call self%field_to_state(state)
+  end subroutine initial_state
 
   !> No negative strain, no cap below the smallest stress.
-  pure subroutine clamp_history(self, history)
+  pure subroutine field_to_state(self, state)
     class(hardening_soil_type), intent(in) :: self
     !> Plastic shear strain, pp (2).
-    real(wp), intent(inout) :: history(:)
+    real(wp), intent(inout) :: state(:)
 
-    history(1) = max(history(1), 0.0_wp)
-    history(2) = max(history(2), self%surfaces%least*self%surfaces%reference)
-  end subroutine clamp_history
+    state(1) = max(state(1), 0.0_wp)
+    state(2) = max(state(2), self%surfaces%least*self%surfaces%reference)
+  end subroutine field_to_state
 
-  !> Young's modulus of a step.
-  pure real(wp) function step_modulus(self, stress)
+  !> G of a step.
+  pure real(wp) function shear_modulus(self, stress)
     class(hardening_soil_type), intent(in) :: self
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
 
-    step_modulus = self%surfaces%unloading*stress_level(self%surfaces, -maxval(stress))**self%surfaces%power
-  end function step_modulus
+    associate (s => self%surfaces)
+      shear_modulus = 0.5_wp*s%unloading*stress_power(s, &
+        stress_level(s, -max(stress(1), stress(2), stress(3))))/(1.0_wp + s%poisson)
+    end associate
+  end function shear_modulus
 
   !> Elastic strain of a stress.
   pure function elastic_strain(self, modulus, stress) result(strain)
     class(hardening_soil_type), intent(in) :: self
-    !> Young's modulus of the step.
+    !> G of the step.
     real(wp), intent(in) :: modulus
     !> Principal stresses (3).
     real(wp), intent(in) :: stress(3)
     real(wp) :: strain(3)
 
-    strain = ((1.0_wp + self%surfaces%poisson)*stress - self%surfaces%poisson*sum(stress))/modulus
+    associate (nu => self%surfaces%poisson)
+      strain = (stress - nu/(1.0_wp + nu)*sum(stress))/(2.0_wp*modulus)
+    end associate
   end function elastic_strain
 
-  !> The answer without strength.
-  pure subroutine elastic_answer(self, modulus, strain, answer)
+  !> Stress and derivative without strength.
+  pure subroutine elastic_update(self, modulus, trial, result)
     class(hardening_soil_type), intent(in) :: self
-    !> Young's modulus of the step.
+    !> G of the step.
     real(wp), intent(in) :: modulus
     !> Principal elastic strains (3).
-    real(wp), intent(in) :: strain(3)
-    !> Stress and derivative.
-    type(answer_type), intent(out) :: answer
-    real(wp) :: lame, shear
+    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(inout) :: result
+    real(wp) :: lame
 
-    associate (nu => self%surfaces%poisson)
-      lame = modulus*nu/((1.0_wp + nu)*(1.0_wp - 2.0_wp*nu))
-      shear = 0.5_wp*modulus/(1.0_wp + nu)
-    end associate
-    answer%stress = lame*sum(strain) + 2.0_wp*shear*strain
-    answer%derivative = elastic_map(lame + 2.0_wp*shear/3.0_wp, shear)
-  end subroutine elastic_answer
+    lame = 2.0_wp*modulus*self%surfaces%poisson/(1.0_wp - 2.0_wp*self%surfaces%poisson)
+    result%status = status_ok
+    result%stress = lame*sum(trial) + 2.0_wp*modulus*trial
+    result%derivative = elastic_map(lame, modulus)
+  end subroutine elastic_update
 
-  !> The answer of the model.
-  pure subroutine respond(self, modulus, strain, history, with_derivative, answer)
+  !> Stress, state and derivative.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
     class(hardening_soil_type), intent(in) :: self
-    !> Young's modulus of the step.
+    !> G of the step.
     real(wp), intent(in) :: modulus
     !> Principal trial strains (3).
-    real(wp), intent(in) :: strain(3)
+    real(wp), intent(in) :: trial(3)
     !> Plastic shear strain, pp (2).
-    real(wp), intent(in) :: history(:)
+    real(wp), intent(in) :: state(self%state_count)
+    !> Size of the point's cell.
+    real(wp), intent(in) :: cell_size
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
-    !> The answer.
-    type(answer_type), intent(out) :: answer
+    type(stress_update_type), intent(inout) :: result
     type(return_type) :: r
-    real(wp) :: slope(3, 3), sorted(3, 3)
+    real(wp) :: slope(3, 3)
+    logical :: found
     integer :: order(3), i
 
-    call self%elastic_answer(modulus, strain, answer)
-    answer%history(1:2) = history(1:2)
-    call self%clamp_history(answer%history(1:2))
-    order = falling_order(-answer%stress)
-    r%trial = -answer%stress(order)
-    r%shear = 0.5_wp*modulus/(1.0_wp + self%surfaces%poisson)
-    r%lame = answer%derivative(1, 2)
-    r%gamma = answer%history(1)
-    r%size_of = answer%history(2) + self%surfaces%shift
-    answer%yields = is_outside(self%surfaces, r)
-    if (.not. answer%yields) return
-    call return_ordered(self%surfaces, r, with_derivative, slope, answer%found)
-    if (.not. answer%found) return
-    answer%stress(order) = -r%unknown(1:3)
-    answer%history(1) = r%gamma + max(0.0_wp, r%unknown(4) + r%unknown(5))
-    answer%history(2) = max(answer%history(2), cap_size(self%surfaces, r%unknown(1:3)) - self%surfaces%shift)
+    associate (unused => cell_size)
+    end associate
+    call self%elastic_update(modulus, trial, result)
+    result%state(1:2) = state
+    call self%field_to_state(result%state(1:2))
+    order = falling_order(-result%stress)
+    r%trial = -result%stress(order)
+    r%shear = modulus
+    r%lame = result%derivative(1, 2)
+    r%gamma = result%state(1)
+    r%size_of = result%state(2) + self%surfaces%shift
+    result%yields = is_outside(self%surfaces, r)
+    if (.not. result%yields) return
+    call return_ordered(self%surfaces, r, with_derivative, slope, found)
+    result%status = merge(status_ok, status_cut, found)
+    if (.not. found) return
+    result%stress(order) = -r%unknown(1:3)
+    result%state(1) = r%gamma + max(0.0_wp, r%unknown(4) + r%unknown(5))
+    result%state(2) = max(result%state(2), cap_size(self%surfaces, r%unknown(1:3)) - self%surfaces%shift)
     if (.not. with_derivative) return
+    ! d stress / d trial stress times the elastic moduli.
     do i = 1, 3
-      sorted(order, order(i)) = slope(:, i)
+      result%derivative(order(i), order) = 2.0_wp*r%shear*slope(i, :) + r%lame*(slope(i, 1) + slope(i, 2) + slope(i, 3))
     end do
-    slope = answer%derivative
-    do i = 1, 3
-      answer%derivative(:, i) = sorted(:, 1)*slope(1, i) + sorted(:, 2)*slope(2, i) + sorted(:, 3)*slope(3, i)
-    end do
-  end subroutine respond
+  end subroutine update
 
   !> Return an ordered trial stress to the surfaces, or to the apex.
   pure subroutine return_ordered(surfaces, r, with_derivative, slope, found)

@@ -17,7 +17,7 @@ module qsmpm_hardening_surfaces
   implicit none
   private
 
-  public :: surfaces_type, make_surfaces, stress_level, shear_limit, shear_strain, mobilised_dilatancy, &
+  public :: surfaces_type, make_surfaces, stress_level, stress_power, shear_limit, shear_strain, mobilised_dilatancy, &
     cap_size, cap_growth
 
   !> Constants of the surfaces.
@@ -85,7 +85,7 @@ contains
         call fail(error, error_deck, 'K0nc lies below the strength: at the reference pressure it is not reached')
         return
       end if
-      young = s%unloading*stress_level(s, stress(3))**s%power
+      young = s%unloading*stress_power(s, stress_level(s, stress(3)))
       ! Strains for one unit of vertical stress: elastic, shear, and what is left for the cap.
       shear = max(0.0_wp, shear_growth(s, q, stress(3)))
       call mobilised_dilatancy(s, stress, psi, slope)
@@ -120,7 +120,7 @@ contains
     real(wp) :: qa, level, by_q, by_t
 
     qa = s%asymptote*(s3 + s%shift)
-    level = stress_level(s, s3)**(-s%power)
+    level = 1.0_wp/stress_power(s, stress_level(s, s3))
     by_q = level*(2.0_wp/s%initial/(1.0_wp - q/qa)**2 - 2.0_wp/s%unloading)
     by_t = -level*2.0_wp/s%initial*(q/qa)**2/(1.0_wp - q/qa)**2*s%asymptote &
       - s%power*shear_strain(s, q, s3)/(s3 + s%shift)
@@ -137,6 +137,21 @@ contains
     stress_level = max((s3 + s%shift)/s%reference, s%least)
   end function stress_level
 
+  !> x^m. Most sands have m = 1/2 and clays m = 1, for which it costs a tenth of the general power.
+  pure real(wp) function stress_power(s, x)
+    !> The constants.
+    type(surfaces_type), intent(in) :: s
+    real(wp), intent(in) :: x
+
+    if (.not. abs(s%power - 0.5_wp) > 0.0_wp) then
+      stress_power = sqrt(x)
+    else if (.not. abs(s%power - 1.0_wp) > 0.0_wp) then
+      stress_power = x
+    else
+      stress_power = x**s%power
+    end if
+  end function stress_power
+
   !> g of a stress on its shear surface; of a stress near failure, that of 0.999 qf.
   pure real(wp) function shear_strain(s, q, s3)
     !> The constants.
@@ -150,7 +165,7 @@ contains
     qa = s%asymptote*max(s3 + s%shift, s%least*s%reference)
     x = min(q, 0.999_wp*s%strength/s%asymptote*qa)
     shear_strain = (2.0_wp*x/s%initial/(1.0_wp - x/qa) - 2.0_wp*x/s%unloading) &
-      *stress_level(s, s3)**(-s%power)
+      /stress_power(s, stress_level(s, s3))
   end function shear_strain
 
   !> Largest s1 - s3 for a g: the hyperbola solved for q, up to the strength.
@@ -170,7 +185,7 @@ contains
     by_s3 = s%strength
     by_g = 0.0_wp
     if (t <= 0.0_wp) return
-    level = stress_level(s, s3)**s%power
+    level = stress_power(s, stress_level(s, s3))
     ! 2/Eur q^2 + (b qa + x) q - x qa = 0, x = g S^m.
     x = max(g, 0.0_wp)*level
     x_t = 0.0_wp
@@ -234,16 +249,21 @@ contains
     real(wp), intent(in) :: volume
     !> P, and its derivative.
     real(wp), intent(out) :: size_of, slope
-    real(wp) :: x
+    real(wp) :: x, level, growth
     real(wp), parameter :: smallest_base = 1.0e-3_wp, largest_exponent = 100.0_wp
 
     x = s%hardening*volume/s%reference
     if (s%power < 1.0_wp - 1.0e-6_wp) then
-      x = (1.0_wp - s%power)*x*(s%reference/start)**(1.0_wp - s%power)
-      size_of = start*max(1.0_wp + x, smallest_base)**(1.0_wp/(1.0_wp - s%power))
+      ! With b = P^(1-m) over that of the start, P = start b^(1/(1-m)) and P^m = start^m b^(m/(1-m)).
+      level = stress_power(s, start/s%reference)
+      growth = max(1.0_wp + (1.0_wp - s%power)*x*level*s%reference/start, smallest_base)
+      slope = growth
+      if (abs(s%power - 0.5_wp) > 0.0_wp) slope = growth**(s%power/(1.0_wp - s%power))
+      size_of = start*growth*slope
+      slope = s%hardening*level*slope
     else
       size_of = start*exp(min(x, largest_exponent))
+      slope = s%hardening*stress_power(s, size_of/s%reference)
     end if
-    slope = s%hardening*(size_of/s%reference)**s%power
   end subroutine cap_growth
 end module qsmpm_hardening_surfaces

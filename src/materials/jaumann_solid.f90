@@ -1,17 +1,17 @@
-!> The rate law of qsmpm_jaumann_law in three dimensions.
+!> The Jaumann rate (qsmpm_principal_law) in three dimensions.
 !>
 !> The change of the stress is worked out in the frame at the end of the step, in which
 !> dG = (R mid) dF (mid R^T): elasticity stays as it is, R commutes with the spin of the half rotation, and only
-!> the start stress and the principal directions are turned. The matrix of the change, six components of the
+!> the start and the principal directions of the trial are turned. The matrix of the change, six components of the
 !> stress by nine of dG, is contracted with the two factors of dG one after the other.
 module qsmpm_jaumann_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_isotropic_function, only: isotropic_change
+  use qsmpm_isotropic_function, only: compose, isotropic_change, pair_quotients
   use qsmpm_jaumann_increment, only: increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
-  use qsmpm_principal_model, only: principal_model_type, response_type, respond, blend_elastic
-  use qsmpm_softening_return, only: respond_softening
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   use qsmpm_spectral, only: spectral
   implicit none
   private
@@ -22,8 +22,7 @@ contains
 
   !> Update a batch; points with a status other than ok are left half done.
   pure subroutine update_solid(model, rate, blend, batch, tangent)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
+    class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Share of the elastic tangent in the consistent one.
@@ -33,63 +32,70 @@ contains
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
     type(increment_type) :: increment
-    type(response_type) :: response
-    real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det
+    type(stress_update_type) :: result
+    real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det, modulus, cell_size
+    logical :: principal
     integer :: p
 
-    trial = 0.0_wp
     n = 0.0_wp
+    modulus = model%shear
+    cell_size = 0.0_wp
     do p = 1, batch%count
-      call start_point(model, rate, batch%gradient(:, p), batch%stress_start(:, p), increment, inverse, det, &
+      call start_point(model, rate, batch%gradient(:, p), batch%stress_start(:, p), modulus, increment, inverse, det, &
         batch%status(p))
       if (batch%status(p) /= status_ok) cycle
-      response%yields = .false.
-      if (model%has_strength) then
+      principal = .not. model%hookean
+      batch%plastic(p) = 0
+      if (.not. model%elastic) then
         call spectral(increment%trial, trial, n)
-        if (model%softening%active) then
-          call respond_softening(model, batch, p, trial, tangent /= tangent_none, batch%state_start(1, p), response, &
-            batch%state(1, p))
-        else
-          call respond(model, trial, tangent /= tangent_none, response)
-        end if
+        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
+        batch%plastic(p) = merge(1, 0, result%yields)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, 1, batch, p)
+        if (batch%status(p) /= status_ok) cycle
+        principal = principal .or. result%yields
       end if
-      batch%plastic(p) = merge(1, 0, response%yields)
-      if (response%yields .and. increment%turns) n = product_of(increment%rotation, n)
-      call end_stress(increment, response, n, stress)
+      if (principal .and. increment%turns) n = product_of(increment%rotation, n)
+      call end_stress(increment, principal, result%stress, n, stress)
       batch%stress(:, p) = packed(stress)
       call first_piola(stress, inverse, det, batch%piola(:, p))
       if (tangent == tangent_none) cycle
-      call blend_elastic(trial, merge(1.0_wp, blend, tangent == tangent_elastic), response)
-      if (response%yields) call end_stress(increment, response, n, stress)
+      if (principal) then
+        result%quotient = pair_quotients(trial, result%stress, result%derivative)
+        call blend_elastic(model, modulus, trial, elastic_share(tangent, blend), result)
+        call end_stress(increment, principal, result%stress, n, stress)
+      end if
       ! [K_E + K_G]^0 is that of the rate of J sigma.
-      if (tangent == tangent_elastic .and. is_cauchy(rate)) increment%volume_stress = increment%start
-      call point_tangent(model, increment, response, n, stress, inverse, det, batch%tangent(:, :, p))
+      if (tangent == tangent_elastic .and. model%hookean .and. is_cauchy(rate)) &
+        increment%volume_stress = increment%start
+      call point_tangent(model, increment, principal, result, n, stress, inverse, det, batch%tangent(:, :, p))
     end do
   end subroutine update_solid
 
-  !> Check the point, F^-1, det(F), trial stress.
-  pure subroutine start_point(model, rate, f, start, increment, inverse, det, status)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
+  !> Check the point, F^-1, det(F), trial.
+  pure subroutine start_point(model, rate, f, stress, modulus, increment, inverse, det, status)
+    class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
     integer, intent(in) :: rate
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
     !> Cauchy stress at the start.
-    real(wp), intent(in) :: start(6)
-    !> The step before the return.
+    real(wp), intent(in) :: stress(6)
+    !> Shear modulus of the step; stays as it is for a Hookean model.
+    real(wp), intent(inout) :: modulus
+    !> The step up to the trial.
     type(increment_type), intent(out) :: increment
-    !> F^-1.
+    !> F^-1 and det(F).
     real(wp), intent(out) :: inverse(3, 3)
-    !> det(F).
     real(wp), intent(out) :: det
     !> status_ok, or why there is none.
     integer, intent(out) :: status
+    real(wp) :: start(3, 3), value(3), n(3, 3)
     logical :: ok
 
     inverse = 0.0_wp
     status = status_failed
-    if (.not. all(ieee_is_finite(start))) return
+    if (.not. all(ieee_is_finite(stress))) return
     status = status_cut
     det = f(1, 1)*(f(2, 2)*f(3, 3) - f(3, 2)*f(2, 3)) + f(2, 1)*(f(3, 2)*f(1, 3) - f(1, 2)*f(3, 3)) &
       + f(3, 1)*(f(1, 2)*f(2, 3) - f(2, 2)*f(1, 3))
@@ -97,7 +103,13 @@ contains
     if (.not. ieee_is_finite(det)) return
     if (.not. det > 0.0_wp) return
     call invert(f, det, inverse)
-    call make_increment(rate, model%lame, model%shear, f, full(start), increment, ok)
+    start = full(stress)
+    if (.not. model%hookean) then
+      call spectral(start, value, n)
+      modulus = model%shear_modulus(value)
+      start = compose(model%elastic_strain(modulus, value), n)
+    end if
+    call make_increment(rate, model%trial_lame, model%trial_shear, f, start, increment, ok)
     if (ok) status = status_ok
   end subroutine start_point
 
@@ -169,21 +181,20 @@ contains
   end function turned
 
   !> Stress at the end of the step.
-  pure subroutine end_stress(increment, response, n, stress)
-    !> The step before the return.
+  pure subroutine end_stress(increment, principal, value, n, stress)
     type(increment_type), intent(in) :: increment
-    !> Answer of the strength.
-    type(response_type), intent(in) :: response
-    !> Principal directions of the trial stress, turned; used where the point yields.
+    !> Whether the stress is another than the trial.
+    logical, intent(in) :: principal
+    !> Its principal values then (3), and principal directions of the trial, turned (3,3).
+    real(wp), intent(in) :: value(3)
     real(wp), intent(in) :: n(3, 3)
     !> Cauchy stress.
     real(wp), intent(out) :: stress(3, 3)
     integer :: i
 
-    if (response%yields) then
+    if (principal) then
       do i = 1, 3
-        stress(:, i) = n(:, 1)*(response%stress(1)*n(i, 1)) + n(:, 2)*(response%stress(2)*n(i, 2)) &
-          + n(:, 3)*(response%stress(3)*n(i, 3))
+        stress(:, i) = n(:, 1)*(value(1)*n(i, 1)) + n(:, 2)*(value(2)*n(i, 2)) + n(:, 3)*(value(3)*n(i, 3))
       end do
     else if (increment%turns) then
       stress = turned(increment%rotation, increment%trial)
@@ -210,14 +221,12 @@ contains
   end subroutine first_piola
 
   !> A = dQ/dF of a point.
-  pure subroutine point_tangent(model, increment, response, n, stress, inverse, det, a)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> The step before the return.
+  pure subroutine point_tangent(model, increment, principal, result, n, stress, inverse, det, a)
+    class(principal_model_type), intent(in) :: model
     type(increment_type), intent(in) :: increment
-    !> Answer of the strength.
-    type(response_type), intent(in) :: response
-    !> Principal directions of the trial stress, turned; used where the point yields.
+    !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
+    logical, intent(in) :: principal
+    type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
     !> Cauchy stress that enters the tangent.
     real(wp), intent(in) :: stress(3, 3)
@@ -225,11 +234,11 @@ contains
     real(wp), intent(in) :: inverse(3, 3)
     !> det(F).
     real(wp), intent(in) :: det
-    !> A (row i, column J, row k, column L).
+    !> dQ_iJ/dF_kL.
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: change(6, 3, 3)
 
-    call stress_change(model, increment, response, n, stress, change)
+    call stress_change(model, increment, principal, result, n, stress, change)
     if (increment%turns) call contract(product_of(increment%rotation, increment%mid), &
       product_of(increment%mid, transpose(increment%rotation)), change)
     call piola_tangent(stress, inverse, det, change, a)
@@ -245,7 +254,7 @@ contains
     real(wp), intent(in) :: det
     !> Change of the stress with dF, by row and column.
     real(wp), intent(in) :: change(6, 3, 3)
-    !> A (row i, column J, row k, column L).
+    !> dQ_iJ/dF_kL.
     real(wp), intent(out) :: a(3, 3, 3, 3)
     real(wp) :: q(3, 3)
     integer :: i, j, k, l
@@ -286,14 +295,12 @@ contains
   end subroutine contract
 
   !> Change of the stress with dG.
-  pure subroutine stress_change(model, increment, response, n, stress, change)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> The step before the return.
+  pure subroutine stress_change(model, increment, principal, result, n, stress, change)
+    class(principal_model_type), intent(in) :: model
     type(increment_type), intent(in) :: increment
-    !> Answer of the strength.
-    type(response_type), intent(in) :: response
-    !> Principal directions of the trial stress, turned; used where the point yields.
+    !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
+    logical, intent(in) :: principal
+    type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
     !> Cauchy stress that enters the tangent.
     real(wp), intent(in) :: stress(3, 3)
@@ -309,13 +316,13 @@ contains
     part = 0.0_wp
     do i = 1, 3
       part(:, i) = -packed(volume)
-      part(1:3, i) = part(1:3, i) + model%lame
-      part(i, i) = part(i, i) + 2.0_wp*model%shear
-      part(3 + i, 3 + i) = model%shear
+      part(1:3, i) = part(1:3, i) + model%trial_lame
+      part(i, i) = part(i, i) + 2.0_wp*model%trial_shear
+      part(3 + i, 3 + i) = model%trial_shear
     end do
     part(:, 7:9) = increment%keep*spin_columns(start, increment%spin)
     part = part*(1.0_wp/increment%pivot)
-    if (response%yields) call isotropic_change(n, response%derivative, response%quotient, 9, part)
+    if (principal) call isotropic_change(n, result%derivative, result%quotient, 9, part)
     spin = 0.5_wp*part(:, 7:9)
     if (increment%turns) then
       back = product_of(increment%spin, transpose(increment%rotation))

@@ -1,62 +1,82 @@
-!> Makes the law of a material from its parameters and the chosen kinematics.
+!> The registry of the built-in models: makes the law of parameters, whose type says which model, in the chosen
+!> kinematics. A new model has its parameters and itself in files of its own and one procedure here.
 module qsmpm_law_factory
-  use qsmpm_error, only: error_type, fail, error_other
+  use qsmpm_cam_clay, only: cam_clay_type, make_cam_clay
+  use qsmpm_elastic_model, only: elastic_model_type, set_moduli
+  use qsmpm_error, only: error_type
+  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type, &
+    check_cam_clay, check_hardening_soil
+  use qsmpm_hardening_soil, only: hardening_soil_type, make_hardening_soil
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
-  use qsmpm_jaumann_law, only: jaumann_law_type, make_jaumann_law
   use qsmpm_law, only: law_type
-  use qsmpm_logarithmic_law, only: logarithmic_law_type, make_logarithmic_law
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
-  use qsmpm_principal_model, only: principal_model_type, make_principal_model
+  use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
+  use qsmpm_principal_law, only: new_principal_law, kinematics_jaumann, kinematics_logarithmic
+  use qsmpm_softening_model, only: softening_model_type, set_softening
   implicit none
   private
 
-  public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
+  public :: new_law, rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, kinematics_jaumann, &
+    kinematics_logarithmic
 
-  !> Kinematics, numbered as in the deck's description.
-  integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
+  !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann
+  !> kinematics only. The error is set when a parameter is out of its range or there is no such law.
+  interface new_law
+    module procedure :: new_mohr_coulomb_law, new_cam_clay_law, new_hardening_soil_law
+  end interface new_law
 
 contains
 
-  !> Law of a material.
-  subroutine new_law(parameters, dimension, kinematics, rate, law, error)
-    !> What the user said.
+  !> Linear elasticity, with Mohr-Coulomb strength and its softening where they are given.
+  subroutine new_mohr_coulomb_law(parameters, dimension, kinematics, rate, law, error)
     type(material_parameters_type), intent(in) :: parameters
-    !> 2 or 3.
-    integer, intent(in) :: dimension
-    !> One of kinematics_*.
-    integer, intent(in) :: kinematics
-    !> One of rate_*; read by the Jaumann kinematics only.
-    integer, intent(in) :: rate
-    !> The law.
+    integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
-    !> Set when a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
-    type(principal_model_type) :: model
-    type(jaumann_law_type), allocatable :: jaumann
-    type(logarithmic_law_type), allocatable :: logarithmic
+    type(elastic_model_type) :: elastic
+    type(mohr_coulomb_model_type) :: strong
+    type(softening_model_type) :: softening
 
     call check_parameters(parameters, error)
     if (allocated(error)) return
-    if (dimension /= 2 .and. dimension /= 3) then
-      call fail(error, error_other, 'a law is for two or three dimensions')
-      return
+    if (.not. parameters%mohr_coulomb) then
+      call set_moduli(parameters, elastic)
+      call new_principal_law(elastic, dimension, kinematics, rate, law, error)
+    else if (.not. parameters%softening%given) then
+      call set_mohr_coulomb(parameters, strong)
+      call new_principal_law(strong, dimension, kinematics, rate, law, error)
+    else
+      call set_softening(parameters, softening)
+      call new_principal_law(softening, dimension, kinematics, rate, law, error)
     end if
-    call make_principal_model(parameters, model)
-    select case (kinematics)
-    case (kinematics_jaumann)
-      if (all(rate /= [rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy])) then
-        call fail(error, error_other, 'unknown integration of the stress rate')
-        return
-      end if
-      allocate (jaumann)
-      call make_jaumann_law(model, dimension, rate, jaumann)
-      call move_alloc(jaumann, law)
-    case (kinematics_logarithmic)
-      allocate (logarithmic)
-      call make_logarithmic_law(model, dimension, logarithmic)
-      call move_alloc(logarithmic, law)
-    case default
-      call fail(error, error_other, 'unknown kinematics')
-    end select
-  end subroutine new_law
+  end subroutine new_mohr_coulomb_law
+
+  !> Modified Cam-Clay.
+  subroutine new_cam_clay_law(parameters, dimension, kinematics, rate, law, error)
+    type(cam_clay_parameters_type), intent(in) :: parameters
+    integer, intent(in) :: dimension, kinematics, rate
+    class(law_type), allocatable, intent(out) :: law
+    type(error_type), allocatable, intent(out) :: error
+    type(cam_clay_type) :: model
+
+    call check_cam_clay(parameters, error)
+    if (allocated(error)) return
+    call make_cam_clay(parameters, model)
+    call new_principal_law(model, dimension, kinematics, rate, law, error)
+  end subroutine new_cam_clay_law
+
+  !> The hardening soil model.
+  subroutine new_hardening_soil_law(parameters, dimension, kinematics, rate, law, error)
+    type(hardening_soil_parameters_type), intent(in) :: parameters
+    integer, intent(in) :: dimension, kinematics, rate
+    class(law_type), allocatable, intent(out) :: law
+    type(error_type), allocatable, intent(out) :: error
+    type(hardening_soil_type) :: model
+
+    call check_hardening_soil(parameters, error)
+    if (allocated(error)) return
+    call make_hardening_soil(parameters, model, error)
+    if (allocated(error)) return
+    call new_principal_law(model, dimension, kinematics, rate, law, error)
+  end subroutine new_hardening_soil_law
 end module qsmpm_law_factory

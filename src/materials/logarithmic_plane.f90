@@ -1,47 +1,51 @@
-!> The logarithmic law of qsmpm_logarithmic_law for plane strain and axisymmetry, in closed form.
+!> Logarithmic strain (qsmpm_principal_law) in plane strain and axisymmetry, in closed form.
 !>
 !> b has the plane block m I + [h o; o -h] and b_33. With y = (h^2 + o^2)/m^2, x = sqrt(y) the principal
 !> values of the block are m (1 +- x), ln of the block is ln(det)/2 I + g/m [h o; o -h], g = artanh(x)/x:
-!> a point that does not yield needs neither principal values nor directions. A point that yields needs
+!> a point of a Hookean model that does not yield needs neither principal values nor directions. Any other needs
 !> twice the angle of the directions only: cos = h/r, sin = o/r, r = sqrt(h^2 + o^2).
 !>
 !> Tensors are those of qsmpm_plane_frame. On them the tangent c - (d tau + tau d) of the Kirchhoff stress is
 !> a matrix K; a change F_kL gives l = e_k F^-1(L,:), whose symmetric part has half the components of the
 !> vector r_kL of `pull_back`, so that with S = F^-1 tau F^-T
 !>   A_iJkL = r_iJ K r_kL/2 + (i = k) S_JL.
-!> Everything is per volume of the start of the step: divided by J_n.
+!> Everything is per volume of the start of the step: the Kirchhoff stress is per unstressed volume and divided by J_n
+!> for Hookean models, which bound it, and det(F) sigma for the others.
 module qsmpm_logarithmic_plane
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
-  use qsmpm_plane_frame, only: from_principal, frame_map, plane_piola
-  use qsmpm_principal_model, only: principal_model_type, response_type, elastic_strain, respond, &
-    blend_elastic, inside_strength
-  use qsmpm_softening_return, only: respond_softening
-  use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
+  use qsmpm_isotropic_function, only: pair_quotient
+  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
+  use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms, short_sinh
+  use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   implicit none
   private
 
   public :: update_plane
 
-  !> A point between its trial stress and its tangent.
+  !> A point between its trial and its tangent.
   type :: trial_type
     !> Mean, half difference and shear of the plane block of b; y of above.
     real(wp) :: m, h, o, y
     !> g, and (g - 1)/y.
     real(wp) :: g, k
-    !> Trial stress: mean, half difference, shear, 33.
-    real(wp) :: tau(4)
-    !> Determinant of the plane block of F, and 1/(J_n det F).
-    real(wp) :: det, scale
+    !> Lame's moduli of the trial.
+    real(wp) :: lame, shear
+    !> Trial strain or stress: mean, half difference, shear, 33.
+    real(wp) :: trial(4)
+    !> Determinants of the plane block of F and of F, and 1/(J_n det F).
+    real(wp) :: block, det, scale
+    !> Kirchhoff stress over the stress of the model: 1, or det(F).
+    real(wp) :: jacobian
   end type trial_type
 
 contains
 
   !> Update a batch; points with a status other than ok are left half done.
   pure subroutine update_plane(model, blend, batch, tangent)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
+    class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     !> The points.
@@ -49,62 +53,92 @@ contains
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
     type(trial_type) :: trial
-    type(response_type) :: response
-    real(wp) :: tau(4), k(4, 4)
-    logical :: yields
-    integer :: p
+    type(stress_update_type) :: result
+    real(wp) :: start(4), part(2), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
+    integer :: p, first
+    logical :: principal
 
     k = 0.0_wp
+    part = 0.0_wp
+    lame = model%trial_lame
+    shear = model%trial_shear
+    modulus = model%shear
+    cell_size = 0.0_wp
+    first = merge(5, 1, model%hookean)
     do p = 1, batch%count
-      call make_trial(model, batch%gradient(:, p), batch%state_start(:, p), batch%volume_ratio(p), trial, &
-        batch%state(:, p), batch%status(p))
-      if (batch%status(p) /= status_ok) cycle
-      tau = trial%tau
-      yields = .false.
-      if (model%has_strength) then
-        if (.not. model%softening%active) then
-          yields = .not. inside_strength(model, principal_stresses(trial))
-        else
-          call respond_softening(model, batch, p, principal_stresses(trial), tangent /= tangent_none, &
-            batch%state_start(5, p), response, batch%state(5, p))
-          yields = response%yields
-        end if
+      if (model%hookean) then
+        start = batch%state_start(:4, p)
+        volume_ratio = batch%volume_ratio(p)
+      else
+        call start_tensor(model, batch%stress_start(:, p), modulus, start, part)
+        volume_ratio = 1.0_wp
       end if
-      if (yields) call return_point(model, merge(1.0_wp, blend, tangent == tangent_elastic), trial, &
-        tangent /= tangent_none, response, batch%state(:4, p), tau, k)
-      batch%plastic(p) = merge(1, 0, yields)
+      call make_trial(lame, shear, batch%gradient(:, p), start, part, volume_ratio, trial, b, batch%status(p))
+      if (batch%status(p) /= status_ok) cycle
+      if (model%hookean) then
+        batch%state(:4, p) = b
+      else
+        trial%jacobian = trial%det
+      end if
+      principal = .not. model%hookean
+      batch%plastic(p) = 0
+      if (.not. model%elastic) then
+        value = principal_values(trial%trial)
+        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+        call model%update(modulus, value, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
+        batch%plastic(p) = merge(1, 0, result%yields)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
+        if (batch%status(p) /= status_ok) cycle
+        principal = principal .or. result%yields
+      end if
+      tau = trial%trial
+      if (principal) then
+        call to_principal(trial%trial, value, c, s)
+        tau = from_principal(trial%jacobian*result%stress, c, s)
+        if (model%hookean) batch%state(:4, p) = stress_order( &
+          from_principal(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), c, s))
+      end if
       batch%stress(:, p) = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
-      if (.not. yields) call elastic_stiffness(model, trial, k)
-      call pull_back(trial, k, batch%gradient(:, p), batch%volume_ratio(p), batch%tangent(:, :, p))
+      if (principal) then
+        result%quotient(1) = pair_quotient(value, result%stress, result%derivative, 1, 2)
+        call blend_elastic(model, modulus, value, elastic_share(tangent, blend), result)
+        call principal_stiffness(trial, model%hookean, result, c, s, tau, k)
+      else
+        call elastic_stiffness(trial, k)
+      end if
+      call pull_back(trial, tau, k, batch%gradient(:, p), batch%tangent(:, :, p))
     end do
   end subroutine update_plane
 
-  !> b and the trial stress.
-  pure subroutine make_trial(model, f, start, volume_ratio, trial, b, status)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
+  !> b and the trial strain or stress.
+  pure subroutine make_trial(lame, shear, f, start, part, volume_ratio, trial, b, status)
+    !> Lame's moduli of the trial.
+    real(wp), intent(in) :: lame, shear
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> b_e at the start of the step, in stress order.
+    !> b_e at the start of the step, in stress order, over a factor of the plane block and one of 33: ln of the
+    !> determinant of the first, and half of ln of the second.
     real(wp), intent(in) :: start(4)
-    !> V/V0 at the start of the step.
+    real(wp), intent(in) :: part(2)
+    !> J_n.
     real(wp), intent(in) :: volume_ratio
-    !> The point.
     type(trial_type), intent(out) :: trial
-    !> b in stress order.
+    !> b over the same factors, in stress order.
     real(wp), intent(out) :: b(4)
     !> status_ok, or why there is none.
     integer, intent(out) :: status
     real(wp) :: a11, a21, a12, a22, det_b, log_det, log_33, sum_strain
 
     status = status_cut
-    trial%det = f(1)*f(4) - f(3)*f(2)
+    trial%block = f(1)*f(4) - f(3)*f(2)
+    trial%det = trial%block*f(5)
     ! A gradient that is not finite has no finite determinant.
-    if (.not. ieee_is_finite(trial%det*f(5))) return
-    if (.not. (trial%det > 0.0_wp .and. f(5) > 0.0_wp)) return
-    trial%scale = 1.0_wp/(volume_ratio*trial%det*f(5))
+    if (.not. ieee_is_finite(trial%det)) return
+    if (.not. (trial%block > 0.0_wp .and. f(5) > 0.0_wp)) return
+    trial%scale = 1.0_wp/(volume_ratio*trial%det)
+    trial%jacobian = 1.0_wp
     a11 = f(1)*start(1) + f(3)*start(4)
     a12 = f(1)*start(4) + f(3)*start(2)
     a21 = f(2)*start(1) + f(4)*start(4)
@@ -114,28 +148,56 @@ contains
     trial%h = 0.5_wp*(b(1) - b(2))
     trial%o = b(4)
     ! The product keeps the digits of a small principal value that b_11 b_22 - b_12^2 may have lost.
-    det_b = trial%det**2*(start(1)*start(2) - start(4)**2)
-    if (.not. sound(trial%m, det_b, b(3))) then
+    det_b = trial%block**2*(start(1)*start(2) - start(4)**2)
+    if (.not. within_limits(trial%m, det_b, b(3))) then
       if (.not. positive_definite(start)) status = status_failed
       return
     end if
     status = status_ok
     log_det = log(det_b)
-    log_33 = 0.5_wp*log(b(3))
     call set_artanh(log_det, trial)
+    log_det = log_det + part(1)
+    log_33 = 0.5_wp*log(b(3)) + part(2)
+    trial%lame = lame
+    trial%shear = shear
     sum_strain = 0.5_wp*log_det + log_33
-    trial%tau(1) = model%lame*sum_strain + 0.5_wp*model%shear*log_det
-    trial%tau(2) = model%shear*trial%g/trial%m*trial%h
-    trial%tau(3) = model%shear*trial%g/trial%m*trial%o
-    trial%tau(4) = model%lame*sum_strain + 2.0_wp*model%shear*log_33
+    trial%trial(1) = lame*sum_strain + 0.5_wp*shear*log_det
+    trial%trial(2) = shear*trial%g/trial%m*trial%h
+    trial%trial(3) = shear*trial%g/trial%m*trial%o
+    trial%trial(4) = lame*sum_strain + 2.0_wp*shear*log_33
   end subroutine make_trial
+
+  !> b_e of the elastic strain e of a Cauchy stress, and the shear modulus of the step. With d = e_1 - e_2 the plane
+  !> block is exp(e_1 + e_2) times cosh(d) I + sinh(d) [c s; s -c], whose determinant is 1: no exponential is needed.
+  pure subroutine start_tensor(model, stress, modulus, b, part)
+    class(principal_model_type), intent(in) :: model
+    !> Cauchy stress.
+    real(wp), intent(in) :: stress(4)
+    !> Shear modulus of the step; stays as it is where the stress is not finite.
+    real(wp), intent(inout) :: modulus
+    !> b_e in stress order over its factors, 0 where the stress is not finite; and the factors as of make_trial.
+    real(wp), intent(out) :: b(4)
+    real(wp), intent(out) :: part(2)
+    real(wp) :: value(3), c, s, hyperbolic_sine, hyperbolic_cosine
+
+    b = 0.0_wp
+    part = 0.0_wp
+    if (.not. all(ieee_is_finite(stress))) return
+    call to_principal([0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)], &
+      value, c, s)
+    modulus = model%shear_modulus(value)
+    value = model%elastic_strain(modulus, value)
+    part = [2.0_wp*(value(1) + value(2)), value(3)]
+    hyperbolic_sine = short_sinh(value(1) - value(2))
+    hyperbolic_cosine = sqrt(1.0_wp + hyperbolic_sine**2)
+    b = [hyperbolic_cosine + hyperbolic_sine*c, hyperbolic_cosine - hyperbolic_sine*c, 1.0_wp, hyperbolic_sine*s]
+  end subroutine start_tensor
 
   !> y, g and (g - 1)/y of a point. Far from y = 0 artanh(x) = ln(m (1 + x)) - ln(det)/2, which loses
   !> nothing where x is nearly 1.
   pure subroutine set_artanh(log_det, trial)
     !> ln of the determinant of the plane block of b.
     real(wp), intent(in) :: log_det
-    !> The point.
     type(trial_type), intent(inout) :: trial
     real(wp) :: x
 
@@ -151,16 +213,16 @@ contains
   end subroutine set_artanh
 
   !> Whether the principal values of b lie within their limits.
-  pure logical function sound(m, det, b33)
+  pure logical function within_limits(m, det, b33)
     !> Mean of the diagonal of the plane block, and its determinant.
     real(wp), intent(in) :: m, det
     !> b_33.
     real(wp), intent(in) :: b33
 
-    sound = ieee_is_finite(m + det + b33)
-    if (sound) sound = m > 0.0_wp .and. m < largest_b .and. det > 2.0_wp*m*smallest_b &
+    within_limits = ieee_is_finite(m + det + b33)
+    if (within_limits) within_limits = m > 0.0_wp .and. m < largest_b .and. det > 2.0_wp*m*smallest_b &
       .and. b33 > smallest_b .and. b33 < largest_b
-  end function sound
+  end function within_limits
 
   !> Whether b_e is a positive definite tensor of finite numbers.
   pure logical function positive_definite(b)
@@ -171,112 +233,84 @@ contains
     if (positive_definite) positive_definite = b(1) > 0.0_wp .and. b(1)*b(2) - b(4)**2 > 0.0_wp .and. b(3) > 0.0_wp
   end function positive_definite
 
-  !> Principal trial stresses: the larger and the smaller one of the plane, 33.
-  pure function principal_stresses(trial) result(stress)
-    !> The point.
-    type(trial_type), intent(in) :: trial
-    real(wp) :: stress(3)
+  !> Principal values: the larger and the smaller one of the plane, 33. Here, as a call to another module would cost as
+  !> much as the rest of a point that does not yield.
+  pure function principal_values(tensor) result(value)
+    !> Mean, half difference, shear, 33.
+    real(wp), intent(in) :: tensor(4)
+    real(wp) :: value(3)
     real(wp) :: radius
 
-    radius = sqrt(trial%tau(2)**2 + trial%tau(3)**2)
-    stress = [trial%tau(1) + radius, trial%tau(1) - radius, trial%tau(4)]
-  end function principal_stresses
+    radius = sqrt(tensor(2)**2 + tensor(3)**2)
+    value = [tensor(1) + radius, tensor(1) - radius, tensor(4)]
+  end function principal_values
 
-  !> Return a point to the strength. What `pull_back` needs is left in place of the trial stress.
-  pure subroutine return_point(model, share, trial, with_stiffness, response, b, tau, k)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
-    !> Share of the elastic answer in the stiffness.
-    real(wp), intent(in) :: share
-    !> In: the trial. Out: tau is the stress that enters the tangent, mixed with the trial by `share`.
-    type(trial_type), intent(inout) :: trial
-    !> Whether K is wanted.
-    logical, intent(in) :: with_stiffness
-    !> Answer of the strength: in where it softens, else worked out; out mixed with the trial where K is wanted.
-    type(response_type), intent(inout) :: response
-    !> b_e at the end, in stress order.
-    real(wp), intent(out) :: b(4)
-    !> Stress: mean, half difference, shear, 33.
-    real(wp), intent(out) :: tau(4)
-    !> K of the mixed answer; not set when it is not wanted.
-    real(wp), intent(inout) :: k(4, 4)
-    real(wp) :: principal(3), value(3), c, s, radius
+  !> 11, 22, 33, 12.
+  pure function stress_order(tensor) result(stress)
+    !> Mean, half difference, shear, 33.
+    real(wp), intent(in) :: tensor(4)
+    real(wp) :: stress(4)
 
-    principal = principal_stresses(trial)
-    if (.not. model%softening%active) call respond(model, principal, with_stiffness, response)
-    radius = sqrt(trial%h**2 + trial%o**2)
-    c = 1.0_wp
-    s = 0.0_wp
-    if (radius > 0.0_wp) then
-      c = trial%h/radius
-      s = trial%o/radius
-    end if
-    value = exp(2.0_wp*elastic_strain(model, response%stress))
-    tau = from_principal(value, c, s)
-    b = [tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
-    tau = from_principal(response%stress, c, s)
-    if (.not. with_stiffness) return
-    call blend_elastic(principal, share, response)
-    trial%tau = from_principal(response%stress, c, s)
-    call plastic_stiffness(model, response, trial, c, s, k)
-  end subroutine return_point
+    stress = [tensor(1) + tensor(2), tensor(1) - tensor(2), tensor(4), tensor(3)]
+  end function stress_order
 
-  !> K of a point that yields: in the frame of the principal directions, then turned.
-  pure subroutine plastic_stiffness(model, response, trial, c, s, k)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> Stress and derivatives in principal values.
-    type(response_type), intent(in) :: response
-    !> The point.
+  !> K of a point in the frame of the principal directions, then turned; and the stress that goes with it.
+  pure subroutine principal_stiffness(trial, hookean, result, c, s, tau, k)
     type(trial_type), intent(in) :: trial
+    !> Whether the model is Hookean.
+    logical, intent(in) :: hookean
+    !> Stress and derivatives in principal values.
+    type(stress_update_type), intent(in) :: result
     !> Cosine and sine of twice the angle of the first direction.
     real(wp), intent(in) :: c, s
-    !> K.
+    !> Kirchhoff stress: mean, half difference, shear, 33.
+    real(wp), intent(out) :: tau(4)
     real(wp), intent(out) :: k(4, 4)
-    real(wp) :: d(3, 3), row_sum, shear
+    real(wp) :: d(3, 3), stress(3), row_sum, lame, shear
     integer :: a
 
+    stress = trial%jacobian*result%stress
+    tau = from_principal(stress, c, s)
+    lame = trial%jacobian*trial%lame
+    shear = 2.0_wp*trial%jacobian*trial%shear
     do a = 1, 3
-      row_sum = response%derivative(a, 1) + response%derivative(a, 2) + response%derivative(a, 3)
-      d(a, :) = model%lame*row_sum + 2.0_wp*model%shear*response%derivative(a, :)
-      d(a, a) = d(a, a) - 2.0_wp*response%stress(a)
+      row_sum = result%derivative(a, 1) + result%derivative(a, 2) + result%derivative(a, 3)
+      d(a, :) = lame*row_sum + shear*result%derivative(a, :)
+      ! det(F) is in the stress of the models that bound the Cauchy stress.
+      if (.not. hookean) d(a, :) = d(a, :) + stress(a)
+      d(a, a) = d(a, a) - 2.0_wp*stress(a)
     end do
-    shear = 2.0_wp*model%shear*response%quotient(1)*trial%g - response%stress(1) - response%stress(2)
-    k = frame_map(d, shear, c, s)
-  end subroutine plastic_stiffness
+    k = frame_map(d, shear*result%quotient(1)*trial%g - stress(1) - stress(2), c, s)
+  end subroutine principal_stiffness
 
-  !> K of a point that does not yield.
-  pure subroutine elastic_stiffness(model, trial, k)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> The point.
+  !> K of a Hookean point that does not yield.
+  pure subroutine elastic_stiffness(trial, k)
     type(trial_type), intent(in) :: trial
-    !> K.
     real(wp), intent(out) :: k(4, 4)
-    real(wp) :: shear, turned, h, o
+    real(wp) :: lame, shear, turned, h, o
 
-    shear = 2.0_wp*(model%shear*trial%g - trial%tau(1))
-    turned = 2.0_wp*model%shear*trial%k
-    h = trial%h/trial%m
-    o = trial%o/trial%m
-    k(:, 1) = [2.0_wp*(model%lame + model%shear - trial%tau(1)), -2.0_wp*trial%tau(2), -2.0_wp*trial%tau(3), &
-      2.0_wp*model%lame]
+    lame = trial%lame
+    shear = trial%shear
+    associate (t => trial%trial)
+      turned = 2.0_wp*shear*trial%k
+      h = trial%h/trial%m
+      o = trial%o/trial%m
+      k(:, 1) = [2.0_wp*(lame + shear - t(1)), -2.0_wp*t(2), -2.0_wp*t(3), 2.0_wp*lame]
+      k(:, 4) = [lame, 0.0_wp, 0.0_wp, lame + 2.0_wp*shear - 2.0_wp*t(4)]
+      shear = 2.0_wp*(shear*trial%g - t(1))
+    end associate
     k(:, 2) = [k(2, 1), shear - turned*h*h, -turned*h*o, 0.0_wp]
     k(:, 3) = [k(3, 1), k(3, 2), shear - turned*o*o, 0.0_wp]
-    k(:, 4) = [model%lame, 0.0_wp, 0.0_wp, model%lame + 2.0_wp*model%shear - 2.0_wp*trial%tau(4)]
   end subroutine elastic_stiffness
 
   !> A = dQ/dF of K and the stress.
-  pure subroutine pull_back(trial, k, f, volume_ratio, a)
-    !> The point.
+  pure subroutine pull_back(trial, tau, k, f, a)
     type(trial_type), intent(in) :: trial
-    !> K.
+    !> Kirchhoff stress: mean, half difference, shear, 33.
+    real(wp), intent(in) :: tau(4)
     real(wp), intent(in) :: k(4, 4)
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> V/V0 at the start of the step.
-    real(wp), intent(in) :: volume_ratio
-    !> A.
     real(wp), intent(out) :: a(5, 5)
     real(wp) :: r(4, 3), s(3), half, t(3)
     integer :: j
@@ -285,15 +319,15 @@ contains
     r(:, 1) = [f(4), -f(3), -f(2), f(1)]
     r(:, 2) = [f(4), f(3), -f(2), -f(1)]
     r(:, 3) = [-f(3), f(4), f(1), -f(2)]
-    half = 0.5_wp*trial%scale*f(5)/trial%det
+    half = 0.5_wp*trial%scale*f(5)/trial%block
     do j = 1, 4
       t = half*(k(1:3, 1)*r(j, 1) + k(1:3, 2)*r(j, 2) + k(1:3, 3)*r(j, 3))
       a(1:4, j) = r(:, 1)*t(1) + r(:, 2)*t(2) + r(:, 3)*t(3)
       a(5, j) = 0.5_wp*trial%scale*(k(4, 1)*r(j, 1) + k(4, 2)*r(j, 2) + k(4, 3)*r(j, 3))
     end do
     a(1:4, 5) = trial%scale*(r(:, 1)*k(1, 4) + r(:, 2)*k(2, 4) + r(:, 3)*k(3, 4))
-    a(5, 5) = (k(4, 4) + trial%tau(4))/(volume_ratio*f(5)*f(5))
-    s = 2.0_wp*half*start_stress(trial%tau, f)
+    a(5, 5) = (k(4, 4) + tau(4))*trial%scale*trial%block/f(5)
+    s = 2.0_wp*half*start_stress(tau, f)
     do j = 1, 2
       a(j, j) = a(j, j) + s(1)
       a(j + 2, j + 2) = a(j + 2, j + 2) + s(2)

@@ -1,20 +1,20 @@
-!> The logarithmic law of qsmpm_logarithmic_law in three dimensions.
+!> Logarithmic strain (qsmpm_principal_law) in three dimensions.
 !>
 !> n_a are the principal directions of b, w_a = F^-1 n_a, tau_a the principal Kirchhoff stresses and
-!> C = (d tau/d tau_trial) D in principal values. With U_ab = n_a w_b + n_b w_a (a /= b), U_aa = n_a w_a the
+!> C = d tau/d eps in principal values. With U_ab = n_a w_b + n_b w_a (a /= b), U_aa = n_a w_a the
 !> tangent is of rank six but for the stress of the start configuration S = F^-1 tau F^-T:
 !>   J_n A = sum_ab (C_ab - 2 tau_a I_ab) U_aa U_bb + sum_(a<b) (s_ab - (tau_a + tau_b)/2) U_ab U_ab
 !>           + (i = k) S_JL,
-!> s_ab of qsmpm_logarithmic_law.
+!> s_ab of qsmpm_principal_law. J_n is 1 for the models that bound the Cauchy stress: tau = det(F) sigma is per volume
+!> of the start of the step there, and C_ab = det(F) (d sigma_a/d eps_b + sigma_a).
 module qsmpm_logarithmic_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_isotropic_function, only: pair_first, pair_second
-  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
+  use qsmpm_isotropic_function, only: pair_first, pair_second, pair_quotients
+  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms
-  use qsmpm_principal_model, only: principal_model_type, response_type, elastic_stress, elastic_strain, &
-    respond, blend_elastic
-  use qsmpm_softening_return, only: respond_softening
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
+  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
   use qsmpm_spectral, only: spectral, jacobi_spectral
   use qsmpm_tensor, only: cofactor, determinant
   implicit none
@@ -26,20 +26,21 @@ module qsmpm_logarithmic_solid
   !> a small value where b is nearly diagonal.
   real(wp), parameter :: small_ratio = 1.0e-4_wp
 
-  !> A point between its trial stress and its tangent.
+  !> A point between its trial and its tangent.
   type :: trial_type
     !> det(F) F^-T, its determinant det(F) and 1/(J_n det F).
     real(wp) :: cofactor(3, 3), det, scale
-    !> Principal values, logarithmic strains and stresses of the trial (3), principal directions (3,3).
-    real(wp) :: value(3), strain(3), stress(3), direction(3, 3)
+    !> Kirchhoff stress over the stress of the model: 1, or det(F).
+    real(wp) :: jacobian
+    !> Principal values and logarithmic strains, trial strain or stress (3), principal directions (3,3).
+    real(wp) :: value(3), strain(3), trial(3), direction(3, 3)
   end type trial_type
 
 contains
 
   !> Update a batch; points with a status other than ok are left half done.
   pure subroutine update_solid(model, blend, batch, tangent)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
+    class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
     real(wp), intent(in) :: blend
     !> The points.
@@ -47,54 +48,76 @@ contains
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
     type(trial_type) :: trial
-    type(response_type) :: response
-    integer :: p
+    type(stress_update_type) :: result
+    real(wp) :: modulus, cell_size, b(6)
+    integer :: p, first
 
+    modulus = model%shear
+    cell_size = 0.0_wp
+    first = merge(7, 1, model%hookean)
     do p = 1, batch%count
-      call make_trial(model, batch%gradient(:, p), batch%state_start(:, p), batch%volume_ratio(p), trial, &
-        batch%state(:, p), batch%status(p))
+      call make_trial(model, batch%gradient(:, p), batch%state_start(:, p), batch%stress_start(:, p), &
+        batch%volume_ratio(p), modulus, trial, b, batch%status(p))
       if (batch%status(p) /= status_ok) cycle
-      if (model%softening%active) then
-        call respond_softening(model, batch, p, trial%stress, tangent /= tangent_none, batch%state_start(7, p), &
-          response, batch%state(7, p))
-      else
-        call respond(model, trial%stress, tangent /= tangent_none, response)
+      if (model%hookean) batch%state(1:6, p) = b
+      if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
+      call model%update(modulus, trial%trial, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
+      batch%plastic(p) = merge(1, 0, result%yields)
+      if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
+      if (batch%status(p) /= status_ok) cycle
+      if (model%hookean) then
+        if (result%yields) then
+          batch%state(1:6, p) = compose_packed(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), &
+            trial%direction)
+        else
+          call model%elastic_update(modulus, trial%trial, result)
+        end if
       end if
-      if (response%yields) batch%state(1:6, p) = &
-        compose_packed(exp(2.0_wp*elastic_strain(model, response%stress)), trial%direction)
-      batch%plastic(p) = merge(1, 0, response%yields)
-      call store_stress(trial, response%stress, batch%stress(:, p), batch%piola(:, p))
+      call store_stress(trial, trial%jacobian*result%stress, batch%stress(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
-      call blend_elastic(trial%stress, merge(1.0_wp, blend, tangent == tangent_elastic), response)
-      call point_tangent(model, trial, response, batch%tangent(:, :, p))
+      result%quotient = 1.0_wp
+      if (result%yields .or. .not. model%hookean) &
+        result%quotient = pair_quotients(trial%trial, result%stress, result%derivative)
+      call blend_elastic(model, modulus, trial%trial, elastic_share(tangent, blend), result)
+      call point_tangent(model, trial, result, batch%tangent(:, :, p))
     end do
   end subroutine update_solid
 
-  !> b, its decomposition, and the trial stress.
-  pure subroutine make_trial(model, f, start, volume_ratio, trial, b, status)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
+  !> b, its decomposition, and the trial strain or stress.
+  pure subroutine make_trial(model, f, state, stress, volume_ratio, modulus, trial, b, status)
+    class(principal_model_type), intent(in) :: model
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
-    !> b_e at the start of the step, in stress order.
-    real(wp), intent(in) :: start(6)
+    !> State of the point, which begins with b_e for a Hookean model, and its Cauchy stress, at the start of the step.
+    real(wp), intent(in) :: state(*)
+    real(wp), intent(in) :: stress(6)
     !> V/V0 at the start of the step.
     real(wp), intent(in) :: volume_ratio
-    !> The point.
+    !> Shear modulus of the step; stays as it is for a Hookean model.
+    real(wp), intent(inout) :: modulus
     type(trial_type), intent(out) :: trial
     !> b in stress order.
     real(wp), intent(out) :: b(6)
     !> status_ok, or why there is none.
     integer, intent(out) :: status
-    real(wp) :: full(3, 3)
+    real(wp) :: full(3, 3), start(6)
 
+    b = 0.0_wp
     status = status_cut
     trial%cofactor = cofactor(f)
     trial%det = f(1, 1)*trial%cofactor(1, 1) + f(2, 1)*trial%cofactor(2, 1) + f(3, 1)*trial%cofactor(3, 1)
     ! A gradient that is not finite has no finite determinant.
     if (.not. ieee_is_finite(trial%det)) return
     if (.not. trial%det > 0.0_wp) return
-    trial%scale = 1.0_wp/(volume_ratio*trial%det)
+    if (model%hookean) then
+      start = state(1:6)
+      trial%scale = 1.0_wp/(volume_ratio*trial%det)
+      trial%jacobian = 1.0_wp
+    else
+      call start_tensor(model, stress, modulus, start)
+      trial%scale = 1.0_wp/trial%det
+      trial%jacobian = trial%det
+    end if
     b = push_forward(f, start)
     full = unpacked(b)
     if (.not. ieee_is_finite(sum(b))) then
@@ -110,8 +133,26 @@ contains
     end if
     status = status_ok
     trial%strain = 0.5_wp*log(trial%value)
-    trial%stress = elastic_stress(model, trial%strain)
+    trial%trial = model%trial_lame*(trial%strain(1) + trial%strain(2) + trial%strain(3)) &
+      + 2.0_wp*model%trial_shear*trial%strain
   end subroutine make_trial
+
+  !> b_e of the elastic strain of a Cauchy stress, 0 where that is not finite; and the shear modulus of the step.
+  pure subroutine start_tensor(model, stress, modulus, b)
+    class(principal_model_type), intent(in) :: model
+    !> Cauchy stress.
+    real(wp), intent(in) :: stress(6)
+    real(wp), intent(inout) :: modulus
+    !> b_e in stress order.
+    real(wp), intent(out) :: b(6)
+    real(wp) :: value(3), direction(3, 3)
+
+    b = 0.0_wp
+    if (.not. all(ieee_is_finite(stress))) return
+    call spectral(unpacked(stress), value, direction)
+    modulus = model%shear_modulus(value)
+    b = compose_packed(exp(2.0_wp*model%elastic_strain(modulus, value)), direction)
+  end subroutine start_tensor
 
   !> F b_e F^T in stress order.
   pure function push_forward(f, start) result(b)
@@ -174,7 +215,6 @@ contains
 
   !> Cauchy stress and Q of principal Kirchhoff stresses.
   pure subroutine store_stress(trial, tau, stress, piola)
-    !> The point.
     type(trial_type), intent(in) :: trial
     !> Principal stresses (3).
     real(wp), intent(in) :: tau(3)
@@ -195,19 +235,17 @@ contains
   end subroutine store_stress
 
   !> A = dQ/dF of a point.
-  pure subroutine point_tangent(model, trial, response, a)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> The point.
+  pure subroutine point_tangent(model, trial, result, a)
+    class(principal_model_type), intent(in) :: model
     type(trial_type), intent(in) :: trial
     !> Stress and derivatives in principal values.
-    type(response_type), intent(in) :: response
-    !> A.
+    type(stress_update_type), intent(in) :: result
     real(wp), intent(out) :: a(9, 9)
-    real(wp) :: w(3, 3), u(9, 6), v(9, 6), s(3, 3), k(3, 3), factor
+    real(wp) :: w(3, 3), u(9, 6), v(9, 6), s(3, 3), k(3, 3), tau(3), factor
     integer :: i, j, l, pair
 
     factor = trial%scale/trial%det
+    tau = trial%jacobian*result%stress
     ! det(F) w_a; the determinants are in the factor.
     do i = 1, 3
       do j = 1, 3
@@ -220,14 +258,13 @@ contains
       i = pair_first(pair)
       j = pair_second(pair)
       u(:, 3 + pair) = product_of(trial%direction(:, i), w(:, j)) + product_of(trial%direction(:, j), w(:, i))
-      v(:, 3 + pair) = (factor*(model%shear*response%quotient(pair)*log_ratio(trial, i, j) &
-        - 0.5_wp*(response%stress(i) + response%stress(j))))*u(:, 3 + pair)
+      v(:, 3 + pair) = (factor*(trial%jacobian*model%trial_shear*result%quotient(pair)*log_ratio(trial, i, j) &
+        - 0.5_wp*(tau(i) + tau(j))))*u(:, 3 + pair)
     end do
-    k = factor*normal_stiffness(model, response)
+    k = factor*normal_stiffness(model, trial, result)
     do i = 1, 3
       v(:, i) = u(:, 1)*k(1, i) + u(:, 2)*k(2, i) + u(:, 3)*k(3, i)
-      s(:, i) = factor*(w(:, 1)*response%stress(1)*w(i, 1) + w(:, 2)*response%stress(2)*w(i, 2) &
-        + w(:, 3)*response%stress(3)*w(i, 3))
+      s(:, i) = factor*(w(:, 1)*tau(1)*w(i, 1) + w(:, 2)*tau(2)*w(i, 2) + w(:, 3)*tau(3)*w(i, 3))
     end do
     do j = 1, 9
       a(:, j) = v(:, 1)*u(j, 1) + v(:, 2)*u(j, 2) + v(:, 3)*u(j, 3) + v(:, 4)*u(j, 4) + v(:, 5)*u(j, 5) &
@@ -256,24 +293,27 @@ contains
   end function product_of
 
   !> C_ab - 2 tau_a I_ab.
-  pure function normal_stiffness(model, response) result(k)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
+  pure function normal_stiffness(model, trial, result) result(k)
+    class(principal_model_type), intent(in) :: model
+    type(trial_type), intent(in) :: trial
     !> Stress and derivatives in principal values.
-    type(response_type), intent(in) :: response
+    type(stress_update_type), intent(in) :: result
     real(wp) :: k(3, 3)
     integer :: a
 
-    do a = 1, 3
-      k(a, :) = 2.0_wp*model%shear*response%derivative(a, :) + model%lame*(response%derivative(a, 1) &
-        + response%derivative(a, 2) + response%derivative(a, 3))
-      k(a, a) = k(a, a) - 2.0_wp*response%stress(a)
-    end do
+    associate (d => result%derivative)
+      do a = 1, 3
+        k(a, :) = 2.0_wp*model%trial_shear*d(a, :) + model%trial_lame*(d(a, 1) + d(a, 2) + d(a, 3))
+        ! det(F) is in the stress of the models that bound the Cauchy stress.
+        if (.not. model%hookean) k(a, :) = k(a, :) + result%stress(a)
+        k(a, a) = k(a, a) - 2.0_wp*result%stress(a)
+      end do
+    end associate
+    k = trial%jacobian*k
   end function normal_stiffness
 
   !> artanh(x)/x with x = (b_a - b_b)/(b_a + b_b).
   pure real(wp) function log_ratio(trial, a, b)
-    !> The point.
     type(trial_type), intent(in) :: trial
     !> The two directions.
     integer, intent(in) :: a, b

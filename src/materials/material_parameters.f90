@@ -2,7 +2,8 @@
 !>
 !> Linear isotropic elasticity with, on request, Mohr-Coulomb strength and a tension cut-off.
 !> Angles are in degrees, everything else in the deck's consistent units. The tables that the
-!> stress update works with are built from this in qsmpm_principal_model.
+!> stress update works with are built from this in qsmpm_elastic_model, qsmpm_mohr_coulomb_model and
+!> qsmpm_softening_model.
 module qsmpm_material_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck

@@ -18,7 +18,8 @@ module qsmpm_mohr_coulomb
   implicit none
   private
 
-  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, return_principal
+  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
+    return_principal, return_outside
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
   integer, parameter, public :: set_count = 10
@@ -219,15 +220,26 @@ contains
     real(wp), intent(out) :: tangent(3, 3)
     !> Whether the trial stress lay outside.
     logical, intent(out) :: yields
+
+    yields = .not. inside(model, trial)
+    stress = trial
+    tangent = identity
+    if (yields) call return_outside(model, trial, stress, tangent)
+  end subroutine return_principal
+
+  !> Return a trial stress that lies outside the strength.
+  pure subroutine return_outside(model, trial, stress, tangent)
+    !> Strength.
+    type(mohr_coulomb_type), intent(in) :: model
+    !> Principal trial stresses, in any order (3).
+    real(wp), intent(in) :: trial(3)
+    !> Principal stresses, in the same order (3).
+    real(wp), intent(out) :: stress(3)
+    !> d stress / d trial stress; times the elastic moduli it is d stress / d strain (3,3).
+    real(wp), intent(out) :: tangent(3, 3)
     real(wp) :: sorted(3), answer(3), slope(3, 3)
     integer :: order(3), i
 
-    yields = .not. inside(model, trial)
-    if (.not. yields) then
-      stress = trial
-      tangent = identity
-      return
-    end if
     order = falling_order(trial)
     sorted = trial(order)
     call find_set(model, sorted, size_of(model, trial), answer, slope)
@@ -235,7 +247,7 @@ contains
       stress(order(i)) = answer(i)
       tangent(order, order(i)) = slope(:, i)
     end do
-  end subroutine return_principal
+  end subroutine return_outside
 
   !> Positions of the largest, middle and smallest value.
   pure function falling_order(values) result(order)

@@ -8,9 +8,28 @@ module qsmpm_plane_frame
   implicit none
   private
 
-  public :: from_principal, frame_map, plane_piola
+  public :: to_principal, from_principal, frame_map, plane_piola
 
 contains
+
+  !> Principal values of a tensor, the larger and the smaller one of the plane and 33, and their directions.
+  pure subroutine to_principal(tensor, value, c, s)
+    !> Mean, half difference, shear, 33.
+    real(wp), intent(in) :: tensor(4)
+    !> Principal values (3).
+    real(wp), intent(out) :: value(3)
+    !> Cosine and sine of twice the angle of the first direction; 1 and 0 where there is no difference.
+    real(wp), intent(out) :: c, s
+    real(wp) :: radius
+
+    radius = sqrt(tensor(2)**2 + tensor(3)**2)
+    value = [tensor(1) + radius, tensor(1) - radius, tensor(4)]
+    c = 1.0_wp
+    s = 0.0_wp
+    if (.not. radius > 0.0_wp) return
+    c = tensor(2)/radius
+    s = tensor(3)/radius
+  end subroutine to_principal
 
   !> Mean, half difference, shear and 33 of a tensor with given principal values.
   pure function from_principal(value, c, s) result(tensor)

@@ -1,138 +1,170 @@
-!> Isotropic elasticity with optional Mohr-Coulomb strength, in principal values: trial stress to
-!> stress, with what the tangent needs.
+!> What a soil model says of a point in principal values: trial to stress, state variables and derivative.
 !>
-!> Stress and strain are whatever pair the kinematics works with: Kirchhoff stress and logarithmic
-!> strain, or Cauchy stress and the strain increment. Directions are not known here.
+!> Directions and finite strain are those of qsmpm_principal_law, which serves every model of this form in both
+!> kinematics and dimensions. The trial is the elastic strain of a step without plastic flow or, where elasticity is
+!> linear (`hookean`), the stress that belongs to it; a Hookean model bounds the Kirchhoff stress where strain is
+!> logarithmic, every other model the Cauchy stress. Tension positive, principal values in any order. Moduli may
+!> depend on the stress; a step keeps the shear modulus of its start, so that the map from trial to stress is isotropic.
 module qsmpm_principal_model
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: pair_quotients
-  use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_principal
-  use qsmpm_softening, only: softening_type, make_softening
   use qsmpm_tensor, only: identity
+  use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: principal_model_type, response_type, make_principal_model, elastic_stress, &
-    elastic_strain, inside_strength, respond, blend_elastic
+  public :: principal_model_type, stress_update_type, blend_elastic, elastic_map
 
-  !> Moduli and strength.
-  type :: principal_model_type
+  !> Most state variables of a model.
+  integer, parameter, public :: most_states = 4
+
+  !> What a model makes of a trial. Nothing is set before: hot loops pay for that.
+  type :: stress_update_type
+    !> One of the status_* values of qsmpm_law.
+    integer :: status
+    logical :: yields
+    !> Principal stresses (3), and d stress / d trial (3,3); a Hookean model need not set them where it does not yield.
+    real(wp) :: stress(3)
+    real(wp) :: derivative(3, 3)
+    !> (stress a - stress b)/(trial a - trial b) of the pairs 12, 13, 23; the kinematics' affair (3).
+    real(wp) :: quotient(3)
+    !> State variables at the end of the step; the first state_count are set.
+    real(wp) :: state(most_states)
+  end type stress_update_type
+
+  !> A model.
+  type, abstract :: principal_model_type
+    !> Whether elasticity is linear, so that the trial is a stress.
+    logical :: hookean = .false.
+    !> Whether nothing yields, so that a trial need not be asked about.
+    logical :: elastic = .false.
+    !> Whether the derivative by the trial is symmetric for every trial.
+    logical :: symmetric = .false.
+    !> Whether the model counts strain by the size of the cell.
+    logical :: asks_cell_size = .false.
+    !> Lame's moduli that make the elastic strain the trial: 0 and 1/2 leave it a strain.
+    real(wp) :: trial_lame = 0.0_wp
+    real(wp) :: trial_shear = 0.5_wp
+    !> Young's modulus and shear modulus at a usual stress, for scaling.
     real(wp) :: young = 0.0_wp
-    real(wp) :: lame = 0.0_wp
     real(wp) :: shear = 0.0_wp
-    !> Whether the plastic flow is normal to the yield surface, or there is none.
-    logical :: associated_flow = .true.
-    logical :: has_strength = .false.
-    type(mohr_coulomb_type) :: strength
-    !> How the strength falls; answered by qsmpm_softening_return.
-    type(softening_type) :: softening
+    integer :: state_count = 0
+    !> Names of the state variables in results (state_count).
+    type(string_type), allocatable :: state_names(:)
+    !> What is said of a point that cannot be updated.
+    character(len=:), allocatable :: message
+  contains
+    procedure(initial_interface), deferred :: initial_state
+    procedure(modulus_interface), deferred :: shear_modulus
+    procedure(strain_interface), deferred :: elastic_strain
+    procedure(elastic_interface), deferred :: elastic_update
+    procedure(update_interface), deferred :: update
+    procedure :: state_to_field => same_state
+    procedure :: field_to_state => same_state
   end type principal_model_type
 
-  !> Answer to a trial stress, and its derivative.
-  type :: response_type
-    logical :: yields = .false.
-    !> Principal stresses (3).
-    real(wp) :: stress(3) = 0.0_wp
-    !> d stress / d trial stress (3,3).
-    real(wp) :: derivative(3, 3) = 0.0_wp
-    !> Gap of two stresses over the gap of the two trial stresses, pairs 12, 13, 23 (3).
-    real(wp) :: quotient(3) = 1.0_wp
-  end type response_type
+  abstract interface
+    !> State variables that belong to a given stress.
+    pure subroutine initial_interface(self, stress, state)
+      import :: principal_model_type, wp
+      class(principal_model_type), intent(in) :: self
+      !> Principal Cauchy stresses (3).
+      real(wp), intent(in) :: stress(3)
+      !> (state_count)
+      real(wp), intent(out) :: state(:)
+    end subroutine initial_interface
+
+    !> Elastic shear modulus of a step that starts from a stress.
+    pure real(wp) function modulus_interface(self, stress)
+      import :: principal_model_type, wp
+      class(principal_model_type), intent(in) :: self
+      !> Principal stresses (3).
+      real(wp), intent(in) :: stress(3)
+    end function modulus_interface
+
+    !> Elastic strain of a stress.
+    pure function strain_interface(self, modulus, stress) result(strain)
+      import :: principal_model_type, wp
+      class(principal_model_type), intent(in) :: self
+      !> Shear modulus of the step.
+      real(wp), intent(in) :: modulus
+      !> Principal stresses (3).
+      real(wp), intent(in) :: stress(3)
+      real(wp) :: strain(3)
+    end function strain_interface
+
+    !> Status, stress and derivative without strength.
+    pure subroutine elastic_interface(self, modulus, trial, result)
+      import :: principal_model_type, stress_update_type, wp
+      class(principal_model_type), intent(in) :: self
+      !> Shear modulus of the step.
+      real(wp), intent(in) :: modulus
+      !> Principal trial strains or stresses (3).
+      real(wp), intent(in) :: trial(3)
+      type(stress_update_type), intent(inout) :: result
+    end subroutine elastic_interface
+
+    !> Status, yielding, stress, state and, where wanted, derivative.
+    pure subroutine update_interface(self, modulus, trial, state, cell_size, with_derivative, result)
+      import :: principal_model_type, stress_update_type, wp
+      class(principal_model_type), intent(in) :: self
+      !> Shear modulus of the step.
+      real(wp), intent(in) :: modulus
+      !> Principal trial strains or stresses (3).
+      real(wp), intent(in) :: trial(3)
+      !> State variables at the start of the step.
+      real(wp), intent(in) :: state(self%state_count)
+      !> Size of the point's cell; 0 where there is none.
+      real(wp), intent(in) :: cell_size
+      !> Whether the derivative is wanted.
+      logical, intent(in) :: with_derivative
+      type(stress_update_type), intent(inout) :: result
+    end subroutine update_interface
+  end interface
 
 contains
 
-  !> Model of checked parameters.
-  pure subroutine make_principal_model(parameters, model)
-    !> What the user said, checked.
-    type(material_parameters_type), intent(in) :: parameters
-    !> The model.
-    type(principal_model_type), intent(out) :: model
+  !> State variables that may be averaged over points as they are, in and out of the average.
+  pure subroutine same_state(self, state)
+    class(principal_model_type), intent(in) :: self
+    !> (state_count)
+    real(wp), intent(inout) :: state(:)
 
-    associate (young => parameters%young, poisson => parameters%poisson)
-      model%young = young
-      model%shear = young/(2.0_wp*(1.0_wp + poisson))
-      model%lame = young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
+    associate (unused => self, as_it_is => state)
     end associate
-    model%has_strength = parameters%mohr_coulomb
-    if (.not. model%has_strength) return
-    model%associated_flow = &
-      .not. parameters%dilatancy_angle < parameters%friction_angle
-    call make_softening(parameters, model%softening)
-    call make_mohr_coulomb(parameters, model%lame, model%shear, model%strength)
-  end subroutine make_principal_model
+  end subroutine same_state
 
-  !> Stress of an elastic strain.
-  pure function elastic_stress(model, strain) result(stress)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> Principal strains (3).
-    real(wp), intent(in) :: strain(3)
-    real(wp) :: stress(3)
-
-    stress = model%lame*sum(strain) + 2.0_wp*model%shear*strain
-  end function elastic_stress
-
-  !> Elastic strain of a stress.
-  pure function elastic_strain(model, stress) result(strain)
-    !> Moduli.
-    type(principal_model_type), intent(in) :: model
-    !> Principal stresses (3).
-    real(wp), intent(in) :: stress(3)
-    real(wp) :: strain(3)
-    real(wp) :: mean
-
-    mean = sum(stress)/3.0_wp
-    strain = (stress - mean)/(2.0_wp*model%shear) &
-      + mean/(3.0_wp*model%lame + 2.0_wp*model%shear)
-  end function elastic_strain
-
-  !> Whether a trial stress is the answer.
-  pure logical function inside_strength(model, trial)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
-    !> Principal trial stresses (3).
+  !> Mix stress, derivative and quotients with those of the model without strength. All enter a tangent linearly, so
+  !> this mixes the tangents.
+  pure subroutine blend_elastic(model, modulus, trial, share, result)
+    !> The model.
+    class(principal_model_type), intent(in) :: model
+    !> Shear modulus of the step.
+    real(wp), intent(in) :: modulus
+    !> Principal trial strains or stresses (3).
     real(wp), intent(in) :: trial(3)
-
-    inside_strength = .true.
-    if (model%has_strength) inside_strength = inside(model%strength, trial)
-  end function inside_strength
-
-  !> Stress that answers a trial stress.
-  pure subroutine respond(model, trial, with_derivative, response)
-    !> Moduli and strength.
-    type(principal_model_type), intent(in) :: model
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> Whether the derivative is wanted.
-    logical, intent(in) :: with_derivative
-    !> The answer.
-    type(response_type), intent(out) :: response
-
-    if (model%has_strength) then
-      call return_principal(model%strength, trial, response%stress, response%derivative, &
-                            response%yields)
-      if (response%yields .and. with_derivative) &
-        response%quotient = pair_quotients(trial, response%stress, response%derivative)
-    else
-      response%stress = trial
-      response%derivative = identity
-    end if
-  end subroutine respond
-
-  !> Mix the answer with that of the same material without strength. Stress and derivative enter
-  !> a tangent linearly, so this mixes the tangents.
-  pure subroutine blend_elastic(trial, share, response)
-    !> Principal trial stresses (3).
-    real(wp), intent(in) :: trial(3)
-    !> Share of the elastic answer, 0 to 1.
+    !> Share of the elastic one, 0 to 1.
     real(wp), intent(in) :: share
-    !> The answer.
-    type(response_type), intent(inout) :: response
+    type(stress_update_type), intent(inout) :: result
+    type(stress_update_type) :: elastic
 
-    if (.not. response%yields) return
-    response%stress = (1.0_wp - share)*response%stress + share*trial
-    response%derivative = (1.0_wp - share)*response%derivative + share*identity
-    response%quotient = (1.0_wp - share)*response%quotient + share
+    if (.not. result%yields .or. share <= 0.0_wp) return
+    call model%elastic_update(modulus, trial, elastic)
+    elastic%quotient = 1.0_wp
+    if (.not. model%hookean) elastic%quotient = pair_quotients(trial, elastic%stress, elastic%derivative)
+    result%stress = (1.0_wp - share)*result%stress + share*elastic%stress
+    result%derivative = (1.0_wp - share)*result%derivative + share*elastic%derivative
+    result%quotient = (1.0_wp - share)*result%quotient + share*elastic%quotient
   end subroutine blend_elastic
+
+  !> Moduli of isotropic elasticity in principal values.
+  pure function elastic_map(lame, shear) result(map)
+    !> Lame's first modulus.
+    real(wp), intent(in) :: lame
+    !> Shear modulus.
+    real(wp), intent(in) :: shear
+    real(wp) :: map(3, 3)
+
+    map = lame + 2.0_wp*shear*identity
+  end function elastic_map
 end module qsmpm_principal_model

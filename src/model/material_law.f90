@@ -4,8 +4,7 @@ module qsmpm_material_law
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
-  use qsmpm_hardening_factory, only: new_hardening_law
-  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
+  use qsmpm_law_factory, only: new_law, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_soil_parameters, only: parameters_of
   use qsmpm_user_material_law, only: new_user_law
   implicit none
@@ -34,9 +33,10 @@ contains
     if (material%user%given) then
       call new_user_law(material%user, material%name, material%young, material%poisson, stress, &
         dimension, law, error)
-    else if (material%cam_clay%given .or. material%hardening_soil%given) then
-      call new_hardening_law(material%cam_clay, material%hardening_soil, dimension, &
-        method%kinematics == kinematics_logarithmic, method%rate == rate_paper, law, error)
+    else if (material%cam_clay%given) then
+      call new_law(material%cam_clay, dimension, method%kinematics, method%rate, law, error)
+    else if (material%hardening_soil%given) then
+      call new_law(material%hardening_soil, dimension, method%kinematics, method%rate, law, error)
     else
       rate = method%rate
       if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &

@@ -7,9 +7,8 @@ module qsmpm_soil_parameters
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_model, only: model_type
-  use qsmpm_principal_model, only: principal_model_type, make_principal_model
   use qsmpm_softening, only: band_ratio
-  use qsmpm_softening_return, only: largest_band_ratio
+  use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -55,29 +54,29 @@ contains
     type(material_type), intent(in) :: material
     !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
-    type(principal_model_type) :: principal
+    type(softening_model_type) :: softening
     type(error_type), allocatable :: error
     real(wp) :: largest, bound
     integer :: p
 
     call check_parameters(parameters_of(material), error)
     if (allocated(error)) return
-    call make_principal_model(parameters_of(material), principal)
+    call set_softening(parameters_of(material), softening)
     largest = 0.0_wp
     do p = 1, model%state%points%count
       if (model%state%points%material(p) == number) &
         largest = max(largest, cell_width(model%mesh, model%state%points%cell(p)))
     end do
-    bound = largest_band_ratio(principal)
-    if (band_ratio(principal%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
-    if (principal%softening%by_cell) then
+    bound = largest_band_ratio(softening)
+    if (band_ratio(softening%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
+    if (softening%softening%by_cell) then
       call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast for its cells, a point would snap back: size "//figure(largest)//', at most '// &
-        figure(bound*principal%softening%length))
+        figure(bound*softening%softening%length))
     else
       call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast, a point would snap back: plastic shear strain at least "// &
-        figure(principal%softening%strain/bound))
+        figure(softening%softening%strain/bound))
     end if
   end subroutine check_material
 

@@ -3,10 +3,10 @@
 module soil_trials
   use law_trials, only: random_batch
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_factory, only: new_hardening_law
   use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
   use qsmpm_point_driver, only: point_type, start_point, step_point
   implicit none
   private
@@ -46,10 +46,9 @@ contains
     integer, intent(in) :: dimension
     logical, intent(in) :: logarithmic
     class(law_type), allocatable, intent(out) :: law
-    type(hardening_soil_parameters_type) :: none
     type(error_type), allocatable :: error
 
-    call new_hardening_law(p, none, dimension, logarithmic, .false., law, error)
+    call new_law(p, dimension, merge(kinematics_logarithmic, kinematics_jaumann, logarithmic), rate_midpoint, law, error)
   end subroutine make_clay
 
   !> A sand's law that must exist.
@@ -58,10 +57,9 @@ contains
     integer, intent(in) :: dimension
     logical, intent(in) :: logarithmic
     class(law_type), allocatable, intent(out) :: law
-    type(cam_clay_parameters_type) :: none
     type(error_type), allocatable :: error
 
-    call new_hardening_law(none, p, dimension, logarithmic, .false., law, error)
+    call new_law(p, dimension, merge(kinematics_logarithmic, kinematics_jaumann, logarithmic), rate_midpoint, law, error)
   end subroutine make_sand
 
   !> Pseudo-random points: gradients within `spread` of I, stresses within `scatter` of a pressure.

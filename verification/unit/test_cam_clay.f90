@@ -4,10 +4,10 @@ module test_cam_clay
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_hardening_factory, only: new_hardening_law
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
+  use qsmpm_hardening_parameters, only: cam_clay_parameters_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, tangent_none, tangent_consistent
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_paper, rate_midpoint
   use qsmpm_point_driver, only: point_type, start_point
   use qsmpm_tensor, only: determinant, unpack_gradient
   use soil_trials, only: clay_parameters, make_clay, pressed_batch, press, compress, triaxial, oedometer
@@ -311,15 +311,14 @@ contains
   subroutine check_refusal(tests)
     type(tests_type), intent(inout) :: tests
     type(cam_clay_parameters_type) :: p
-    type(hardening_soil_parameters_type) :: none
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
     p = clay_parameters()
-    call new_hardening_law(p, none, 2, .false., .true., law, error)
+    call new_law(p, 2, kinematics_jaumann, rate_paper, law, error)
     call tests%check('RATE=PAPER is refused', allocated(error))
     p%kappa = 0.3_wp
-    call new_hardening_law(p, none, 2, .true., .false., law, error)
+    call new_law(p, 2, kinematics_logarithmic, rate_midpoint, law, error)
     call tests%check('kappa above lambda is refused', allocated(error))
     if (allocated(error)) call tests%check('by name', index(error%message, 'kappa') > 0)
   end subroutine check_refusal

@@ -4,10 +4,10 @@ module test_hardening_soil
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_hardening_factory, only: new_hardening_law
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
+  use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, tangent_consistent
+  use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_midpoint
   use qsmpm_point_driver, only: point_type, start_point, step_point
   use soil_trials, only: sand_parameters, make_sand, pressed_batch, triaxial, oedometer
   use testing, only: tests_type
@@ -290,18 +290,17 @@ contains
   subroutine check_refusal(tests)
     type(tests_type), intent(inout) :: tests
     type(hardening_soil_parameters_type) :: p
-    type(cam_clay_parameters_type) :: none
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
 
     p = sand_parameters()
     p%eoed = 85000.0_wp
-    call new_hardening_law(none, p, 2, .true., .false., law, error)
+    call new_law(p, 2, kinematics_logarithmic, rate_midpoint, law, error)
     call tests%check('an Eoed that shear alone undercuts is refused', allocated(error))
     if (allocated(error)) call tests%check('by name', index(error%message, 'Eoed') > 0)
     p = sand_parameters()
     p%eur = 50000.0_wp
-    call new_hardening_law(none, p, 2, .true., .false., law, error)
+    call new_law(p, 2, kinematics_logarithmic, rate_midpoint, law, error)
     call tests%check('an Eur below the initial slope is refused', allocated(error))
   end subroutine check_refusal
 end module test_hardening_soil

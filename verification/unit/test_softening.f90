@@ -7,11 +7,10 @@ module test_softening
   use qsmpm_law_factory, only: kinematics_jaumann, kinematics_logarithmic, rate_midpoint, new_law
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_point_driver, only: point_type, start_point, step_point
-  use qsmpm_principal_model, only: principal_model_type, make_principal_model
   use qsmpm_softening, only: degree_of, strain_of_degree
   use qsmpm_softening_parameters, only: softening_parameters_type, softening_linear, softening_exponential, &
     regularise_none, regularise_cell
-  use qsmpm_softening_return, only: largest_band_ratio
+  use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use testing, only: tests_type
   implicit none
   private
@@ -132,17 +131,17 @@ contains
   !> exponential law magnified by 1/(1 - d).
   subroutine check_degree(tests)
     type(tests_type), intent(inout) :: tests
-    type(principal_model_type) :: model
+    type(softening_model_type) :: model
     real(wp) :: kappa
     integer :: i
 
-    call make_principal_model(soft(strong(0.0_wp, -1.0_wp), 0.5_wp, 20.0_wp, 0.0_wp), model)
+    call set_softening(soft(strong(0.0_wp, -1.0_wp), 0.5_wp, 20.0_wp, 0.0_wp), model)
     call tests%close('linear: half way', degree_of(model%softening, 0.2_wp), 0.5_wp, 1.0e-15_wp)
     call tests%close('linear: residual', degree_of(model%softening, 5.0_wp), 1.0_wp, 0.0_wp)
     call tests%close('linear: the least strain of the residual state', strain_of_degree(model%softening, 1.2_wp), &
       0.4_wp, 0.0_wp)
     call tests%close('linear: no strain below the peak', strain_of_degree(model%softening, -0.1_wp), 0.0_wp, 0.0_wp)
-    call make_principal_model(exponential(soft(strong(0.0_wp, -1.0_wp), 0.5_wp, 20.0_wp, 0.0_wp)), model)
+    call set_softening(exponential(soft(strong(0.0_wp, -1.0_wp), 0.5_wp, 20.0_wp, 0.0_wp)), model)
     call tests%close('exponential: 95 % at kappa_r', degree_of(model%softening, 0.4_wp), &
       1.0_wp - exp(-3.0_wp), 1.0e-15_wp)
     do i = 1, 5
@@ -289,14 +288,14 @@ contains
   subroutine check_snap_back(tests, kinematics)
     type(tests_type), intent(inout) :: tests
     integer, intent(in) :: kinematics
-    type(principal_model_type) :: model
+    type(softening_model_type) :: model
     type(material_parameters_type) :: p
     class(law_type), allocatable :: law
     type(batch_type) :: batch
     real(wp) :: bound
 
     p = soft(strong_tresca(), 0.2_wp, 0.0_wp, 0.0_wp)
-    call make_principal_model(p, model)
+    call set_softening(p, model)
     bound = largest_band_ratio(model)
     call tests%close('largest cell of a softening Tresca material', &
       bound*0.8_wp/(0.4_wp*model%shear), 1.0_wp, 1.1e-3_wp)
@@ -311,7 +310,7 @@ contains
     call tests%check('a cell above the bound snaps back', batch%status(2) == status_failed)
     call tests%check('and says so', allocated(batch%message))
     p = exponential(p)
-    call make_principal_model(p, model)
+    call set_softening(p, model)
     call tests%close('the exponential law falls three times as fast', largest_band_ratio(model)*3.0_wp/bound, 1.0_wp, &
       1.0e-5_wp)
   end subroutine check_snap_back

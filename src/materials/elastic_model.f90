@@ -1,0 +1,118 @@
+!> Linear isotropic elasticity in principal values, alone or under a strength that extends it.
+!>
+!> The trial is the stress D eps; without strength it is the stress.
+module qsmpm_elastic_model
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_ok
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: elastic_model_type, set_moduli
+
+  !> The model; no state variables.
+  type, extends(principal_model_type) :: elastic_model_type
+  contains
+    procedure :: initial_state
+    procedure :: shear_modulus
+    procedure :: elastic_strain
+    procedure :: elastic_update
+    procedure :: update
+  end type elastic_model_type
+
+contains
+
+  !> Moduli of checked parameters.
+  pure subroutine set_moduli(parameters, model)
+    !> What the user said, checked.
+    type(material_parameters_type), intent(in) :: parameters
+    class(elastic_model_type), intent(inout) :: model
+
+    associate (young => parameters%young, poisson => parameters%poisson)
+      model%young = young
+      model%shear = young/(2.0_wp*(1.0_wp + poisson))
+      model%trial_shear = model%shear
+      model%trial_lame = young*poisson/((1.0_wp + poisson)*(1.0_wp - 2.0_wp*poisson))
+    end associate
+    model%hookean = .true.
+    model%elastic = .true.
+    model%symmetric = .true.
+  end subroutine set_moduli
+
+  !> Nothing has yielded.
+  pure subroutine initial_state(self, stress, state)
+    class(elastic_model_type), intent(in) :: self
+    !> Principal Cauchy stresses (3).
+    real(wp), intent(in) :: stress(3)
+    !> (state_count)
+    real(wp), intent(out) :: state(:)
+
+    associate (unused => self, neither => stress)
+    end associate
+    state = 0.0_wp
+  end subroutine initial_state
+
+  !> G, of any stress.
+  pure real(wp) function shear_modulus(self, stress)
+    class(elastic_model_type), intent(in) :: self
+    !> Principal stresses (3).
+    real(wp), intent(in) :: stress(3)
+
+    associate (unused => stress)
+    end associate
+    shear_modulus = self%shear
+  end function shear_modulus
+
+  !> Elastic strain of a stress.
+  pure function elastic_strain(self, modulus, stress) result(strain)
+    class(elastic_model_type), intent(in) :: self
+    !> G.
+    real(wp), intent(in) :: modulus
+    !> Principal stresses (3).
+    real(wp), intent(in) :: stress(3)
+    real(wp) :: strain(3)
+    real(wp) :: mean
+
+    mean = sum(stress)/3.0_wp
+    strain = (stress - mean)/(2.0_wp*modulus) + mean/(3.0_wp*self%trial_lame + 2.0_wp*modulus)
+  end function elastic_strain
+
+  !> The trial stress.
+  pure subroutine elastic_update(self, modulus, trial, result)
+    class(elastic_model_type), intent(in) :: self
+    !> G.
+    real(wp), intent(in) :: modulus
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(inout) :: result
+
+    associate (unused => self, neither => modulus)
+    end associate
+    result%status = status_ok
+    result%stress = trial
+    result%derivative = identity
+  end subroutine elastic_update
+
+  !> Nothing yields.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
+    class(elastic_model_type), intent(in) :: self
+    !> G.
+    real(wp), intent(in) :: modulus
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    !> None of them.
+    real(wp), intent(in) :: state(self%state_count)
+    !> Size of the point's cell.
+    real(wp), intent(in) :: cell_size
+    !> Whether the derivative is wanted.
+    logical, intent(in) :: with_derivative
+    type(stress_update_type), intent(inout) :: result
+
+    associate (unused => modulus, neither => trial, nor => state, it => cell_size, this => with_derivative)
+    end associate
+    result%status = status_ok
+    result%yields = .false.
+  end subroutine update
+end module qsmpm_elastic_model

@@ -1,0 +1,233 @@
+!> The law of a model in principal values (qsmpm_principal_model) in either kinematics and dimension.
+!>
+!> Logarithmic strain. With the incremental deformation gradient F
+!>   b = F b_e F^T,   eps = ln(b)/2,   stress of the model at eps,   Q = tau F^-T / J_n.
+!> A Hookean model bounds the Kirchhoff stress tau = D eps: the return is that of small strain, b_e is state and
+!> b_e,new = exp(2 D^-1 tau), and an average of ln b_e over points stays admissible. J_n is the volume ratio at the
+!> start, sigma = tau/(J_n det F). Every other model bounds sigma: b_e = exp(2 eps(sigma)) follows from the stress of
+!> the start, and tau/J_n = det(F) sigma. Tangent: with l = dF F^-1 = d + w in the frame of the principal directions
+!> of b
+!>   dtau_aa = sum_b C_ab d_bb,  C = d tau/d eps,   dtau_ab = 2 s_ab d_ab + (tau_b - tau_a) w_ab,
+!>   s_ab = (tau_a - tau_b)/(eps_a - eps_b)/2 artanh(x)/x,  x = (b_a - b_b)/(b_a + b_b),
+!> and dQ = (dtau - tau l^T) F^-T / J_n; it is K_E + K_G of the paper's eq. 15 in Kirchhoff stress (Beuth et al. 2008).
+!>
+!> Jaumann rate of the paper. The stress is the state. The trial comes from qsmpm_jaumann_increment, a stress of Hookean
+!> models and an elastic strain of the others, which know no term -sigma tr(d eps): the parameters of soils are measured
+!> in Cauchy stress. The model bounds the Cauchy stress,
+!>   Q = det(F) sigma F^-T,   A dF = det(F) d(sigma) F^-T + tr(l) Q - Q dF^T F^-T,
+!> d(sigma) the derivative of the whole update. At F = I the elastic tangent is [K_E + K_G]^0 of eqs. 12 and 15-17.
+!>
+!> The elastic tangent is that of the same material without strength; it is made symmetric for models that are not
+!> Hookean, as it is asked for where an approximation will do. The points are worked out by the four kernels
+!> qsmpm_logarithmic_plane, _solid and qsmpm_jaumann_plane, _solid.
+module qsmpm_principal_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_other, error_deck
+  use qsmpm_isotropic_function, only: compose, tensor_logarithm, tensor_exponential
+  use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy, &
+    is_cauchy
+  use qsmpm_jaumann_plane, only: update_jaumann_plane => update_plane
+  use qsmpm_jaumann_solid, only: update_jaumann_solid => update_solid
+  use qsmpm_law, only: law_type, batch_type, tangent_elastic
+  use qsmpm_logarithmic_plane, only: update_logarithmic_plane => update_plane
+  use qsmpm_logarithmic_solid, only: update_logarithmic_solid => update_solid
+  use qsmpm_point_result, only: finish_points
+  use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_spectral, only: spectral
+  use qsmpm_tensor, only: stress_size, unpack_symmetric, pack_symmetric
+  implicit none
+  private
+
+  public :: new_principal_law
+
+  !> Kinematics, numbered as in the deck's description.
+  integer, parameter, public :: kinematics_jaumann = 1, kinematics_logarithmic = 2
+
+  !> The law.
+  type, extends(law_type) :: principal_law_type
+    class(principal_model_type), allocatable :: model
+    !> One of kinematics_*, and of rate_* of qsmpm_jaumann_increment.
+    integer :: kinematics = 0
+    integer :: rate = 0
+    !> Components of b_e in the state, before the model's state variables.
+    integer :: strains = 0
+  contains
+    procedure :: start
+    procedure :: update
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+    procedure :: shear_compliance
+  end type principal_law_type
+
+contains
+
+  !> Law of a model.
+  subroutine new_principal_law(model, dimension, kinematics, rate, law, error)
+    class(principal_model_type), intent(in) :: model
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> One of kinematics_*.
+    integer, intent(in) :: kinematics
+    !> One of rate_*; read by the Jaumann kinematics only.
+    integer, intent(in) :: rate
+    class(law_type), allocatable, intent(out) :: law
+    !> Set when there is no such law.
+    type(error_type), allocatable, intent(out) :: error
+    type(principal_law_type), allocatable :: made
+    integer :: i
+
+    call check_kinematics(model, dimension, kinematics, rate, error)
+    if (allocated(error)) return
+    allocate (made)
+    allocate (made%model, source=model)
+    made%dimension = dimension
+    made%kinematics = kinematics
+    made%rate = rate
+    if (.not. model%hookean) made%rate = rate_midpoint_cauchy
+    if (kinematics == kinematics_logarithmic .and. model%hookean) made%strains = stress_size(dimension)
+    made%state_count = made%strains + model%state_count
+    if (model%state_count > 0) then
+      allocate (made%state_names(made%state_count))
+      do i = 1, made%strains
+        made%state_names(i)%text = ''
+      end do
+      made%state_names(made%strains + 1:) = model%state_names
+    end if
+    made%asks_where = model%asks_cell_size
+    made%symmetric = kinematics == kinematics_logarithmic .and. model%hookean .and. model%symmetric
+    made%stiffness_scale = model%young
+    made%shear_scale = model%shear
+    call move_alloc(made, law)
+  end subroutine new_principal_law
+
+  !> Refuse what no kernel does.
+  subroutine check_kinematics(model, dimension, kinematics, rate, error)
+    class(principal_model_type), intent(in) :: model
+    integer, intent(in) :: dimension, kinematics, rate
+    type(error_type), allocatable, intent(out) :: error
+
+    if (dimension /= 2 .and. dimension /= 3) then
+      call fail(error, error_other, 'a law is for two or three dimensions')
+    else if (kinematics /= kinematics_jaumann .and. kinematics /= kinematics_logarithmic) then
+      call fail(error, error_other, 'unknown kinematics')
+    else if (kinematics == kinematics_logarithmic) then
+      return
+    else if (all(rate /= [rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy])) then
+      call fail(error, error_other, 'unknown integration of the stress rate')
+    else if (.not. model%hookean .and. (rate == rate_paper .or. rate == rate_paper_cauchy)) then
+      call fail(error, error_deck, 'hardening soils have no RATE=PAPER: the rule is not objective and of first '// &
+        'order; take RATE=MIDPOINT or KINEMATICS=LOGARITHMIC')
+    end if
+  end subroutine check_kinematics
+
+  !> State of a given Cauchy stress at volume ratio 1.
+  subroutine start(self, stress, state)
+    class(principal_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> b_e where it is state, and the model's state variables (state_count).
+    real(wp), intent(out) :: state(:)
+    real(wp) :: values(3), vectors(3, 3)
+
+    call spectral(unpack_symmetric(stress), values, vectors)
+    call self%model%initial_state(values, state(self%strains + 1:self%state_count))
+    if (self%strains == 0) return
+    values = exp(2.0_wp*self%model%elastic_strain(self%model%shear, values))
+    call pack_symmetric(compose(values, vectors), state(:self%strains))
+  end subroutine start
+
+  !> Update a batch.
+  subroutine update(self, batch, tangent)
+    class(principal_law_type), intent(in) :: self
+    !> The points.
+    type(batch_type), intent(inout) :: batch
+    !> One of tangent_none, tangent_consistent, tangent_elastic.
+    integer, intent(in) :: tangent
+    integer :: p
+
+    if (self%kinematics == kinematics_logarithmic) then
+      if (self%dimension == 2) call update_logarithmic_plane(self%model, self%elastic_blend, batch, tangent)
+      if (self%dimension == 3) call update_logarithmic_solid(self%model, self%elastic_blend, batch, tangent)
+    else
+      if (self%dimension == 2) call update_jaumann_plane(self%model, self%rate, self%elastic_blend, batch, tangent)
+      if (self%dimension == 3) call update_jaumann_solid(self%model, self%rate, self%elastic_blend, batch, tangent)
+    end if
+    call finish_points(batch, tangent)
+    if (tangent /= tangent_elastic .or. self%model%hookean) return
+    do p = 1, batch%count
+      batch%tangent(:, :, p) = 0.5_wp*(batch%tangent(:, :, p) + transpose(batch%tangent(:, :, p)))
+    end do
+  end subroutine update
+
+  !> Components of stress or ln b_e, and the model's state variables.
+  pure integer function fit_count(self)
+    class(principal_law_type), intent(in) :: self
+
+    fit_count = stress_size(self%dimension) + self%model%state_count
+  end function fit_count
+
+  !> Fields that may be averaged: ln b_e where it is state, from which the stress follows, else the Cauchy stress; and
+  !> what the model makes of its state variables.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(principal_law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(in) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(in) :: state(:)
+    !> (fit_count)
+    real(wp), intent(out) :: fields(:)
+    integer :: n
+
+    n = stress_size(self%dimension)
+    if (self%strains > 0) then
+      call tensor_logarithm(state(1:n), fields(1:n))
+    else
+      fields(1:n) = stress(1:n)
+    end if
+    fields(n + 1:n + self%model%state_count) = state(self%strains + 1:self%state_count)
+    call self%model%state_to_field(fields(n + 1:n + self%model%state_count))
+  end subroutine to_fields
+
+  !> Stress and state of averaged fields.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(principal_law_type), intent(in) :: self
+    !> (fit_count)
+    real(wp), intent(in) :: fields(:)
+    !> V/V0, read where the Kirchhoff stress is bounded.
+    real(wp), intent(in) :: volume_ratio
+    !> Cauchy stress (4 or 6).
+    real(wp), intent(out) :: stress(:)
+    !> State (state_count).
+    real(wp), intent(out) :: state(:)
+    integer :: n
+
+    n = stress_size(self%dimension)
+    state(self%strains + 1:self%state_count) = fields(n + 1:n + self%model%state_count)
+    call self%model%field_to_state(state(self%strains + 1:self%state_count))
+    stress(1:n) = fields(1:n)
+    if (self%strains == 0) return
+    call tensor_exponential(fields(1:n), state(1:n))
+    stress = self%model%trial_shear*fields(1:n)
+    stress(1:3) = stress(1:3) + 0.5_wp*self%model%trial_lame*sum(fields(1:3))
+    stress = stress/volume_ratio
+  end subroutine from_fields
+
+  !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from
+  !> the start of the step, or Cauchy stress.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+    class(principal_law_type), intent(in) :: self
+    !> As of qsmpm_law.
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+    real(wp) :: values(3), vectors(3, 3)
+
+    call spectral(unpack_symmetric(stress), values, vectors)
+    compliance = 0.5_wp/self%model%shear_modulus(values)
+    if (self%strains > 0) then
+      compliance = compliance*[volume_ratio, volume_ratio*volume_change]
+    else if (self%kinematics == kinematics_jaumann .and. .not. is_cauchy(self%rate)) then
+      compliance(2) = compliance(2)*volume_change
+    end if
+  end function shear_compliance
+end module qsmpm_principal_law

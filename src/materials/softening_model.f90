@@ -1,0 +1,236 @@
+!> Linear elasticity bounded by a softening Mohr-Coulomb strength, in principal values: the strength is that of the END
+!> of the step.
+!>
+!> With s(t, kappa) the return of the trial stress t to the strength of kappa, the plastic shear strain of the step
+!> is gamma = (2 e':e')^1/2, e' the deviator of D^-1 (t - s) = (t - s)'/2G, and kappa solves
+!>   kappa - kappa_0 - b gamma(t, kappa) = 0,   b how often strain counts (band_ratio),
+!> by Newton's method, kept in a bracket. With g = d gamma/d(t - s) and h = 1 + b g . ds/dkappa
+!>   ds/dt (total) = S + ds/dkappa (b g . (I - S))/h,   S = ds/dt at constant kappa.
+!> h is the slope of the equation: where it is not positive the strength falls faster than the elastic unloading
+!> follows (snap-back of the point) and no stress is near; a longer band in the law or a smaller cell has one.
+module qsmpm_softening_model
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: status_ok, status_failed
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, inside
+  use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
+  use qsmpm_principal_model, only: stress_update_type
+  use qsmpm_softening, only: softening_type, strength_change_type, make_softening, softened_strength, band_ratio, &
+    degree_of, strain_of_degree, softening_state
+  use qsmpm_softening_return, only: return_softening
+  use qsmpm_text, only: string_type
+  implicit none
+  private
+
+  public :: softening_model_type, set_softening, largest_band_ratio
+
+  !> Least slope h of the equation that is taken for a solvable one.
+  real(wp), parameter :: least_slope = 1.0e-3_wp
+  !> Corrections of kappa, and the size of the last one relative to kappa.
+  integer, parameter :: max_corrections = 100
+  real(wp), parameter :: tolerance = 1.0e-14_wp
+  !> How far beyond the strength the trial stress of `largest_band_ratio` lies.
+  real(wp), parameter :: beyond = 1.0e-6_wp
+  character(len=*), parameter :: snap_back = 'the strength falls faster than the stress can be unloaded '// &
+    '(*SOFTENING: smaller cells or a larger plastic shear strain)'
+
+  !> The model; one state variable, kappa.
+  type, extends(mohr_coulomb_model_type) :: softening_model_type
+    type(softening_type) :: softening
+  contains
+    procedure :: update
+    procedure :: state_to_field
+    procedure :: field_to_state
+  end type softening_model_type
+
+  !> Everything at a trial value of kappa.
+  type :: state_type
+    real(wp) :: stress(3) = 0.0_wp
+    real(wp) :: by_trial(3, 3) = 0.0_wp
+    real(wp) :: by_kappa(3) = 0.0_wp
+    !> b g, and b gamma.
+    real(wp) :: gradient(3) = 0.0_wp
+    real(wp) :: strain = 0.0_wp
+    !> h.
+    real(wp) :: slope = 1.0_wp
+  end type state_type
+
+contains
+
+  !> Moduli, strength and softening of checked parameters.
+  subroutine set_softening(parameters, model)
+    !> What the user said, checked.
+    type(material_parameters_type), intent(in) :: parameters
+    class(softening_model_type), intent(inout) :: model
+
+    call set_mohr_coulomb(parameters, model)
+    call make_softening(parameters, model%softening)
+    model%symmetric = .false.
+    model%asks_cell_size = model%softening%by_cell
+    model%message = snap_back
+    model%state_count = 1
+    model%state_names = [string_type(softening_state)]
+  end subroutine set_softening
+
+  !> The degree of softening may be averaged: cohesion is linear to it, so that the mean of stresses on their strengths
+  !> lies on the mean strength.
+  pure subroutine state_to_field(self, state)
+    class(softening_model_type), intent(in) :: self
+    !> In: kappa. Out: degree (1).
+    real(wp), intent(inout) :: state(:)
+
+    state(1) = degree_of(self%softening, state(1))
+  end subroutine state_to_field
+
+  !> kappa of an averaged degree.
+  pure subroutine field_to_state(self, state)
+    class(softening_model_type), intent(in) :: self
+    !> In: degree. Out: kappa (1).
+    real(wp), intent(inout) :: state(:)
+
+    state(1) = strain_of_degree(self%softening, state(1))
+  end subroutine field_to_state
+
+  !> Return mapping of the trial stress to the strength of the end of the step.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
+    class(softening_model_type), intent(in) :: self
+    !> G.
+    real(wp), intent(in) :: modulus
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    !> kappa at the start.
+    real(wp), intent(in) :: state(self%state_count)
+    !> Size of the point's cell; 0 where there is none, and strain counts once.
+    real(wp), intent(in) :: cell_size
+    !> Whether the derivative is wanted.
+    logical, intent(in) :: with_derivative
+    type(stress_update_type), intent(inout) :: result
+    type(mohr_coulomb_type) :: strength
+    type(strength_change_type) :: change
+    type(state_type) :: end_state
+    real(wp) :: ratio
+    logical :: ok
+
+    associate (unused => modulus)
+    end associate
+    result%status = status_ok
+    result%state(1) = state(1)
+    call softened_strength(self%softening, state(1), strength, change)
+    result%yields = .not. inside(strength, trial)
+    if (.not. result%yields) return
+    ratio = 1.0_wp
+    if (cell_size > 0.0_wp) ratio = band_ratio(self%softening, cell_size)
+    call find_kappa(self, ratio, trial, state(1), strength, result%state(1), end_state, ok)
+    result%stress = end_state%stress
+    if (.not. ok) then
+      result%status = status_failed
+    else if (with_derivative) then
+      result%derivative = total_derivative(end_state)
+    end if
+  end subroutine update
+
+  !> Solve for the plastic shear strain at the end of the step.
+  pure subroutine find_kappa(model, ratio, trial, kappa_start, strength, kappa, state, ok)
+    class(softening_model_type), intent(in) :: model
+    !> How often strain counts.
+    real(wp), intent(in) :: ratio
+    !> Principal trial stresses, outside the strength of the start (3).
+    real(wp), intent(in) :: trial(3)
+    !> Plastic shear strain at the start of the step.
+    real(wp), intent(in) :: kappa_start
+    !> Work space.
+    type(mohr_coulomb_type), intent(inout) :: strength
+    !> Plastic shear strain at the end.
+    real(wp), intent(out) :: kappa
+    !> Stress and derivatives there.
+    type(state_type), intent(out) :: state
+    !> False where there is none near.
+    logical, intent(out) :: ok
+    real(wp) :: low, high, next, miss, noise
+    integer :: i
+
+    low = kappa_start
+    high = huge(1.0_wp)
+    kappa = kappa_start
+    noise = 4.0_wp*epsilon(1.0_wp)*ratio*(maxval(abs(trial)) + strength%sc)/(2.0_wp*model%shear)
+    do i = 1, max_corrections
+      call evaluate(model, ratio, trial, kappa, strength, state)
+      ok = state%slope > least_slope
+      if (i == 1 .and. .not. ok) return
+      miss = kappa - kappa_start - state%strain
+      if (abs(miss) <= tolerance*kappa + noise) return
+      if (miss > 0.0_wp) high = kappa
+      if (miss < 0.0_wp) low = kappa
+      next = high
+      if (ok) next = kappa - miss/state%slope
+      if (.not. (next > low .and. next < high)) then
+        next = 0.5_wp*(low + high)
+        if (high >= huge(1.0_wp)) next = 2.0_wp*kappa - kappa_start + state%strain
+      end if
+      ! Neighbouring numbers: a kink between them.
+      if (abs(next - kappa) <= epsilon(1.0_wp)*kappa) return
+      kappa = next
+    end do
+    ok = .false.
+  end subroutine find_kappa
+
+  !> Stress, strain and derivatives at a trial value of kappa.
+  pure subroutine evaluate(model, ratio, trial, kappa, strength, state)
+    class(softening_model_type), intent(in) :: model
+    !> How often strain counts.
+    real(wp), intent(in) :: ratio
+    !> Principal trial stresses (3).
+    real(wp), intent(in) :: trial(3)
+    !> Plastic shear strain.
+    real(wp), intent(in) :: kappa
+    !> Its strength.
+    type(mohr_coulomb_type), intent(inout) :: strength
+    !> Stress and derivatives.
+    type(state_type), intent(inout) :: state
+    type(strength_change_type) :: change
+    real(wp) :: corrector(3), size
+
+    call softened_strength(model%softening, kappa, strength, change)
+    call return_softening(strength, change, model%trial_lame, model%shear, trial, state%stress, state%by_trial, &
+      state%by_kappa)
+    corrector = trial - state%stress
+    corrector = corrector - sum(corrector)/3.0_wp
+    size = sqrt(2.0_wp*sum(corrector**2))
+    state%strain = ratio*size/(2.0_wp*model%shear)
+    state%gradient = 0.0_wp
+    if (size > 0.0_wp) state%gradient = ratio*corrector/(size*model%shear)
+    state%slope = 1.0_wp + dot_product(state%gradient, state%by_kappa)
+  end subroutine evaluate
+
+  !> d stress / d trial stress with the change of kappa.
+  pure function total_derivative(state) result(derivative)
+    !> Stress and derivatives.
+    type(state_type), intent(in) :: state
+    real(wp) :: derivative(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      derivative(:, j) = state%by_trial(:, j) + state%by_kappa/state%slope &
+        *(state%gradient(j) - dot_product(state%gradient, state%by_trial(:, j)))
+    end do
+  end function total_derivative
+
+  !> How often strain may count at most, h/L, before a point without confinement snaps back; huge where it does not.
+  pure real(wp) function largest_band_ratio(model)
+    class(softening_model_type), intent(in) :: model
+    type(mohr_coulomb_type) :: strength
+    type(strength_change_type) :: change
+    type(state_type) :: state
+    integer, parameter :: samples = 50
+    integer :: i
+
+    largest_band_ratio = huge(1.0_wp)
+    do i = 0, samples - 1
+      call softened_strength(model%softening, i*model%softening%strain/samples, strength, change)
+      call evaluate(model, 1.0_wp, strength%sc*[0.0_wp, -0.5_wp, -1.0_wp - beyond], i*model%softening%strain/samples, &
+        strength, state)
+      if (state%slope < 1.0_wp) largest_band_ratio = min(largest_band_ratio, &
+        (1.0_wp - least_slope)/(1.0_wp - state%slope))
+    end do
+  end function largest_band_ratio
+end module qsmpm_softening_model
