@@ -6,6 +6,7 @@ module qsmpm_deck_references
     source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
     phase_type
   use qsmpm_text, only: string_type, add_word
+  use qsmpm_material_traits, only: has_soil_law
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_softening, only: check_softening
@@ -159,7 +160,7 @@ contains
 
     if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
       "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
-    if (material%user%given .and. (material%cam_clay%given .or. material%hardening_soil%given)) &
+    if (material%user%given .and. has_soil_law(material)) &
       call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
       "' has *USER MATERIAL beside *CAM CLAY or *HARDENING SOIL")
     if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
@@ -180,7 +181,7 @@ contains
       call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
     if (laws > 1) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
       "' has more than one law: *CAM CLAY and *HARDENING SOIL stand for *ELASTIC and *MOHR COULOMB")
-    if (.not. (material%cam_clay%given .or. material%hardening_soil%given)) return
+    if (.not. has_soil_law(material)) return
     if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper) &
       call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' hardens: *METHOD, "// &
       'RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC')

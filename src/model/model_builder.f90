@@ -20,6 +20,7 @@ module qsmpm_model_builder
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
+  use qsmpm_material_traits, only: has_strength, failure_ties_volume, failure_keeps_volume
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
@@ -116,7 +117,7 @@ contains
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
             error%message, error%code)
         else
-          if (material%mohr_coulomb .or. material%hardening_soil%given) law%elastic_blend = elastic_blend
+          if (has_strength(material)) law%elastic_blend = elastic_blend
           if (allocated(law%advice)) model%notes = model%notes//"material '"//material%name//"': "//law%advice// &
             new_line('a')
           allocate (model%laws(m)%law, source=law)
@@ -186,9 +187,9 @@ contains
       associate (material => model%analysis%materials(m))
         if (material%cure == cure_auto) then
           material%cure = merge(cure_uniform_pressure, cure_none, locks(material, linear))
-          if (material%cure == cure_none .and. material%mohr_coulomb) model%notes = model%notes//"material '"// &
-            material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows where its "// &
-            'pressures show that it locks'//new_line('a')
+          if (material%cure == cure_none .and. failure_ties_volume(material)) model%notes = model%notes// &
+            "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows where "// &
+            'its pressures show that it locks'//new_line('a')
         end if
         if (material%cure == cure_none) cycle
         if (material%cure_factor < 0.0_wp) material%cure_factor = merge(smooth_factor, linear_factor, &
@@ -209,7 +210,7 @@ contains
     logical, intent(in) :: linear
 
     locks = material%poisson > locking_poisson &
-      .or. (material%mohr_coulomb .and. (linear .or. material%friction_angle <= 0.0_wp))
+      .or. (linear .and. failure_ties_volume(material)) .or. failure_keeps_volume(material)
   end function locks
 
   !> Fields of the state that start from what was built.

@@ -7,9 +7,10 @@
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, method_type, material_type, basis_auto, basis_standard, basis_spline2, &
+  use qsmpm_analysis, only: analysis_type, method_type, basis_auto, basis_standard, basis_spline2, &
     basis_spline2g, integrate_points, integrate_cells, mesh_grid, stabilise_background, stabilise_ghost, &
     three_dimensional
+  use qsmpm_material_traits, only: may_yield
   implicit none
   private
 
@@ -57,7 +58,7 @@ contains
     if (analysis%moving_mesh%active) then
       call take(analysis%method, basis_spline2, integrate_points, stabilise_ghost, factor_of_push)
       analysis%method_reason = 'BASIS=SPLINE2, INTEGRATION=POINTS, FACTOR=5E-4 (the grid moves)'
-    else if (any(can_yield(analysis%materials))) then
+    else if (any(may_yield(analysis%materials))) then
       call take(analysis%method, basis_spline2g, integrate_cells, stabilise_ghost, factor_of_flow)
       analysis%method_reason = 'BASIS=SPLINE2G, INTEGRATION=CELL, FACTOR=0.005 (a grid, and a material '// &
         'can yield)'
@@ -96,12 +97,4 @@ contains
     is_spline_grid = (analysis%mesh%element == 'QUAD4' .or. analysis%mesh%element == 'HEX8') &
       .and. .not. analysis%mesh%perturbation > 0.0_wp
   end function is_spline_grid
-
-  !> Whether a material has a strength, or a law that may have one.
-  elemental logical function can_yield(material)
-    type(material_type), intent(in) :: material
-
-    can_yield = material%mohr_coulomb .or. material%own_law .or. material%cam_clay%given &
-      .or. material%hardening_soil%given .or. material%user%given
-  end function can_yield
 end module qsmpm_recommended_method

@@ -11,6 +11,7 @@ module qsmpm_mirror
     mesh_grid, three_dimensional, basis_standard, basis_fem, integrate_cells, stabilise_ghost, &
     diagonal_alternate, quantity_reaction
   use qsmpm_element, only: element_from_name, element_order
+  use qsmpm_material_traits, only: may_soften, flow_is_associated
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
@@ -90,10 +91,9 @@ contains
     reason = ''
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
-        if (material%softening%given .or. material%cam_clay%given) reason = &
+        if (may_soften(material)) reason = &
           "material '"//material%name//"' may soften: its failure need not be symmetric"
-        if (.not. (material%mohr_coulomb .or. material%hardening_soil%given)) cycle
-        if (material%dilatancy_angle < material%friction_angle .or. material%hardening_soil%given) &
+        if (.not. flow_is_associated(material)) &
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate
     end do
