@@ -263,6 +263,7 @@ contains
     logical, intent(out) :: found
     real(wp) :: residual(6), change(6), before(6), old, scale
     integer :: step, halving
+    logical :: solvable
 
     found = .false.
     scale = maxval(abs(r%trial)) + surfaces%least*surfaces%reference
@@ -270,7 +271,8 @@ contains
     do step = 1, most_steps
       old = dot_product(residual, residual)
       change = residual
-      call solve_blocks(r%jacobian, 1, change)
+      call solve_blocks(r%jacobian, 1, change, solvable)
+      if (.not. solvable) return
       if (.not. all(ieee_is_finite(change))) return
       before = r%unknown
       do halving = 0, most_halvings
@@ -398,39 +400,49 @@ contains
     stress = r%lame*(strain(1) + strain(2) + strain(3)) + 2.0_wp*r%shear*strain
   end function relief
 
-  !> d stress / d trial stress of an answer.
-  pure function stress_derivative(r) result(derivative)
+  !> d stress / d trial stress of a return that was found.
+  pure subroutine stress_derivative(r, derivative, found)
     !> The return.
     type(return_type), intent(in) :: r
-    real(wp) :: derivative(3, 3)
+    real(wp), intent(out) :: derivative(3, 3)
+    !> Whether there is one.
+    logical, intent(out) :: found
     real(wp) :: right(6, 3)
 
     right = 0.0_wp
     right(1:3, :) = identity
-    call solve_blocks(r%jacobian, 3, right)
+    call solve_blocks(r%jacobian, 3, right, found)
     derivative = right(1:3, :)
-  end function stress_derivative
+  end subroutine stress_derivative
 
   !> Solve with the Jacobian by blocks of three, stresses and multipliers: with [A B; C D] the multipliers are those of
-  !> D - C A^-1 B. A is the unit matrix but for the change of the flow. Not finite where there is no solution.
-  pure subroutine solve_blocks(jacobian, n, b)
+  !> D - C A^-1 B. A is the unit matrix but for the change of the flow.
+  pure subroutine solve_blocks(jacobian, n, b, solvable)
     real(wp), intent(in) :: jacobian(6, 6)
     !> Number of right-hand sides.
     integer, intent(in) :: n
     !> Right-hand sides, then solutions.
     real(wp), intent(inout) :: b(6, n)
-    real(wp) :: block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
+    !> False where a block is singular: the right-hand sides stay.
+    logical, intent(out) :: solvable
+    real(wp) :: det, block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
     integer :: k
 
     block = jacobian(1:3, 1:3)
-    inverse_a = inverse(block, determinant(block))
+    det = determinant(block)
+    solvable = abs(det) > 0.0_wp
+    if (.not. solvable) return
+    inverse_a = inverse(block, det)
     c = jacobian(4:6, 1:3)
     do k = 1, 3
       effect(:, k) = inverse_a(:, 1)*jacobian(1, 3 + k) + inverse_a(:, 2)*jacobian(2, 3 + k) &
         + inverse_a(:, 3)*jacobian(3, 3 + k)
       block(:, k) = jacobian(4:6, 3 + k) - c(:, 1)*effect(1, k) - c(:, 2)*effect(2, k) - c(:, 3)*effect(3, k)
     end do
-    inverse_s = inverse(block, determinant(block))
+    det = determinant(block)
+    solvable = abs(det) > 0.0_wp
+    if (.not. solvable) return
+    inverse_s = inverse(block, det)
     do k = 1, n
       x = inverse_a(:, 1)*b(1, k) + inverse_a(:, 2)*b(2, k) + inverse_a(:, 3)*b(3, k)
       y = b(4:6, k) - c(:, 1)*x(1) - c(:, 2)*x(2) - c(:, 3)*x(3)

@@ -194,7 +194,7 @@ contains
     found = .false.
     if (dilates .or. .not. beyond_apex) call solve_return(surfaces, r, found)
     if (found) then
-      if (with_derivative) slope = stress_derivative(r)
+      if (with_derivative) call stress_derivative(r, slope, found)
     else if (beyond_apex) then
       found = .true.
       r%unknown = [-surfaces%shift, -surfaces%shift, -surfaces%shift, &

@@ -188,8 +188,8 @@ contains
         if (material%cure == cure_auto) then
           material%cure = merge(cure_uniform_pressure, cure_none, locks(material, linear))
           if (material%cure == cure_none .and. failure_ties_volume(material)) model%notes = model%notes// &
-            "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows where "// &
-            'its pressures show that it locks'//new_line('a')
+            "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows "// &
+            'where its pressures show that it locks'//new_line('a')
         end if
         if (material%cure == cure_none) cycle
         if (material%cure_factor < 0.0_wp) material%cure_factor = merge(smooth_factor, linear_factor, &
