@@ -1,4 +1,6 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts.
+!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated, only bodies
+!> whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and the states
+!> that integration points take from the nearest material point cost a softening slope more than its outline gains.
 !>
 !> The vertices of an outline are tracers. At the start of every step the outline says which part of each cell its body
 !> holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays in
@@ -6,7 +8,8 @@
 module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: axisymmetric, basis_fem, select_outline, grid_degree, surface_type
+  use qsmpm_material_traits, only: may_yield
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, select_outline, grid_degree, surface_type
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
   use qsmpm_model_surfaces, only: surface_degree, outline_box
@@ -63,6 +66,7 @@ contains
       size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
     end do
     do b = 1, size(model%shapes)
+      if (model%analysis%method%integration == integrate_cells .and. flows(model, b)) cycle
       if (.not. cuts_cells(model, volumes, b)) cycle
       call divide_bounds(model, b, longest(model%mesh%dimension)*size_of_cells, vertices, outline)
       if (size(vertices) == 0) cycle
@@ -73,6 +77,19 @@ contains
       model%outlines = [model%outlines, outline]
     end do
   end subroutine carry_outlines
+
+  !> Whether a material of a body can yield.
+  pure logical function flows(model, body)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    integer :: m
+
+    flows = .false.
+    do m = 1, size(model%analysis%materials)
+      if (.not. may_yield(model%analysis%materials(m))) cycle
+      flows = flows .or. any(model%state%points%body == body .and. model%state%points%material == m)
+    end do
+  end function flows
 
   !> Whether a body holds a part of a cell and not all of it.
   pure logical function cuts_cells(model, volumes, body)
