@@ -2,23 +2,18 @@
 !> same analysis, bit for bit.
 module qsmpm_deck_echo
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, &
-    material_type, history_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
-    select_plane, select_segment, select_outline, body_box, body_polygon, body_region, &
-    body_polyhedron, basis_fem, &
-    kinematics_jaumann, stabilise_none, cure_none, three_dimensional, quantity_stress, quantity_state, &
-    quantity_reaction, diagonal_random
+  use qsmpm_analysis, only: analysis_type, mesh_source_type, set_type, surface_type, body_type, history_type, &
+    mesh_grid, mesh_file, mesh_inline, select_list, select_box, select_plane, select_segment, select_outline, &
+    body_box, body_polygon, body_region, body_polyhedron, kinematics_jaumann, three_dimensional, quantity_stress, &
+    quantity_state, quantity_reaction, diagonal_random
   use qsmpm_text, only: real_text, integer_text
-  use qsmpm_deck_hardening, only: echo_hardening
+  use qsmpm_deck_general, only: echo_general, echo_head
+  use qsmpm_deck_materials, only: echo_material
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
   use qsmpm_echo_phases, only: echo_phase
-  use qsmpm_deck_user_material, only: echo_user_material
   use qsmpm_echo_point, only: echo_point
-  use qsmpm_deck_words, only: model_words, mirror_words, diagonal_words, axis_words, tensor_words, &
-    surface_words, shape_words, basis_words, integration_words, kinematics_words, rate_words, stress_rate_words, &
-    stabilisation_words, solver_words, precision_words, keep_words, quantity_words, answer_words, cure_words, &
-    softening_words, regularisation_words
-  use qsmpm_softening_parameters, only: regularise_cell
+  use qsmpm_deck_words, only: diagonal_words, axis_words, tensor_words, surface_words, shape_words, &
+    kinematics_words, rate_words, quantity_words, answer_words
   implicit none
   private
 
@@ -84,57 +79,6 @@ contains
     end do
     call echo_point(echo, analysis%point_test)
   end subroutine echo_point_deck
-
-  !> Heading and units.
-  subroutine echo_head(echo, analysis)
-    type(echo_type), intent(inout) :: echo
-    type(analysis_type), intent(in) :: analysis
-
-    if (len(analysis%heading) > 0) then
-      call echo%line('*HEADING')
-      call echo%line(analysis%heading)
-    end if
-    call echo%line('*UNITS, LENGTH='//quoted(analysis%length_unit)//', FORCE='// &
-      quoted(analysis%force_unit))
-  end subroutine echo_head
-
-  !> Cards of the analysis as a whole.
-  subroutine echo_general(echo, analysis)
-    type(echo_type), intent(inout) :: echo
-    type(analysis_type), intent(in) :: analysis
-    character(len=:), allocatable :: method
-
-    call echo_head(echo, analysis)
-    if (analysis%reduce) then
-      call echo%line('*MODEL, TYPE='//trim(model_words(4))//', MIRROR='//trim(mirror_words(analysis%mirror)))
-    else
-      call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
-    end if
-    associate (m => analysis%method)
-      method = '*METHOD, BASIS='//trim(basis_words(m%basis))
-      if (m%basis /= basis_fem) method = method//', INTEGRATION='// &
-        trim(integration_words(m%integration))
-      method = method//', KINEMATICS='//trim(kinematics_words(m%kinematics))
-      if (m%kinematics == kinematics_jaumann) method = method//', RATE='//trim(rate_words(m%rate))// &
-        ', STRESS RATE='//trim(stress_rate_words(m%stress_rate))
-      if (m%basis /= basis_fem) method = method//', STABILISATION='// &
-        trim(stabilisation_words(m%stabilisation))
-      if (m%stabilisation /= stabilise_none) method = method//', FACTOR='// &
-        real_text(m%stabilisation_factor)
-    end associate
-    call echo%line(method)
-    call echo%line('*SOLVER, TYPE='//trim(solver_words(analysis%solver%kind))//', PRECISION='// &
-      trim(precision_words(analysis%solver%precision))//', KEEP FACTOR='// &
-      trim(keep_words(analysis%solver%keep_factor)))
-    if (analysis%moving_mesh%active) call echo%line('*MOVING MESH, NSET='// &
-      quoted(analysis%moving_mesh%set)//', AXIS='//trim(axis_words(analysis%moving_mesh%axis))// &
-      ', BASE='//real_text(analysis%moving_mesh%base))
-    call echo%line('*FIELD, EVERY='//integer_text(analysis%output%field_every)// &
-      ', VTK='//trim(answer_words(merge(1, 0, analysis%output%vtk)))// &
-      ', HDF5='//trim(answer_words(merge(1, 0, analysis%output%hdf5)))// &
-      ', STRAIN='//trim(answer_words(merge(1, 0, analysis%output%strains))))
-    call echo%line('*RESTART, EVERY='//integer_text(analysis%output%restart_every))
-  end subroutine echo_general
 
   !> Where the mesh comes from.
   subroutine echo_mesh(echo, mesh, dimension)
@@ -254,52 +198,6 @@ contains
       call echo%line(text//trim(surface_words(3)))
     end select
   end subroutine echo_surface
-
-  !> A material and its properties.
-  subroutine echo_material(echo, material)
-    type(echo_type), intent(inout) :: echo
-    type(material_type), intent(in) :: material
-    character(len=:), allocatable :: tensile, cure
-
-    call echo%line('*MATERIAL, NAME='//quoted(material%name))
-    if (material%young > 0.0_wp) then
-      call echo%line('*ELASTIC')
-      call echo%line(' '//numbers([material%young, material%poisson]))
-    end if
-    call echo_hardening(echo, material)
-    if (material%user%given) call echo_user_material(echo, material)
-    call echo%line('*UNIT WEIGHT')
-    call echo%line(' '//real_text(material%unit_weight))
-    if (material%k0 > 0.0_wp) call echo%line('*K0')
-    if (material%k0 > 0.0_wp) call echo%line(' '//real_text(material%k0))
-    cure = '*VOLUMETRIC LOCKING, TYPE='//trim(cure_words(material%cure))
-    if (material%cure /= cure_none .and. material%cure_factor > 0.0_wp) &
-      cure = cure//', FACTOR='//real_text(material%cure_factor)
-    call echo%line(cure)
-    if (.not. material%mohr_coulomb) return
-    tensile = 'NONE'
-    if (material%tensile_strength < huge(1.0_wp)) tensile = real_text(material%tensile_strength)
-    call echo%line('*MOHR COULOMB')
-    call echo%line(' '//numbers([material%cohesion, material%friction_angle, &
-      material%dilatancy_angle])//', '//tensile)
-    if (material%softening%given) call echo_softening(echo, material)
-  end subroutine echo_material
-
-  !> How the strength of a material falls.
-  subroutine echo_softening(echo, material)
-    type(echo_type), intent(inout) :: echo
-    type(material_type), intent(in) :: material
-    character(len=:), allocatable :: length
-
-    associate (softening => material%softening)
-      length = ''
-      if (softening%regularisation == regularise_cell) length = ', LENGTH='//real_text(softening%length)
-      call echo%line('*SOFTENING, TYPE='//trim(softening_words(softening%shape))//', REGULARISATION='// &
-        trim(regularisation_words(softening%regularisation))//length)
-      call echo%line(' '//numbers([softening%cohesion, softening%friction_angle, softening%dilatancy_angle, &
-        softening%strain]))
-    end associate
-  end subroutine echo_softening
 
   !> A body and its points.
   subroutine echo_body(echo, body, dimension)

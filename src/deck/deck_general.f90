@@ -1,24 +1,25 @@
 !> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and
 !> what is written.
 module qsmpm_deck_general
-  use qsmpm_analysis, only: method_type, solver_choice_type, output_request_type, &
+  use qsmpm_analysis, only: analysis_type, method_type, solver_choice_type, output_request_type, &
     moving_mesh_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
-    three_dimensional, plane_strain, mirror_auto, &
-    precision_single, solver_band, solver_umfpack, solver_krylov
-  use qsmpm_text, only: squeezed, real_text, integer_text
+    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto, &
+    solver_band, solver_umfpack, solver_krylov
+  use qsmpm_recommended_method, only: undecided_method
+  use qsmpm_text, only: real_text
   use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_visitors, only: describer_type, reader_type, writer_type, reader
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_words, only: bar_list, position_of, model_words, mirror_words, basis_words, integration_words, &
-    kinematics_words, rate_words, stress_rate_words, stabilisation_words, solver_words, precision_words, &
-      keep_words, axis_words, &
-    answer_words
-  use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_name, &
-    kind_file, kind_integer, kind_real
+    kinematics_words, rate_words, stabilisation_words, axis_words
+  use qsmpm_echo_lines, only: echo_type
+  use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many, kind_word, kind_file
   implicit none
   private
 
-  public :: add_general_keywords, add_output_keywords
+  public :: add_general_keywords, add_output_keywords, echo_general, echo_head
 
   character(len=*), parameter :: not_fem = 'BASIS=AUTO|STANDARD|GIMP|SPLINE2|SPLINE3|SPLINE2G'
 
@@ -28,8 +29,8 @@ contains
   subroutine add_general_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(solver_choice_type) :: solver
-    type(moving_mesh_type) :: moving
+    type(describer_type) :: units, solver, moving
+    type(analysis_type) :: defaults
 
     call table%add('HEADING', in_model, once, 'Text that goes to the top of the results.', &
       handle_heading)
@@ -38,8 +39,8 @@ contains
 
     call table%add('UNITS', in_model, once, 'Names of the consistent units of the deck. They '// &
       'label results; nothing is converted.', handle_units)
-    call table%parameter('LENGTH', kind_name, 'unit of length', required=.true.)
-    call table%parameter('FORCE', kind_name, 'unit of force', required=.true.)
+    call unit_fields(units, defaults)
+    call table%take(units%items)
     call table%example('*UNITS, LENGTH=m, FORCE=kN')
 
     call table%add('INCLUDE', anywhere, many, 'The lines of another file in place of this one. '// &
@@ -62,63 +63,94 @@ contains
     call add_method(table)
 
     call table%add('SOLVER', in_model, once, 'The solver of linear equations.', handle_solver)
-    call table%parameter('TYPE', kind_word, 'AUTO chooses by size and symmetry', &
-      default=trim(solver_words(solver%kind)), allowed=bar_list(solver_words))
-    call table%parameter('PRECISION', kind_word, 'of the factors of CHOLMOD and MUMPS: SINGLE takes half the '// &
-      'memory and is refined to what the step asks; a matrix it cannot refine is factorised in double '// &
-      'precision from then on', default=trim(precision_words(solver%precision)), allowed=bar_list(precision_words))
-    call table%parameter('KEEP FACTOR', kind_word, 'YES: a factor preconditions the matrices that follow it '// &
-      'until a new one is cheaper', default=trim(keep_words(solver%keep_factor)), allowed=bar_list(keep_words))
+    call solver_fields(solver, defaults%solver)
+    call table%take(solver%items)
     call table%example('*SOLVER, TYPE=MUMPS')
 
     call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
       'and plate are scaled, rows beyond the plate are shifted. The points stay where they are. No row may come to '// &
       'be narrower than the points it passes stand apart: the run warns where one does.', handle_moving)
-    call table%parameter('NSET', kind_name, 'node set of the plate', required=.true.)
-    call table%parameter('AXIS', kind_word, 'direction in which the rows move', &
-      default=trim(axis_words(moving%axis)), allowed=bar_list(axis_words))
-    call table%parameter('BASE', kind_real, 'coordinate of the row that stays', &
-      default=real_text(moving%base))
+    call moving_fields(moving, defaults%moving_mesh)
+    call table%take(moving%items)
     call table%example('*MOVING MESH, NSET=plate, AXIS=Y, BASE=0')
   end subroutine add_general_keywords
 
   !> Entry of *METHOD.
   subroutine add_method(table)
     type(table_type), intent(inout) :: table
+    type(describer_type) :: fields
     type(method_type) :: method
 
     call table%add('METHOD', in_model, once, 'How the continuum is discretised.', handle_method)
-    call table%parameter('BASIS', kind_word, 'STANDARD: points move through the elements of a '// &
-      'fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
+    method = undecided_method()
+    call method_fields(fields, method)
+    call table%take(fields%items)
+    call advise_method(table)
+    call table%example('*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL')
+  end subroutine add_method
+
+  !> Parameters of *UNITS.
+  subroutine unit_fields(fields, analysis)
+    class(card_fields_type), intent(inout) :: fields
+    type(analysis_type), intent(inout) :: analysis
+
+    call fields%name('LENGTH', analysis%length_unit, 'unit of length', required=.true.)
+    call fields%name('FORCE', analysis%force_unit, 'unit of force', required=.true.)
+  end subroutine unit_fields
+
+  !> Parameters of *METHOD.
+  subroutine method_fields(fields, method)
+    class(card_fields_type), intent(inout) :: fields
+    type(method_type), intent(inout) :: method
+    character(len=*), parameter :: jaumann = 'KINEMATICS=JAUMANN'
+
+    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_words), 'STANDARD: points move through the '// &
+      'elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
       'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
       'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
-      'AUTO: the one recommended below for the grid and the materials; the log says which and why', &
-      default='AUTO', allowed='AUTO|'//bar_list(basis_words))
-    call table%parameter('INTEGRATION', kind_word, 'CELL: full cells by Gauss points instead '// &
-      'of material points, with STANDARD only for comparison with the paper; when not given that of '// &
-      'BASIS=AUTO, else POINTS', &
-      allowed=bar_list(integration_words), needs=not_fem)
-    call table%parameter('KINEMATICS', kind_word, 'stress-strain frame of the material laws', &
-      default=trim(kinematics_words(method%kinematics)), allowed=bar_list(kinematics_words))
-    call table%parameter('RATE', kind_word, 'how the Jaumann rate is integrated: as in the '// &
-      'paper, only to reproduce it, or on the mid configuration', default=trim(rate_words(method%rate)), &
-      allowed=bar_list(rate_words), needs='KINEMATICS=JAUMANN')
-    call table%parameter('STRESS RATE', kind_word, 'stress whose Jaumann rate is elastic: J sigma as in the '// &
-      'paper, or '// &
-      'sigma as in most UMATs', default=trim(stress_rate_words(method%stress_rate)), &
-      allowed=bar_list(stress_rate_words), needs='KINEMATICS=JAUMANN')
-    call table%parameter('STABILISATION', kind_word, 'of partly filled cells at the boundary; '// &
-      'when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines; NONE only to '// &
-      'show what becomes of cells with a sliver of material', &
-      allowed=bar_list(stabilisation_words), needs=not_fem)
-    call table%parameter('FACTOR', kind_real, 'strength of the stabilisation; '// &
+      'AUTO: the one recommended below for the grid and the materials; the log says which and why', first=basis_auto)
+    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'CELL: full cells by Gauss '// &
+      'points instead of material points, with STANDARD only for comparison with the paper; when not given that of '// &
+      'BASIS=AUTO, else POINTS', needs=not_fem)
+    call fields%choice('KINEMATICS', method%kinematics, bar_list(kinematics_words), 'stress-strain frame of the '// &
+      'material laws')
+    call fields%choice('RATE', method%rate, bar_list(rate_words), 'how the Jaumann rate is integrated: as in the '// &
+      'paper, only to reproduce it, or on the mid configuration', needs=jaumann)
+    call fields%choice('STRESS RATE', method%stress_rate, 'KIRCHHOFF|CAUCHY', 'stress whose Jaumann rate is '// &
+      'elastic: J sigma as in the paper, or sigma as in most UMATs', needs=jaumann)
+    call fields%choice('STABILISATION', method%stabilisation, bar_list(stabilisation_words), 'of partly filled '// &
+      'cells at the boundary; when not given, BACKGROUND for STANDARD and GHOST for GIMP and splines; NONE only to '// &
+      'show what becomes of cells with a sliver of material', first=stabilise_none, needs=not_fem)
+    call fields%number('FACTOR', method%stabilisation_factor, 'strength of the stabilisation; '// &
       'when not given '//real_text(background_factor)//' for BACKGROUND, '// &
       real_text(grid_ghost_factor)//' for GHOST, '//real_text(cubic_ghost_factor)// &
       ' for GHOST of SPLINE3, '//real_text(ghost_factor)//' for GHOST on elements', &
       range='(0, 1]', needs=not_fem)
-    call advise_method(table)
-    call table%example('*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL')
-  end subroutine add_method
+  end subroutine method_fields
+
+  !> Parameters of *SOLVER.
+  subroutine solver_fields(fields, solver)
+    class(card_fields_type), intent(inout) :: fields
+    type(solver_choice_type), intent(inout) :: solver
+
+    call fields%choice('TYPE', solver%kind, 'AUTO|BAND|CHOLMOD|UMFPACK|MUMPS|KRYLOV', 'AUTO chooses by size and '// &
+      'symmetry', first=solver_auto)
+    call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and MUMPS: '// &
+      'SINGLE takes half the memory and is refined to what the step asks; a matrix it cannot refine is factorised '// &
+      'in double precision from then on', first=precision_auto)
+    call fields%choice('KEEP FACTOR', solver%keep_factor, 'AUTO|NO|YES', 'YES: a factor preconditions the matrices '// &
+      'that follow it until a new one is cheaper', first=keep_auto)
+  end subroutine solver_fields
+
+  !> Parameters of *MOVING MESH.
+  subroutine moving_fields(fields, moving)
+    class(card_fields_type), intent(inout) :: fields
+    type(moving_mesh_type), intent(inout) :: moving
+
+    call fields%name('NSET', moving%set, 'node set of the plate', required=.true.)
+    call fields%choice('AXIS', moving%axis, bar_list(axis_words), 'direction in which the rows move')
+    call fields%number('BASE', moving%base, 'coordinate of the row that stays')
+  end subroutine moving_fields
 
   !> What to choose for which scene; figures in docs/methods/choosing.md.
   subroutine advise_method(table)
@@ -146,34 +178,42 @@ contains
   subroutine add_output_keywords(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
+    type(describer_type) :: field, restart
     type(output_request_type) :: output
 
     call table%add('FIELD', in_model, once, 'Pictures of points and mesh.', handle_field)
-    call table%parameter('EVERY', kind_integer, 'accepted steps between two pictures; 0 means '// &
-      'at the end of phases only', default=integer_text(output%field_every), range='[0, inf)')
-    call table%parameter('VTK', kind_word, 'write VTK files', default=answer(output%vtk), &
-      allowed=bar_list(answer_words))
-    call table%parameter('HDF5', kind_word, 'write the HDF5 file', default=answer(output%hdf5), &
-      allowed=bar_list(answer_words))
-    call table%parameter('STRAIN', kind_word, 'let the points carry strains and write them; when not given YES '// &
-      'if VTK or HDF5 is', allowed=bar_list(answer_words))
+    call output_fields(field, output)
+    call table%take(field%items)
     call table%example('*FIELD, EVERY=10, HDF5=NO')
 
     call table%add('RESTART', in_model, once, 'The file a run can be continued from.', &
       handle_restart)
-    call table%parameter('EVERY', kind_integer, 'accepted steps between two restart files; 0 '// &
-      'means at the end of phases only', default=integer_text(output%restart_every), &
-      range='[0, inf)')
+    call restart_fields(restart, output)
+    call table%take(restart%items)
     call table%example('*RESTART, EVERY=50')
   end subroutine add_output_keywords
 
-  !> YES or NO.
-  pure function answer(yes) result(word)
-    logical, intent(in) :: yes
-    character(len=:), allocatable :: word
+  !> Parameters of *FIELD.
+  subroutine output_fields(fields, output)
+    class(card_fields_type), intent(inout) :: fields
+    type(output_request_type), intent(inout) :: output
 
-    word = trim(answer_words(merge(1, 0, yes)))
-  end function answer
+    call fields%whole('EVERY', output%field_every, 'accepted steps between two pictures; 0 means at the end of '// &
+      'phases only', range='[0, inf)')
+    call fields%answer('VTK', output%vtk, 'write VTK files')
+    call fields%answer('HDF5', output%hdf5, 'write the HDF5 file')
+    call fields%answer('STRAIN', output%strains, 'let the points carry strains and write them; when not given YES '// &
+      'if VTK or HDF5 is', open=.true.)
+  end subroutine output_fields
+
+  !> Parameter of *RESTART.
+  subroutine restart_fields(fields, output)
+    class(card_fields_type), intent(inout) :: fields
+    type(output_request_type), intent(inout) :: output
+
+    call fields%whole('EVERY', output%restart_every, 'accepted steps between two restart files; 0 means at the end '// &
+      'of phases only', range='[0, inf)')
+  end subroutine restart_fields
 
   !> *HEADING.
   subroutine handle_heading(card, state)
@@ -192,9 +232,10 @@ contains
   subroutine handle_units(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
-    state%analysis%length_unit = squeezed(card%value('LENGTH'))
-    state%analysis%force_unit = squeezed(card%value('FORCE'))
+    fields = reader(card)
+    call unit_fields(fields, state%analysis)
   end subroutine handle_units
 
   !> *INCLUDE has been replaced by its lines.
@@ -223,44 +264,48 @@ contains
       state%analysis%model == three_dimensional)
   end subroutine handle_model
 
-  !> *METHOD. What has no meaning for FEM is switched off.
+  !> *METHOD.
   subroutine handle_method(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
+    fields = reader(card)
     associate (method => state%analysis%method)
-      method%basis = position_of(card%word('BASIS'), basis_words)
-      if (method%basis /= basis_auto) method%integration = integrate_points
-      if (card%has('INTEGRATION')) method%integration = position_of(card%word('INTEGRATION'), integration_words)
-      method%kinematics = position_of(card%word('KINEMATICS'), kinematics_words)
-      method%rate = position_of(card%word('RATE'), rate_words)
-      method%stress_rate = position_of(card%word('STRESS RATE'), stress_rate_words)
-      select case (method%basis)
-      case (basis_auto)
-      case (basis_standard)
-        method%stabilisation = stabilise_background
-      case (basis_fem)
-        method%stabilisation = stabilise_none
-      case default
-        method%stabilisation = stabilise_ghost
-      end select
-      if (card%has('STABILISATION')) method%stabilisation = &
-        position_of(card%word('STABILISATION'), stabilisation_words) - 1
-      if (card%has('FACTOR')) method%stabilisation_factor = card%number('FACTOR')
+      call method_fields(fields, method)
+      if (method%basis /= basis_auto) then
+        if (.not. card%has('INTEGRATION')) method%integration = integrate_points
+        if (.not. card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
+      end if
       if (card%has('FACTOR') .and. method%stabilisation == stabilise_none) &
         call state%fault(card, 'parameter FACTOR has no meaning without a stabilisation')
     end associate
   end subroutine handle_method
 
+  !> Stabilisation of a basis when nothing else is said.
+  pure integer function usual_stabilisation(basis) result(stabilisation)
+    !> One of the basis_* values.
+    integer, intent(in) :: basis
+
+    select case (basis)
+    case (basis_standard)
+      stabilisation = stabilise_background
+    case (basis_fem)
+      stabilisation = stabilise_none
+    case default
+      stabilisation = stabilise_ghost
+    end select
+  end function usual_stabilisation
+
   !> *SOLVER.
   subroutine handle_solver(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
+    fields = reader(card)
     associate (solver => state%analysis%solver)
-      solver%kind = position_of(card%word('TYPE'), solver_words) - 1
-      solver%precision = position_of(card%word('PRECISION'), precision_words) - 1
-      solver%keep_factor = position_of(card%word('KEEP FACTOR'), keep_words) - 1
+      call solver_fields(fields, solver)
       if (solver%precision == precision_single .and. any(solver%kind == [solver_band, solver_umfpack, &
         solver_krylov])) call state%fault(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
     end associate
@@ -270,13 +315,13 @@ contains
   subroutine handle_moving(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
+    fields = reader(card)
     associate (moving => state%analysis%moving_mesh)
       moving%active = .true.
       moving%where = source_line(card%place)
-      moving%set = squeezed(card%value('NSET'))
-      moving%axis = position_of(card%word('AXIS'), axis_words)
-      moving%base = card%number('BASE')
+      call moving_fields(fields, moving)
       if (moving%axis > state%dimension .and. state%dimension > 0) call state%fault(card, &
         'AXIS=Z has no meaning in a plane model')
     end associate
@@ -286,19 +331,76 @@ contains
   subroutine handle_field(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
-    state%analysis%output%field_every = card%whole('EVERY')
-    state%analysis%output%vtk = card%word('VTK') == 'YES'
-    state%analysis%output%hdf5 = card%word('HDF5') == 'YES'
-    state%analysis%output%strains = state%analysis%output%vtk .or. state%analysis%output%hdf5
-    if (card%has('STRAIN')) state%analysis%output%strains = card%word('STRAIN') == 'YES'
+    fields = reader(card)
+    associate (output => state%analysis%output)
+      call output_fields(fields, output)
+      if (.not. card%has('STRAIN')) output%strains = output%vtk .or. output%hdf5
+    end associate
   end subroutine handle_field
 
   !> *RESTART.
   subroutine handle_restart(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
-    state%analysis%output%restart_every = card%whole('EVERY')
+    fields = reader(card)
+    call restart_fields(fields, state%analysis%output)
   end subroutine handle_restart
+
+  !> Cards of the analysis as a whole, as the echo writes them.
+  subroutine echo_general(echo, analysis)
+    type(echo_type), intent(inout) :: echo
+    type(analysis_type), intent(in) :: analysis
+    type(writer_type) :: fields
+    type(analysis_type) :: copy
+
+    call echo_head(echo, analysis)
+    if (analysis%reduce) then
+      call echo%line('*MODEL, TYPE='//trim(model_words(4))//', MIRROR='//trim(mirror_words(analysis%mirror)))
+    else
+      call echo%line('*MODEL, TYPE='//trim(model_words(analysis%model)))
+    end if
+    copy%method = analysis%method
+    copy%solver = analysis%solver
+    copy%moving_mesh = analysis%moving_mesh
+    copy%output = analysis%output
+    call fields%begin('METHOD')
+    call method_fields(fields, copy%method)
+    call fields%finish(echo)
+    call fields%begin('SOLVER')
+    call solver_fields(fields, copy%solver)
+    call fields%finish(echo)
+    if (analysis%moving_mesh%active) then
+      call fields%begin('MOVING MESH')
+      call moving_fields(fields, copy%moving_mesh)
+      call fields%finish(echo)
+    end if
+    call fields%begin('FIELD')
+    call output_fields(fields, copy%output)
+    call fields%finish(echo)
+    call fields%begin('RESTART')
+    call restart_fields(fields, copy%output)
+    call fields%finish(echo)
+  end subroutine echo_general
+
+  !> Heading and units.
+  subroutine echo_head(echo, analysis)
+    type(echo_type), intent(inout) :: echo
+    type(analysis_type), intent(in) :: analysis
+    type(writer_type) :: fields
+    type(analysis_type) :: copy
+
+    if (len(analysis%heading) > 0) then
+      call echo%line('*HEADING')
+      call echo%line(analysis%heading)
+    end if
+    copy%length_unit = analysis%length_unit
+    copy%force_unit = analysis%force_unit
+    call fields%begin('UNITS')
+    call unit_fields(fields, copy)
+    call fields%finish(echo)
+  end subroutine echo_head
 end module qsmpm_deck_general

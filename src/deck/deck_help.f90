@@ -10,7 +10,7 @@ module qsmpm_deck_help
   implicit none
   private
 
-  public :: help_text, keyword_list_text, deck_markdown
+  public :: help_text, keyword_list_text, deck_markdown, explanation
 
   character(len=1), parameter :: newline = new_line('a')
 

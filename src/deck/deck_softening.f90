@@ -2,15 +2,17 @@
 module qsmpm_deck_softening
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: material_type
-  use qsmpm_cards, only: card_type, number_at
-  use qsmpm_deck_words, only: bar_list, position_of, softening_words, regularisation_words
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_visitors, only: describer_type, reader_type, writer_type, reader
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_keyword_table, only: table_type, in_material, once, kind_real, kind_word
-  use qsmpm_softening_parameters, only: softening_fault
+  use qsmpm_echo_lines, only: echo_type
+  use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_softening_parameters, only: softening_parameters_type, softening_fault
   implicit none
   private
 
-  public :: add_softening_keyword, check_softening
+  public :: add_softening_keyword, echo_softening, check_softening
 
 contains
 
@@ -18,45 +20,63 @@ contains
   subroutine add_softening_keyword(table)
     !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(material_type) :: material
+    type(describer_type) :: fields
+    type(softening_parameters_type) :: softening
 
     call table%add('SOFTENING', in_material, once, 'The strength of *MOHR COULOMB falls to a residual one with the '// &
       'plastic shear strain, the root of twice the sum of squares of the deviator of plastic strain: '// &
       'docs/methods/softening.md. Angles in degrees.', handle_softening)
-    call table%parameter('TYPE', kind_word, 'the fall: in proportion, or exponential with 95 % of it at the given '// &
-      'strain', default=trim(softening_words(material%softening%shape)), allowed=bar_list(softening_words))
-    call table%parameter('REGULARISATION', kind_word, 'CELL: a strain counts by the size of its cell over '// &
-      'LENGTH, so that the work of a slip surface does not fall with the cells; NONE: it counts once, and the '// &
-      'work falls with the cells', default=trim(regularisation_words(material%softening%regularisation)), &
-      allowed=bar_list(regularisation_words))
-    call table%parameter('LENGTH', kind_real, 'width of the band in which the strain was measured, needed with CELL', &
-      range='(0, inf)', needs='REGULARISATION=CELL')
     call table%data('residual strength', 1, 1)
-    call table%column('c', kind_real, 'residual cohesion', range='[0, inf)')
-    call table%column('phi', kind_real, 'residual friction angle', range='[0, 90)')
-    call table%column('psi', kind_real, 'residual dilatancy angle', range='[0, 90)')
-    call table%column('plastic shear strain', kind_real, 'at which it is reached', range='(0, inf)')
+    call softening_fields(fields, softening)
+    call table%take(fields%items)
     call table%example('*MOHR COULOMB| 10, 30, 5|*SOFTENING, TYPE=LINEAR, LENGTH=0.1| 1, 20, 0, 0.2')
   end subroutine add_softening_keyword
+
+  !> Parameters and data line of *SOFTENING.
+  subroutine softening_fields(fields, softening)
+    class(card_fields_type), intent(inout) :: fields
+    type(softening_parameters_type), intent(inout) :: softening
+
+    call fields%choice('TYPE', softening%shape, 'LINEAR|EXPONENTIAL', 'the fall: in proportion, or exponential '// &
+      'with 95 % of it at the given strain')
+    call fields%choice('REGULARISATION', softening%regularisation, 'NONE|CELL', 'CELL: a strain counts by the '// &
+      'size of its cell over LENGTH, so that the work of a slip surface does not fall with the cells; NONE: it '// &
+      'counts once, and the work falls with the cells')
+    call fields%number('LENGTH', softening%length, 'width of the band in which the strain was measured, needed '// &
+      'with CELL', range='(0, inf)', needs='REGULARISATION=CELL')
+    call fields%column('c', softening%cohesion, 'residual cohesion', range='[0, inf)')
+    call fields%column('phi', softening%friction_angle, 'residual friction angle', range='[0, 90)')
+    call fields%column('psi', softening%dilatancy_angle, 'residual dilatancy angle', range='[0, 90)')
+    call fields%column('plastic shear strain', softening%strain, 'at which it is reached', range='(0, inf)')
+  end subroutine softening_fields
 
   !> *SOFTENING.
   subroutine handle_softening(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
 
     if (size(card%rows) == 0) return
     if (.not. card%rows(1)%good) return
+    fields = reader(card)
     associate (softening => state%analysis%materials(size(state%analysis%materials))%softening)
       softening%given = .true.
-      softening%shape = position_of(card%word('TYPE'), softening_words)
-      softening%regularisation = position_of(card%word('REGULARISATION'), regularisation_words)
-      if (card%has('LENGTH')) softening%length = card%number('LENGTH')
-      softening%cohesion = number_at(card%rows(1), 1)
-      softening%friction_angle = number_at(card%rows(1), 2)
-      softening%dilatancy_angle = number_at(card%rows(1), 3)
-      softening%strain = number_at(card%rows(1), 4)
+      call softening_fields(fields, softening)
     end associate
   end subroutine handle_softening
+
+  !> The card of a material that has one.
+  subroutine echo_softening(echo, material)
+    type(echo_type), intent(inout) :: echo
+    type(material_type), intent(in) :: material
+    type(writer_type) :: fields
+    type(softening_parameters_type) :: softening
+
+    softening = material%softening
+    call fields%begin('SOFTENING')
+    call softening_fields(fields, softening)
+    call fields%finish(echo)
+  end subroutine echo_softening
 
   !> Faults of the softening of complete materials.
   subroutine check_softening(state)

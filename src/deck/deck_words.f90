@@ -30,28 +30,13 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &
     'JAUMANN', 'LOGARITHMIC']
   character(len=n), parameter, public :: rate_words(2) = [character(len=n) :: 'PAPER', 'MIDPOINT']
-  character(len=n), parameter, public :: stress_rate_words(2) = [character(len=n) :: 'KIRCHHOFF', 'CAUCHY']
   !> From 0.
   character(len=n), parameter, public :: stabilisation_words(0:2) = [character(len=n) :: &
     'NONE', 'BACKGROUND', 'GHOST']
-  !> From 0.
-  character(len=n), parameter, public :: cure_words(0:2) = [character(len=n) :: &
-    'NONE', 'AUTO', 'UNIFORM PRESSURE']
-  character(len=n), parameter, public :: softening_words(2) = [character(len=n) :: 'LINEAR', 'EXPONENTIAL']
-  character(len=n), parameter, public :: regularisation_words(2) = [character(len=n) :: 'NONE', 'CELL']
-  !> From 0.
-  character(len=n), parameter, public :: solver_words(0:5) = [character(len=n) :: &
-    'AUTO', 'BAND', 'CHOLMOD', 'UMFPACK', 'MUMPS', 'KRYLOV']
-  !> From 0.
-  character(len=n), parameter, public :: precision_words(0:2) = [character(len=n) :: &
-    'AUTO', 'DOUBLE', 'SINGLE']
-  !> From 0.
-  character(len=n), parameter, public :: keep_words(0:2) = [character(len=n) :: 'AUTO', 'NO', 'YES']
   character(len=n), parameter, public :: interface_words(2) = [character(len=n) :: 'UMAT', 'UDSM']
   !> From 0.
   character(len=n), parameter, public :: model_tangent_words(0:3) = [character(len=n) :: &
     'AUTO', 'CONSISTENT', 'ELASTIC', 'NUMERICAL']
-  character(len=n), parameter, public :: newton_words(2) = [character(len=n) :: 'MODIFIED', 'FULL']
   !> From 0.
   character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
   !> From 0.

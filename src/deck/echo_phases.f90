@@ -1,9 +1,10 @@
 !> The phases of an echo deck.
 module qsmpm_echo_phases
-  use qsmpm_analysis, only: phase_type, controls_type, fixity_type, initial_k0
-  use qsmpm_text, only: real_text, integer_text
+  use qsmpm_analysis, only: phase_type, fixity_type, initial_k0
+  use qsmpm_text, only: real_text
+  use qsmpm_deck_controls, only: echo_controls
   use qsmpm_echo_lines, only: echo_type, quoted, numbers
-  use qsmpm_deck_words, only: initial_words, carrier_words, support_words, axis_words, newton_words, answer_words
+  use qsmpm_deck_words, only: initial_words, carrier_words, support_words, axis_words
   implicit none
   private
 
@@ -31,11 +32,7 @@ contains
     if (phase%reset_displacements) call echo%line('*RESET DISPLACEMENTS')
     call echo_constraints(echo, phase)
     call echo_loads(echo, phase, dimension)
-    call echo_controls(echo, phase%controls)
-    if (size(phase%hold_test%at) > 0) then
-      call echo%line('*CONSTANT LOAD TEST, REPEATS='//integer_text(phase%hold_test%repeats))
-      call echo%line(' '//numbers(phase%hold_test%at))
-    end if
+    call echo_controls(echo, phase)
     call echo%line('*END PHASE')
   end subroutine echo_phase
 
@@ -100,28 +97,4 @@ contains
       end associate
     end do
   end subroutine echo_loads
-
-  !> Step control.
-  subroutine echo_controls(echo, c)
-    type(echo_type), intent(inout) :: echo
-    type(controls_type), intent(in) :: c
-
-    call echo%line('*CONTROLS, STEPS='//integer_text(c%steps)// &
-      ', NEWTON='//trim(newton_words(c%newton))//', TOLERANCE='//real_text(c%tolerance)//',')
-    call echo%line(' MAX ITERATIONS='//integer_text(c%max_iterations)// &
-      ', LINE SEARCH='//trim(answer_words(merge(1, 0, c%line_search)))// &
-      ', SMALLEST STEP='//real_text(c%smallest_step)//',')
-    call echo%line(' DESIRED MIN ITERATIONS='//integer_text(c%few_iterations)// &
-      ', DESIRED MAX ITERATIONS='//integer_text(c%many_iterations)// &
-      ', STEP ERROR='//real_text(c%step_error)//', MAX DISPLACEMENT='//real_text(c%largest_move)//',')
-    call echo%line(' STABILISATION SHARE='//real_text(c%stabilisation_share)// &
-      ', MAX REEQUILIBRATIONS='//integer_text(c%max_holds)//', STABILISATION FADE='//real_text(c%hold_fade)// &
-      ', LIMIT COMPLIANCE='//real_text(c%limit_compliance)//',')
-    if (c%proximal) then
-      call echo%line(' DAMPING=YES, DAMPING SHARE='//real_text(c%drag_share)// &
-        ', MAX SUBSTEPS='//integer_text(c%max_substeps))
-    else
-      call echo%line(' DAMPING=NO')
-    end if
-  end subroutine echo_controls
 end module qsmpm_echo_phases

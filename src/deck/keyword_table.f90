@@ -12,7 +12,7 @@ module qsmpm_keyword_table
   implicit none
   private
 
-  public :: table_type, keyword_type, item_type, data_type, handler_interface, in_range, holds
+  public :: table_type, keyword_type, item_type, data_type, handler_interface, make_item, append_item, in_range, holds
 
   !> What a value is.
   integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, &
@@ -37,6 +37,10 @@ module qsmpm_keyword_table
     !> Column: any number of times at the end of the line; only (and always) in 3D.
     logical :: repeated = .false.
     logical :: third = .false.
+    !> Of the data lines.
+    logical :: is_column = .false.
+    !> Without a default: where it is not given other parameters decide.
+    logical :: open = .false.
   end type item_type
 
   !> Data lines of a card.
@@ -82,6 +86,7 @@ module qsmpm_keyword_table
     procedure :: parameter
     procedure :: data
     procedure :: column
+    procedure :: take
     procedure :: example
     procedure :: advise
     procedure :: find
@@ -156,10 +161,8 @@ contains
     character(len=*), intent(in), optional :: excludes
     type(item_type) :: item
 
-    call make_item(item, name, kind, sentence, allowed, range)
-    if (present(required)) item%required = required
+    call make_item(item, name, kind, sentence, allowed, range, needs, required)
     if (present(default)) item%default = default
-    if (present(needs)) item%needs = needs
     if (present(excludes)) item%excludes = excludes
     call append_item(self%keywords(self%count)%parameters, item)
   end subroutine parameter
@@ -228,6 +231,23 @@ contains
     end associate
   end subroutine column
 
+  !> Give the entry parameters, and columns of its last data lines, as the fields of its card describe them.
+  subroutine take(self, items)
+    class(table_type), intent(inout) :: self
+    type(item_type), intent(in) :: items(:)
+    integer :: i
+
+    associate (entry => self%keywords(self%count))
+      do i = 1, size(items)
+        if (items(i)%is_column) then
+          call append_item(entry%data(size(entry%data))%columns, items(i))
+        else
+          call append_item(entry%parameters, items(i))
+        end if
+      end do
+    end associate
+  end subroutine take
+
   !> Give the entry an example: lines of a deck.
   subroutine example(self, text)
     class(table_type), intent(inout) :: self
@@ -256,13 +276,14 @@ contains
   end subroutine advise
 
   !> What parameters and columns share.
-  pure subroutine make_item(item, name, kind, sentence, allowed, range)
+  pure subroutine make_item(item, name, kind, sentence, allowed, range, needs, required)
     type(item_type), intent(inout) :: item
     character(len=*), intent(in) :: name
     integer, intent(in) :: kind
     character(len=*), intent(in) :: sentence
     character(len=*), intent(in), optional :: allowed
-    character(len=*), intent(in), optional :: range
+    character(len=*), intent(in), optional :: range, needs
+    logical, intent(in), optional :: required
 
     item%name = name
     item%kind = kind
@@ -274,6 +295,8 @@ contains
     item%excludes = ''
     if (present(allowed)) item%allowed = allowed
     if (present(range)) item%range = range
+    if (present(needs)) item%needs = needs
+    if (present(required)) item%required = required
   end subroutine make_item
 
   !> Put an item at the end of a list.
@@ -283,6 +306,7 @@ contains
     type(item_type), allocatable :: longer(:)
     integer :: i
 
+    if (.not. allocated(list)) allocate (list(0))
     allocate (longer(size(list) + 1))
     do i = 1, size(list)
       longer(i) = list(i)

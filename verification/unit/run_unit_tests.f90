@@ -76,6 +76,7 @@ program run_unit_tests
   use test_gmsh_reader, only: collect_gmsh_reader
   use test_abaqus_reader, only: collect_abaqus_reader
   use test_mesh_topology, only: collect_mesh_topology
+  use test_card_fields, only: collect_card_fields
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_terms, only: collect_terms
@@ -137,6 +138,7 @@ program run_unit_tests
   call register('node_ordering', collect_node_ordering)
   call register('checksum', collect_checksum)
   call register('text', collect_text)
+  call register('card_fields', collect_card_fields)
   call register('deck', collect_deck)
   call register('output', collect_output)
   call register('checkpoint', collect_checkpoint)
