@@ -91,7 +91,8 @@ contains
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
       if (principal) then
-        result%quotient(1) = pair_quotient(value, result%stress, result%derivative, 1, 2)
+        ! The plane turns one pair of directions only.
+        result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
         call blend_elastic(model, modulus, value, elastic_share(tangent, blend), result)
         stress = from_principal(result%stress, turn(2), turn(3))
         map = frame_map(result%derivative, result%quotient(1), turn(2), turn(3))

@@ -102,7 +102,8 @@ contains
       call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
       if (tangent == tangent_none) cycle
       if (principal) then
-        result%quotient(1) = pair_quotient(value, result%stress, result%derivative, 1, 2)
+        ! The plane turns one pair of directions only.
+        result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
         call blend_elastic(model, modulus, value, elastic_share(tangent, blend), result)
         call principal_stiffness(trial, model%hookean, result, c, s, tau, k)
       else
