@@ -90,6 +90,16 @@ def unnamed_state() -> list[str]:
     return found
 
 
+def lost_places() -> list[str]:
+    """Files and routines that docs/theory.md places an equation in and that are not there."""
+    text, found = (TOP / "docs/theory.md").read_text(), []
+    for routine, name in re.findall(r"`(\w+)` \(`(\w+/[\w/]+\.f90)`\)", text):
+        path = TOP / "src" / name
+        if not path.is_file() or not re.search(rf"(subroutine|function)\s+{routine}\b", path.read_text()):
+            found.append(f"docs/theory.md: {routine} in {name}")
+    return found
+
+
 def main() -> int:
     # What is compiled by other compilers, in the program that uses the library, has rules of its own.
     sources = [path for path in sorted((TOP / "src").rglob("*.f90")) if path.parent.name != "include"]
@@ -103,8 +113,10 @@ def main() -> int:
         "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
         f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
         "the tests of the checkpoint know every component of the state",
+        "routines that the theory names are where it says",
         "every room has its place in the order of use and a README of at most ten lines", *FORBIDDEN]}
     breaches["the tests of the checkpoint know every component of the state"] = unnamed_state()
+    breaches["routines that the theory names are where it says"] = lost_places()
     rooms = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
     breaches["every room has its place in the order of use and a README of at most ten lines"] = [
         f"src/{name}" for name in rooms if name not in FLOORS or not (TOP / "src" / name / "README.md").is_file()
