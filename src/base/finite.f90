@@ -12,8 +12,6 @@ module qsmpm_finite
   real(wp), parameter :: largest_usable = 1.0e100_wp
   !> End of a sentence about a number that is not.
   character(len=*), parameter :: unusable = ' that is not a finite number below 1e100'
-  !> Takes what is larger beyond the largest number there is.
-  real(wp), parameter :: beyond = huge(1.0_wp)/largest_usable
 
 contains
 
@@ -25,21 +23,22 @@ contains
     if (is_usable) is_usable = abs(x) <= largest_usable
   end function is_usable
 
-  !> Whether all of many numbers can be computed with: zero times each of them, taken beyond the bound, is zero
-  !> then. Eight sums side by side because one would wait for itself.
+  !> Whether all of many numbers can be computed with: the sum of their sizes can nearly always, and says so of each.
+  !> Eight sums side by side because one would wait for itself.
   pure logical function all_usable(n, x)
     integer, intent(in) :: n
     real(wp), intent(in) :: x(n)
-    real(wp) :: zero(8)
+    real(wp) :: sums(8)
     integer :: i
 
-    zero = 0.0_wp
+    sums = 0.0_wp
     do i = 1, n - 7, 8
-      zero = zero + 0.0_wp*(beyond*x(i:i + 7))
+      sums = sums + abs(x(i:i + 7))
     end do
     do i = n - modulo(n, 8) + 1, n
-      zero(1) = zero(1) + 0.0_wp*(beyond*x(i))
+      sums(1) = sums(1) + abs(x(i))
     end do
-    all_usable = ieee_is_finite(sum(zero))
+    all_usable = sum(sums) <= largest_usable
+    if (.not. all_usable) all_usable = all(is_usable(x))
   end function all_usable
 end module qsmpm_finite

@@ -51,13 +51,15 @@ module qsmpm_cam_clay
   !> A return: its data and its two unknowns.
   type :: return_type
     !> Trial elastic volume strain, trial q^2, G, pc at the start.
-    real(wp) :: e = 0.0_wp, w = 0.0_wp, shear = 0.0_wp, start = 0.0_wp
+    real(wp) :: e, w, shear, start
+    !> M^2/6G, 1/pc^2 at the start.
+    real(wp) :: c, scale
     !> Plastic volume strain, scaled multiplier.
-    real(wp) :: x = 0.0_wp, y = 0.0_wp
+    real(wp) :: x, y
     !> p, dp/de, pc.
-    real(wp) :: p = 0.0_wp, bulk = 0.0_wp, pc = 0.0_wp
+    real(wp) :: p, bulk, pc
     !> Derivatives of the two residuals by x and y.
-    real(wp) :: jacobian(2, 2) = 0.0_wp
+    real(wp) :: jacobian(2, 2)
   end type return_type
 
 contains
@@ -218,6 +220,10 @@ contains
       return
     end if
     r%shear = modulus
+    r%c = self%m2/(6.0_wp*modulus)
+    r%scale = 1.0_wp/r%start**2
+    r%x = 0.0_wp
+    r%y = 0.0_wp
     call solve_return(self, r, found)
     result%status = merge(status_ok, status_cut, found)
     if (.not. found) return
@@ -232,18 +238,20 @@ contains
     type(return_type), intent(inout) :: r
     !> Of the flow rule (a strain), and of the yield surface over pc0^2.
     real(wp), intent(out) :: residual(2)
-    real(wp) :: c, z
+    real(wp) :: q2, z
 
     call pressure_of(self, r%e - r%x, r%p, r%bulk)
     r%pc = r%start*exp(r%x/self%plastic)
-    c = self%m2/(6.0_wp*r%shear)
     z = 1.0_wp/(1.0_wp + r%y)
-    residual(1) = r%x - r%y*c*(2.0_wp*r%p - r%pc)
-    residual(2) = (z*z*r%w/self%m2 + r%p*(r%p - r%pc))/r%start**2
-    r%jacobian(1, 1) = 1.0_wp + r%y*c*(2.0_wp*r%bulk + r%pc/self%plastic)
-    r%jacobian(1, 2) = -c*(2.0_wp*r%p - r%pc)
-    r%jacobian(2, 1) = -(r%bulk*(2.0_wp*r%p - r%pc) + r%p*r%pc/self%plastic)/r%start**2
-    r%jacobian(2, 2) = -2.0_wp*z**3*r%w/self%m2/r%start**2
+    q2 = z*z*r%w/self%m2
+    associate (c => r%c, by_x => r%pc/self%plastic)
+      residual(1) = r%x - r%y*c*(2.0_wp*r%p - r%pc)
+      residual(2) = (q2 + r%p*(r%p - r%pc))*r%scale
+      r%jacobian(1, 1) = 1.0_wp + r%y*c*(2.0_wp*r%bulk + by_x)
+      r%jacobian(1, 2) = -c*(2.0_wp*r%p - r%pc)
+      r%jacobian(2, 1) = -(r%bulk*(2.0_wp*r%p - r%pc) + r%p*by_x)*r%scale
+      r%jacobian(2, 2) = -2.0_wp*z*q2*r%scale
+    end associate
   end subroutine residuals
 
   !> Find x and y.
@@ -274,8 +282,9 @@ contains
       associate (j => r%jacobian)
         det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
         if (.not. abs(det) > 0.0_wp) return
-        change(1) = (j(2, 2)*residual(1) - j(1, 2)*residual(2))/det
-        change(2) = (j(1, 1)*residual(2) - j(2, 1)*residual(1))/det
+        det = 1.0_wp/det
+        change(1) = (j(2, 2)*residual(1) - j(1, 2)*residual(2))*det
+        change(2) = (j(1, 1)*residual(2) - j(2, 1)*residual(1))*det
       end associate
       if (.not. all(ieee_is_finite(change))) return
       if (abs(change(1)) > 10.0_wp*self%plastic) return

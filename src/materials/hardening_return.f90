@@ -13,7 +13,7 @@ module qsmpm_hardening_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_hardening_surfaces, only: surfaces_type, shear_limit, mobilised_dilatancy, cap_size, cap_growth
-  use qsmpm_tensor, only: identity, inverse, determinant
+  use qsmpm_tensor, only: identity
   implicit none
   private
 
@@ -24,6 +24,8 @@ module qsmpm_hardening_return
   integer, parameter, public :: no_edge = 0, low_edge = 1, high_edge = 2
   !> Relative change at which the next Newton step would change nothing; round-off of stresses.
   real(wp), parameter :: small_change = 1.0e-8_wp, round_off = 1.0e-11_wp
+  !> Relative change at which the set at hand is seen to be the wrong one.
+  real(wp), parameter :: rough_change = 1.0e-2_wp
 
   !> A return: its data, its set of surfaces, its unknowns.
   type :: return_type
@@ -259,9 +261,9 @@ contains
     type(surfaces_type), intent(in) :: surfaces
     !> The return.
     type(return_type), intent(inout) :: r
-    !> Whether it arrived.
+    !> Whether it arrived, or came near enough to see that an edge is active (`change_set` takes it up).
     logical, intent(out) :: found
-    real(wp) :: residual(6), change(6), before(6), old, scale
+    real(wp) :: residual(6), change(6), before(6), old, scale, length
     integer :: step, halving
     logical :: solvable
 
@@ -275,8 +277,10 @@ contains
       if (.not. solvable) return
       if (.not. all(ieee_is_finite(change))) return
       before = r%unknown
+      length = 1.0_wp
       do halving = 0, most_halvings
-        r%unknown = before - change*0.5_wp**halving
+        r%unknown = before - length*change
+        length = 0.5_wp*length
         call residuals(surfaces, r, residual)
         if (dot_product(residual, residual) < old .or. maxval(abs(change(1:3))) <= small_change*scale) exit
       end do
@@ -284,8 +288,21 @@ contains
       found = maxval(abs(change(1:3))) <= small_change*scale &
         .and. maxval(abs(change(4:6)))*r%shear <= small_change*scale
       if (found) exit
+      found = maxval(abs(change(1:3))) <= rough_change*scale .and. is_past_edge(r, rough_change*scale)
+      if (found) exit
     end do
   end subroutine newton
+
+  !> Whether the stresses are out of order by more than a margin: the edge will be active, and the set at hand is not
+  !> worth more corrections.
+  pure logical function is_past_edge(r, margin)
+    type(return_type), intent(in) :: r
+    real(wp), intent(in) :: margin
+
+    associate (s => r%unknown(1:3))
+      is_past_edge = r%slips .and. r%edge == no_edge .and. (s(2) < s(3) - margin .or. s(2) > s(1) + margin)
+    end associate
+  end function is_past_edge
 
   !> Residuals and Jacobian, all of them stresses.
   pure subroutine residuals(surfaces, r, residual)
@@ -425,24 +442,20 @@ contains
     real(wp), intent(inout) :: b(6, n)
     !> False where a block is singular: the right-hand sides stay.
     logical, intent(out) :: solvable
-    real(wp) :: det, block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
+    real(wp) :: block(3, 3), inverse_a(3, 3), inverse_s(3, 3), c(3, 3), effect(3, 3), x(3), y(3)
     integer :: k
 
     block = jacobian(1:3, 1:3)
-    det = determinant(block)
-    solvable = abs(det) > 0.0_wp
+    call invert(block, inverse_a, solvable)
     if (.not. solvable) return
-    inverse_a = inverse(block, det)
     c = jacobian(4:6, 1:3)
     do k = 1, 3
       effect(:, k) = inverse_a(:, 1)*jacobian(1, 3 + k) + inverse_a(:, 2)*jacobian(2, 3 + k) &
         + inverse_a(:, 3)*jacobian(3, 3 + k)
       block(:, k) = jacobian(4:6, 3 + k) - c(:, 1)*effect(1, k) - c(:, 2)*effect(2, k) - c(:, 3)*effect(3, k)
     end do
-    det = determinant(block)
-    solvable = abs(det) > 0.0_wp
+    call invert(block, inverse_s, solvable)
     if (.not. solvable) return
-    inverse_s = inverse(block, det)
     do k = 1, n
       x = inverse_a(:, 1)*b(1, k) + inverse_a(:, 2)*b(2, k) + inverse_a(:, 3)*b(3, k)
       y = b(4:6, k) - c(:, 1)*x(1) - c(:, 2)*x(2) - c(:, 3)*x(3)
@@ -451,4 +464,27 @@ contains
       b(4:6, k) = y
     end do
   end subroutine solve_blocks
+
+  !> Inverse of a block. Here, as a call to another module for each would cost as much as the inverse.
+  pure subroutine invert(a, b, solvable)
+    real(wp), intent(in) :: a(3, 3)
+    !> Not set where the block is singular.
+    real(wp), intent(out) :: b(3, 3)
+    logical, intent(out) :: solvable
+    real(wp) :: det
+
+    b(1, 1) = a(2, 2)*a(3, 3) - a(2, 3)*a(3, 2)
+    b(2, 1) = a(2, 3)*a(3, 1) - a(2, 1)*a(3, 3)
+    b(3, 1) = a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1)
+    det = a(1, 1)*b(1, 1) + a(1, 2)*b(2, 1) + a(1, 3)*b(3, 1)
+    solvable = abs(det) > 0.0_wp
+    if (.not. solvable) return
+    b(1, 2) = a(1, 3)*a(3, 2) - a(1, 2)*a(3, 3)
+    b(2, 2) = a(1, 1)*a(3, 3) - a(1, 3)*a(3, 1)
+    b(3, 2) = a(1, 2)*a(3, 1) - a(1, 1)*a(3, 2)
+    b(1, 3) = a(1, 2)*a(2, 3) - a(1, 3)*a(2, 2)
+    b(2, 3) = a(1, 3)*a(2, 1) - a(1, 1)*a(2, 3)
+    b(3, 3) = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
+    b = b*(1.0_wp/det)
+  end subroutine invert
 end module qsmpm_hardening_return

@@ -27,6 +27,8 @@ module qsmpm_hardening_surfaces
     real(wp) :: power = 0.0_wp
     !> Ei, Eur at the reference pressure, nu.
     real(wp) :: initial = 1.0_wp, unloading = 1.0_wp, poisson = 0.2_wp
+    !> 2/Ei - 2/Eur and 2/Eur, of a hot loop.
+    real(wp) :: softness = 0.0_wp, twice_swelling = 2.0_wp
     !> kf, kf/Rf, sin phi_cv, sin phi.
     real(wp) :: strength = 0.0_wp, asymptote = 0.0_wp, critical = 0.0_wp, friction = 0.0_wp
     !> Mc^2, H, K0nc.
@@ -55,6 +57,8 @@ contains
       s%power = p%power
       s%initial = 2.0_wp*p%e50/(2.0_wp - p%ratio)
       s%unloading = p%eur
+      s%softness = 2.0_wp/s%initial - 2.0_wp/s%unloading
+      s%twice_swelling = 2.0_wp/s%unloading
       s%poisson = p%poisson
       s%strength = 2.0_wp*s%friction/(1.0_wp - s%friction)
       s%asymptote = s%strength/p%ratio
@@ -186,18 +190,18 @@ contains
     by_g = 0.0_wp
     if (t <= 0.0_wp) return
     level = stress_power(s, stress_level(s, s3))
-    ! 2/Eur q^2 + (b qa + x) q - x qa = 0, x = g S^m.
+    ! 2/Eur q^2 + (b qa + x) q - x qa = 0, x = g S^m, b = 2/Ei - 2/Eur.
     x = max(g, 0.0_wp)*level
+    qa = s%asymptote*t
+    b = s%softness*qa + x
+    q = 2.0_wp*x*qa/(b + sqrt(b**2 + 4.0_wp*s%twice_swelling*x*qa))
+    if (q >= limit) return
     x_t = 0.0_wp
     if (t > s%least*s%reference) x_t = s%power*x/t
-    qa = s%asymptote*t
-    b = 2.0_wp/s%initial - 2.0_wp/s%unloading
-    q = 2.0_wp*x*qa/(b*qa + x + sqrt((b*qa + x)**2 + 8.0_wp*x*qa/s%unloading))
-    if (q >= limit) return
-    slope = 4.0_wp*q/s%unloading + b*qa + x
+    slope = 1.0_wp/(2.0_wp*s%twice_swelling*q + b)
     limit = q
-    by_s3 = ((x - b*q)*s%asymptote + (qa - q)*x_t)/slope
-    by_g = (qa - q)*level/slope
+    by_s3 = ((x - s%softness*q)*s%asymptote + (qa - q)*x_t)*slope
+    by_g = (qa - q)*level*slope
   end subroutine shear_limit
 
   !> sin psi_m and its derivatives.

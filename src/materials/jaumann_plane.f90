@@ -13,34 +13,35 @@ module qsmpm_jaumann_plane
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   implicit none
   private
 
   public :: update_plane
 
-  !> A step of a point up to its trial.
+  !> A step of a point up to its trial. Nothing is set before: hot loops pay for that.
   type :: step_type
     !> Whether the stress turns before and after the strain increment.
-    logical :: turns = .false.
-    !> Half rotation: cosine, tangent, and the turn of a tensor.
-    real(wp) :: cosine = 1.0_wp, t = 0.0_wp, cos2 = 1.0_wp, sin2 = 0.0_wp
-    !> Spin of the half rotation by the spin of dG.
-    real(wp) :: spin = 1.0_wp
-    !> ((F + I)/2)^-1: 11, 21, 12, 22, 33.
-    real(wp) :: mid(5) = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
-    real(wp) :: keep = 1.0_wp, pivot = 1.0_wp
+    logical :: turns
     !> Whether the rate is that of J sigma, with the terms -sigma tr d(eps).
-    logical :: volume = .true.
+    logical :: volume
+    !> Half rotation: cosine, tangent, and the turn of a tensor.
+    real(wp) :: cosine, t, cos2, sin2
+    !> Spin of the half rotation by the spin of dG.
+    real(wp) :: spin
+    !> ((F + I)/2)^-1: 11, 21, 12, 22, 33.
+    real(wp) :: mid(5)
+    real(wp) :: keep, pivot
     !> Lame's moduli of the trial.
-    real(wp) :: lame = 0.0_wp, shear = 0.0_wp
+    real(wp) :: lame, shear
     !> Stress or elastic strain at the start after the first half rotation, and trial: mean, half difference, shear, 33.
-    real(wp) :: start(4) = 0.0_wp, trial(4) = 0.0_wp
+    real(wp) :: start(4), trial(4)
   end type step_type
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done.
+  !> Update a batch; points with a status other than ok are left half done. The loop works on the arrays themselves: a
+  !> component of the batch would be looked up again at every point.
   pure subroutine update_plane(model, rate, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> One of rate_* of qsmpm_jaumann_increment.
@@ -51,57 +52,78 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
+
+    call update_points(model, rate, elastic_share(tangent, blend), tangent, batch%count, size(batch%state, 1), &
+      batch%gradient, batch%stress_start, batch%state_start, batch%cell_size, batch%stress, batch%state, batch%piola, &
+      batch%tangent, batch%status, batch%plastic, batch%message)
+  end subroutine update_plane
+
+  !> Update points.
+  pure subroutine update_points(model, rate, share, tangent, n, m, gradient, stress_start, state_start, cell_size, &
+    stress, state, piola, a, status, plastic, message)
+    class(principal_model_type), intent(in) :: model
+    !> Rate, share of the elastic tangent, which tangent is wanted.
+    integer, intent(in) :: rate
+    real(wp), intent(in) :: share
+    integer, intent(in) :: tangent
+    !> Points, and state variables of a point.
+    integer, intent(in) :: n, m
+    !> As of batch_type.
+    real(wp), intent(in) :: gradient(5, n), stress_start(4, n), state_start(m, n)
+    real(wp), intent(in), optional :: cell_size(n)
+    real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
+    real(wp), intent(inout), optional :: a(5, 5, n)
+    integer, intent(inout) :: status(n), plastic(n)
+    character(len=:), allocatable, intent(inout) :: message
     type(step_type) :: step
     type(stress_update_type) :: result
-    real(wp) :: start(4), stress(4), map(4, 4), lame, shear, modulus, cell_size, value(3), c, s, turn(4)
-    logical :: principal
+    real(wp) :: end(4), map(4, 4), lame, shear, modulus, width, value(3), c, s, turn(4)
+    logical :: principal, paper, cauchy
     integer :: p
 
     map = 0.0_wp
     lame = model%trial_lame
     shear = model%trial_shear
     modulus = model%shear
-    cell_size = 0.0_wp
-    do p = 1, batch%count
-      associate (stress => batch%stress_start(:, p))
-        start = [0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)]
-      end associate
-      if (.not. model%hookean) call start_strain(model, start, modulus)
-      call make_step(lame, shear, rate, batch%gradient(:, p), start, step, batch%status(p))
-      if (batch%status(p) /= status_ok) cycle
-      principal = .not. model%hookean
-      batch%plastic(p) = 0
+    width = 0.0_wp
+    paper = rate == rate_paper .or. rate == rate_paper_cauchy
+    cauchy = is_cauchy(rate)
+    result%yields = .false.
+    do p = 1, n
+      call make_step(model, lame, shear, paper, cauchy, gradient(:, p), stress_start(:, p), modulus, step, status(p))
+      if (status(p) /= status_ok) cycle
       if (.not. model%elastic) then
-        value = principal_values(step%trial)
-        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
-        call model%update(modulus, value, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
-        batch%plastic(p) = merge(1, 0, result%yields)
-        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, 1, batch, p)
-        if (batch%status(p) /= status_ok) cycle
-        principal = principal .or. result%yields
+        value = principal_values(step%trial(1), step%trial(2), step%trial(3), step%trial(4))
+        if (model%asks_cell_size .and. present(cell_size)) width = cell_size(p)
+        call model%update(modulus, value, state_start(:, p), width, tangent /= tangent_none, result)
+        if (m > 0 .or. result%status /= status_ok) call keep_update(model, result, state_start(:, p), state(:, p), &
+          status(p), message)
+        if (status(p) /= status_ok) cycle
       end if
+      plastic(p) = merge(1, 0, result%yields)
+      principal = result%yields .or. .not. model%hookean
       if (principal) then
-        call to_principal(step%trial, value, c, s)
+        call to_principal(step%trial(1), step%trial(2), step%trial(3), step%trial(4), value, c, s)
         turn = turned(step, [0.0_wp, c, s, 0.0_wp])
-        stress = from_principal(result%stress, turn(2), turn(3))
+        end = from_principal(result%stress, turn(2), turn(3))
       else
-        stress = turned(step, step%trial)
+        end = turned(step, step%trial)
       end if
-      batch%stress(:, p) = stress_order(stress)
-      call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
+      stress(:, p) = stress_order(end)
+      call plane_piola(stress(:, p), gradient(:, p), piola(:, p))
       if (tangent == tangent_none) cycle
       if (principal) then
         ! The plane turns one pair of directions only.
         result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
-        call blend_elastic(model, modulus, value, elastic_share(tangent, blend), result)
-        stress = from_principal(result%stress, turn(2), turn(3))
+        call blend_elastic(model, modulus, value, share, result)
+        end = from_principal(result%stress, turn(2), turn(3))
         map = frame_map(result%derivative, result%quotient(1), turn(2), turn(3))
       end if
       ! [K_E + K_G]^0 is that of the rate of J sigma.
       if (tangent == tangent_elastic .and. model%hookean) step%volume = .true.
-      call point_tangent(step, principal, map, stress, batch%gradient(:, p), batch%tangent(:, :, p))
+      call point_tangent(step, principal, map, end, gradient(:, p), a(:, :, p))
     end do
-  end subroutine update_plane
+  end subroutine update_points
 
   !> Elastic strain of a Cauchy stress.
   pure subroutine start_strain(model, tensor, modulus)
@@ -113,38 +135,43 @@ contains
     real(wp) :: value(3), c, s
 
     if (.not. all(ieee_is_finite(tensor))) return
-    call to_principal(tensor, value, c, s)
+    call to_principal(tensor(1), tensor(2), tensor(3), tensor(4), value, c, s)
     modulus = model%shear_modulus(value)
     tensor = from_principal(model%elastic_strain(modulus, value), c, s)
   end subroutine start_strain
 
   !> Trial of a step.
-  pure subroutine make_step(lame, shear, rate, f, start, step, status)
+  pure subroutine make_step(model, lame, shear, paper, cauchy, f, stress, modulus, step, status)
+    class(principal_model_type), intent(in) :: model
     !> Lame's moduli of the trial.
     real(wp), intent(in) :: lame, shear
-    !> One of rate_* of qsmpm_jaumann_increment.
-    integer, intent(in) :: rate
+    !> Whether the rate is integrated as in the paper, and whether it is that of sigma.
+    logical, intent(in) :: paper, cauchy
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
-    !> Stress or elastic strain at the start.
-    real(wp), intent(in) :: start(4)
+    !> Cauchy stress at the start.
+    real(wp), intent(in) :: stress(4)
+    !> Shear modulus of the step; stays as it is for a Hookean model.
+    real(wp), intent(inout) :: modulus
     type(step_type), intent(out) :: step
     !> status_ok, or why there is none.
     integer, intent(out) :: status
-    real(wp) :: g(5), det
+    real(wp) :: g(5), start(4), det
 
     status = status_failed
-    if (.not. all(ieee_is_finite(start))) return
+    if (.not. all(ieee_is_finite(stress))) return
     status = status_cut
     ! A gradient that is not finite has no finite determinant.
     det = f(1)*f(4) - f(3)*f(2)
     if (.not. ieee_is_finite(det*f(5))) return
     if (.not. (det > 0.0_wp .and. f(5) > 0.0_wp)) return
+    start = [0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)]
+    if (.not. model%hookean) call start_strain(model, start, modulus)
     step%lame = lame
     step%shear = shear
     g = [f(1) - 1.0_wp, f(2), f(3), f(4) - 1.0_wp, f(5) - 1.0_wp]
-    step%volume = .not. is_cauchy(rate)
-    if (rate == rate_paper .or. rate == rate_paper_cauchy) then
+    step%volume = .not. cauchy
+    if (paper) then
       call paper_step(g, start, step)
       status = status_ok
     else
@@ -159,14 +186,22 @@ contains
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
     type(step_type), intent(inout) :: step
-    real(wp) :: spin
+    real(wp) :: spin, trial(4)
 
+    step%turns = .false.
+    step%cosine = 1.0_wp
+    step%t = 0.0_wp
+    step%cos2 = 1.0_wp
+    step%sin2 = 0.0_wp
+    step%spin = 1.0_wp
+    step%mid = [1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp]
+    step%keep = 1.0_wp
+    step%pivot = 1.0_wp
     spin = g(2) - g(3)
     step%start = start
-    step%trial = start + elastic_change(step, g)
-    if (step%volume) step%trial = step%trial - (g(1) + g(4) + g(5))*start
-    step%trial(2) = step%trial(2) - spin*start(3)
-    step%trial(3) = step%trial(3) + spin*start(2)
+    trial = start + elastic_change(step, g)
+    if (step%volume) trial = trial - (g(1) + g(4) + g(5))*start
+    step%trial = [trial(1), trial(2) - spin*start(3), trial(3) + spin*start(2), trial(4)]
   end subroutine paper_step
 
   !> The midpoint rule.
@@ -190,11 +225,10 @@ contains
       g = [u(1)*m(1) + u(3)*m(2), u(2)*m(1) + u(4)*m(2), u(1)*m(3) + u(3)*m(4), u(2)*m(3) + u(4)*m(4), &
         u(5)*m(5)]
     end associate
-    trace = g(1) + g(4) + g(5)
-    if (step%volume) then
-      step%pivot = 1.0_wp + 0.5_wp*trace
-      step%keep = 1.0_wp - 0.5_wp*trace
-    end if
+    trace = 0.0_wp
+    if (step%volume) trace = g(1) + g(4) + g(5)
+    step%pivot = 1.0_wp + 0.5_wp*trace
+    step%keep = 1.0_wp - 0.5_wp*trace
     if (.not. step%pivot > smallest_pivot) return
     status = status_ok
     step%turns = .true.
@@ -233,14 +267,14 @@ contains
 
   !> Principal values: the larger and the smaller one of the plane, 33. Here, as a call to another module would cost as
   !> much as the rest of a point that does not yield.
-  pure function principal_values(tensor) result(value)
+  pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
-    real(wp), intent(in) :: tensor(4)
+    real(wp), intent(in) :: mean, half, shear, normal
     real(wp) :: value(3)
     real(wp) :: radius
 
-    radius = sqrt(tensor(2)**2 + tensor(3)**2)
-    value = [tensor(1) + radius, tensor(1) - radius, tensor(4)]
+    radius = sqrt(half**2 + shear**2)
+    value = [mean + radius, mean - radius, normal]
   end function principal_values
 
   !> 11, 22, 33, 12.

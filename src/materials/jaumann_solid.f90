@@ -51,7 +51,8 @@ contains
         if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
         call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
         batch%plastic(p) = merge(1, 0, result%yields)
-        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, 1, batch, p)
+        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
+        batch%state_start(1:, p), batch%state(1:, p), batch%status(p), batch%message)
         if (batch%status(p) /= status_ok) cycle
         principal = principal .or. result%yields
       end if

@@ -17,9 +17,9 @@ module qsmpm_logarithmic_plane
   use qsmpm_isotropic_function, only: pair_quotient
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none
   use qsmpm_logarithmic_series, only: smallest_b, largest_b, series_limit, artanh_terms, short_sinh
-  use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, plane_piola
+  use qsmpm_plane_frame, only: to_principal, from_principal, frame_map, store_stress
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
-  use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
+  use qsmpm_principal_point, only: keep_update, elastic_share
   implicit none
   private
 
@@ -43,7 +43,8 @@ module qsmpm_logarithmic_plane
 
 contains
 
-  !> Update a batch; points with a status other than ok are left half done.
+  !> Update a batch; points with a status other than ok are left half done. The loops work on the arrays themselves: a
+  !> component of the batch would be looked up again at every point.
   pure subroutine update_plane(model, blend, batch, tangent)
     class(principal_model_type), intent(in) :: model
     !> Share of the elastic tangent in the consistent one.
@@ -52,66 +53,143 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
+    real(wp) :: share
+    integer :: n, m
+
+    n = batch%count
+    m = size(batch%state, 1)
+    share = elastic_share(tangent, blend)
+    if (model%hookean) then
+      call update_hookean(model, share, tangent /= tangent_none, n, m, batch%gradient, batch%volume_ratio, &
+        batch%state_start, batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, &
+        batch%plastic, batch%message)
+    else
+      call update_cauchy(model, share, tangent /= tangent_none, n, m, batch%gradient, batch%stress_start, &
+        batch%state_start, batch%cell_size, batch%stress, batch%state, batch%piola, batch%tangent, batch%status, &
+        batch%plastic, batch%message)
+    end if
+  end subroutine update_plane
+
+  !> Points of a Hookean model: b_e is state, and the trial is the stress where nothing yields.
+  pure subroutine update_hookean(model, share, with_tangent, n, m, gradient, volume_ratio, state_start, cell_size, &
+    stress, state, piola, a, status, plastic, message)
+    class(principal_model_type), intent(in) :: model
+    !> Share of the elastic tangent.
+    real(wp), intent(in) :: share
+    logical, intent(in) :: with_tangent
+    !> Points, and state variables of a point.
+    integer, intent(in) :: n, m
+    !> As of batch_type.
+    real(wp), intent(in) :: gradient(5, n), volume_ratio(n), state_start(m, n)
+    real(wp), intent(in), optional :: cell_size(n)
+    real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
+    real(wp), intent(inout), optional :: a(5, 5, n)
+    integer, intent(inout) :: status(n), plastic(n)
+    character(len=:), allocatable, intent(inout) :: message
     type(trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: start(4), part(2), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
-    integer :: p, first
-    logical :: principal
+    real(wp) :: tau(4), k(4, 4), lame, shear, width, value(3), c, s
+    integer :: p
+    logical :: may_yield
 
-    k = 0.0_wp
-    part = 0.0_wp
     lame = model%trial_lame
     shear = model%trial_shear
-    modulus = model%shear
-    cell_size = 0.0_wp
-    first = merge(5, 1, model%hookean)
-    do p = 1, batch%count
-      if (model%hookean) then
-        start = batch%state_start(:4, p)
-        volume_ratio = batch%volume_ratio(p)
+    may_yield = .not. model%elastic
+    width = 0.0_wp
+    result%yields = .false.
+    do p = 1, n
+      call make_trial(lame, shear, gradient(:, p), state_start(:, p), [0.0_wp, 0.0_wp], volume_ratio(p), trial, &
+        state(:, p), status(p))
+      if (status(p) /= status_ok) cycle
+      if (may_yield) then
+        value = principal_values(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4))
+        if (model%asks_cell_size .and. present(cell_size)) width = cell_size(p)
+        call model%update(shear, value, state_start(5:, p), width, with_tangent, result)
+        if (m > 4 .or. result%status /= status_ok) call keep_update(model, result, state_start(5:, p), state(5:, p), &
+          status(p), message)
+        if (status(p) /= status_ok) cycle
+      end if
+      plastic(p) = merge(1, 0, result%yields)
+      if (result%yields) then
+        call to_principal(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4), value, c, s)
+        tau = from_principal(result%stress, c, s)
+        state(:4, p) = stress_order(from_principal(exp(2.0_wp*model%elastic_strain(shear, result%stress)), c, s))
+        call store_stress(trial%scale, tau(1), tau(2), tau(3), tau(4), gradient(:, p), stress(:, p), piola(:, p))
+        if (with_tangent) call principal_tangent(model, shear, share, value, c, s, trial, result, gradient(:, p), &
+          a(:, :, p))
       else
-        call start_tensor(model, batch%stress_start(:, p), modulus, start, part)
-        volume_ratio = 1.0_wp
+        associate (t => trial%trial)
+          call store_stress(trial%scale, t(1), t(2), t(3), t(4), gradient(:, p), stress(:, p), piola(:, p))
+          if (.not. with_tangent) cycle
+          call elastic_stiffness(trial, k)
+          call pull_back(trial, t, k, gradient(:, p), a(:, :, p))
+        end associate
       end if
-      call make_trial(lame, shear, batch%gradient(:, p), start, part, volume_ratio, trial, b, batch%status(p))
-      if (batch%status(p) /= status_ok) cycle
-      if (model%hookean) then
-        batch%state(:4, p) = b
-      else
-        trial%jacobian = trial%det
-      end if
-      principal = .not. model%hookean
-      batch%plastic(p) = 0
-      if (.not. model%elastic) then
-        value = principal_values(trial%trial)
-        if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
-        call model%update(modulus, value, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
-        batch%plastic(p) = merge(1, 0, result%yields)
-        if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
-        if (batch%status(p) /= status_ok) cycle
-        principal = principal .or. result%yields
-      end if
-      tau = trial%trial
-      if (principal) then
-        call to_principal(trial%trial, value, c, s)
-        tau = from_principal(trial%jacobian*result%stress, c, s)
-        if (model%hookean) batch%state(:4, p) = stress_order( &
-          from_principal(exp(2.0_wp*model%elastic_strain(modulus, result%stress)), c, s))
-      end if
-      batch%stress(:, p) = trial%scale*[tau(1) + tau(2), tau(1) - tau(2), tau(4), tau(3)]
-      call plane_piola(batch%stress(:, p), batch%gradient(:, p), batch%piola(:, p))
-      if (tangent == tangent_none) cycle
-      if (principal) then
-        ! The plane turns one pair of directions only.
-        result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
-        call blend_elastic(model, modulus, value, elastic_share(tangent, blend), result)
-        call principal_stiffness(trial, model%hookean, result, c, s, tau, k)
-      else
-        call elastic_stiffness(trial, k)
-      end if
-      call pull_back(trial, tau, k, batch%gradient(:, p), batch%tangent(:, :, p))
     end do
-  end subroutine update_plane
+  end subroutine update_hookean
+
+  !> Points of a model that bounds the Cauchy stress: b_e follows from the stress of the start.
+  pure subroutine update_cauchy(model, share, with_tangent, n, m, gradient, stress_start, state_start, cell_size, &
+    stress, state, piola, a, status, plastic, message)
+    class(principal_model_type), intent(in) :: model
+    !> Share of the elastic tangent.
+    real(wp), intent(in) :: share
+    logical, intent(in) :: with_tangent
+    !> Points, and state variables of a point.
+    integer, intent(in) :: n, m
+    !> As of batch_type.
+    real(wp), intent(in) :: gradient(5, n), stress_start(4, n), state_start(m, n)
+    real(wp), intent(in), optional :: cell_size(n)
+    real(wp), intent(inout) :: stress(4, n), state(m, n), piola(5, n)
+    real(wp), intent(inout), optional :: a(5, 5, n)
+    integer, intent(inout) :: status(n), plastic(n)
+    character(len=:), allocatable, intent(inout) :: message
+    type(trial_type) :: trial
+    type(stress_update_type) :: result
+    real(wp) :: start(4), part(2), b(4), tau(4), modulus, width, value(3), c, s
+    integer :: p
+
+    part = 0.0_wp
+    modulus = model%shear
+    width = 0.0_wp
+    do p = 1, n
+      call start_tensor(model, stress_start(:, p), modulus, start, part)
+      call make_trial(model%trial_lame, model%trial_shear, gradient(:, p), start, part, 1.0_wp, trial, b, status(p))
+      if (status(p) /= status_ok) cycle
+      trial%jacobian = trial%det
+      call to_principal(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4), value, c, s)
+      if (model%asks_cell_size .and. present(cell_size)) width = cell_size(p)
+      call model%update(modulus, value, state_start(:, p), width, with_tangent, result)
+      plastic(p) = merge(1, 0, result%yields)
+      call keep_update(model, result, state_start(:, p), state(:, p), status(p), message)
+      if (status(p) /= status_ok) cycle
+      tau = from_principal(trial%jacobian*result%stress, c, s)
+      call store_stress(trial%scale, tau(1), tau(2), tau(3), tau(4), gradient(:, p), stress(:, p), piola(:, p))
+      if (with_tangent) call principal_tangent(model, modulus, share, value, c, s, trial, result, gradient(:, p), &
+        a(:, :, p))
+    end do
+  end subroutine update_cauchy
+
+  !> A of a point whose stress is that of the model in principal values.
+  pure subroutine principal_tangent(model, modulus, share, value, c, s, trial, result, f, a)
+    class(principal_model_type), intent(in) :: model
+    !> Shear modulus of the step, and share of the elastic tangent.
+    real(wp), intent(in) :: modulus, share
+    !> Principal trial strains or stresses, cosine and sine of twice the angle of the first direction.
+    real(wp), intent(in) :: value(3), c, s
+    type(trial_type), intent(in) :: trial
+    type(stress_update_type), intent(inout) :: result
+    !> Incremental deformation gradient, packed.
+    real(wp), intent(in) :: f(5)
+    real(wp), intent(out) :: a(5, 5)
+    real(wp) :: tau(4), k(4, 4)
+
+    ! The plane turns one pair of directions only.
+    result%quotient = pair_quotient(value, result%stress, result%derivative, 1, 2)
+    call blend_elastic(model, modulus, value, share, result)
+    call principal_stiffness(trial, model%hookean, result, c, s, tau, k)
+    call pull_back(trial, tau, k, f, a)
+  end subroutine principal_tangent
 
   !> b and the trial strain or stress.
   pure subroutine make_trial(lame, shear, f, start, part, volume_ratio, trial, b, status)
@@ -156,9 +234,10 @@ contains
     end if
     status = status_ok
     log_det = log(det_b)
+    log_33 = 0.5_wp*log(b(3))
     call set_artanh(log_det, trial)
     log_det = log_det + part(1)
-    log_33 = 0.5_wp*log(b(3)) + part(2)
+    log_33 = log_33 + part(2)
     trial%lame = lame
     trial%shear = shear
     sum_strain = 0.5_wp*log_det + log_33
@@ -184,8 +263,7 @@ contains
     b = 0.0_wp
     part = 0.0_wp
     if (.not. all(ieee_is_finite(stress))) return
-    call to_principal([0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3)], &
-      value, c, s)
+    call to_principal(0.5_wp*(stress(1) + stress(2)), 0.5_wp*(stress(1) - stress(2)), stress(4), stress(3), value, c, s)
     modulus = model%shear_modulus(value)
     value = model%elastic_strain(modulus, value)
     part = [2.0_wp*(value(1) + value(2)), value(3)]
@@ -236,14 +314,14 @@ contains
 
   !> Principal values: the larger and the smaller one of the plane, 33. Here, as a call to another module would cost as
   !> much as the rest of a point that does not yield.
-  pure function principal_values(tensor) result(value)
+  pure function principal_values(mean, half, shear, normal) result(value)
     !> Mean, half difference, shear, 33.
-    real(wp), intent(in) :: tensor(4)
+    real(wp), intent(in) :: mean, half, shear, normal
     real(wp) :: value(3)
     real(wp) :: radius
 
-    radius = sqrt(tensor(2)**2 + tensor(3)**2)
-    value = [tensor(1) + radius, tensor(1) - radius, tensor(4)]
+    radius = sqrt(half**2 + shear**2)
+    value = [mean + radius, mean - radius, normal]
   end function principal_values
 
   !> 11, 22, 33, 12.

@@ -63,7 +63,8 @@ contains
       if (model%asks_cell_size) cell_size = size_of_cell(model, batch, p)
       call model%update(modulus, trial%trial, batch%state_start(first:, p), cell_size, tangent /= tangent_none, result)
       batch%plastic(p) = merge(1, 0, result%yields)
-      if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, first, batch, p)
+      if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
+        batch%state_start(first:, p), batch%state(first:, p), batch%status(p), batch%message)
       if (batch%status(p) /= status_ok) cycle
       if (model%hookean) then
         if (result%yields) then

@@ -8,27 +8,28 @@ module qsmpm_plane_frame
   implicit none
   private
 
-  public :: to_principal, from_principal, frame_map, plane_piola
+  public :: to_principal, from_principal, frame_map, plane_piola, store_stress
 
 contains
 
   !> Principal values of a tensor, the larger and the smaller one of the plane and 33, and their directions.
-  pure subroutine to_principal(tensor, value, c, s)
-    !> Mean, half difference, shear, 33.
-    real(wp), intent(in) :: tensor(4)
+  pure subroutine to_principal(mean, half, shear, normal, value, c, s)
+    !> The tensor in single numbers (see store_stress): mean, half difference, shear, 33.
+    real(wp), intent(in) :: mean, half, shear, normal
     !> Principal values (3).
     real(wp), intent(out) :: value(3)
     !> Cosine and sine of twice the angle of the first direction; 1 and 0 where there is no difference.
     real(wp), intent(out) :: c, s
     real(wp) :: radius
 
-    radius = sqrt(tensor(2)**2 + tensor(3)**2)
-    value = [tensor(1) + radius, tensor(1) - radius, tensor(4)]
+    radius = sqrt(half**2 + shear**2)
+    value = [mean + radius, mean - radius, normal]
     c = 1.0_wp
     s = 0.0_wp
     if (.not. radius > 0.0_wp) return
-    c = tensor(2)/radius
-    s = tensor(3)/radius
+    radius = 1.0_wp/radius
+    c = half*radius
+    s = shear*radius
   end subroutine to_principal
 
   !> Mean, half difference, shear and 33 of a tensor with given principal values.
@@ -74,6 +75,29 @@ contains
     map(4, 2:3) = (d(3, 1) - d(3, 2))*[c, s]
     map(4, 4) = d(3, 3)
   end function frame_map
+
+  !> Cauchy stress of a point and Q = det(F) sigma F^-T. The tensor comes in single numbers: the processor waits for an
+  !> array that has just been stored by its elements.
+  pure subroutine store_stress(scale, mean, half, shear, normal, f, stress, piola)
+    !> Cauchy stress over the tensor: mean, half difference, shear, 33.
+    real(wp), intent(in) :: scale, mean, half, shear, normal
+    !> Incremental deformation gradient, packed (5).
+    real(wp), intent(in) :: f(5)
+    !> In stress order (4), and Q, packed (5).
+    real(wp), intent(out) :: stress(4), piola(5)
+    real(wp) :: s11, s22, s33, s12
+
+    s11 = scale*(mean + half)
+    s22 = scale*(mean - half)
+    s33 = scale*normal
+    s12 = scale*shear
+    stress = [s11, s22, s33, s12]
+    piola(1) = (s11*f(4) - s12*f(3))*f(5)
+    piola(2) = (s12*f(4) - s22*f(3))*f(5)
+    piola(3) = (s12*f(1) - s11*f(2))*f(5)
+    piola(4) = (s22*f(1) - s12*f(2))*f(5)
+    piola(5) = s33*(f(1)*f(4) - f(2)*f(3))
+  end subroutine store_stress
 
   !> Q = det(F) sigma F^-T.
   pure subroutine plane_piola(stress, f, piola)

@@ -13,23 +13,24 @@ module qsmpm_principal_point
 contains
 
   !> State variables and status of a model's update go to the point, with what the model has to say.
-  pure subroutine keep_update(model, result, first, batch, p)
+  pure subroutine keep_update(model, result, start, state, status, message)
     class(principal_model_type), intent(in) :: model
     type(stress_update_type), intent(in) :: result
-    !> Where the model's state variables begin in the state of a point.
-    integer, intent(in) :: first
-    type(batch_type), intent(inout) :: batch
-    !> Number of the point, whose status is ok.
-    integer, intent(in) :: p
+    !> The model's state variables at the start and at the end of the step.
+    real(wp), intent(in) :: start(model%state_count)
+    real(wp), intent(inout) :: state(model%state_count)
+    !> status_ok so far.
+    integer, intent(inout) :: status
+    character(len=:), allocatable, intent(inout) :: message
     integer :: i
 
     do i = 1, model%state_count
-      batch%state(first + i - 1, p) = result%state(i)
-      if (.not. ieee_is_finite(batch%state_start(first + i - 1, p))) batch%status(p) = status_failed
+      state(i) = result%state(i)
+      if (.not. ieee_is_finite(start(i))) status = status_failed
     end do
     if (result%status == status_ok) return
-    batch%status(p) = result%status
-    batch%message = model%message
+    status = result%status
+    message = model%message
   end subroutine keep_update
 
   !> Size of a point's cell for a model that asks for it; 0 where there is none.
