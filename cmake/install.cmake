@@ -9,7 +9,7 @@ if(QSMPM_PROGRAM)
 endif()
 # Builds soil models of the user's own: the script, and what it looks for under share/qsmpm/umat.
 install(PROGRAMS tools/build-umat tools/convert-deck DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(FILES tools/umat/ABA_PARAM.INC tools/umat/aba_param.inc src/materials/umat_helpers.c
+install(FILES tools/umat/ABA_PARAM.INC tools/umat/aba_param.inc src/materials/user/umat_helpers.c
   DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm/umat)
 install(TARGETS qsmpm EXPORT qsmpm_targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})

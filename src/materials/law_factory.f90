@@ -1,17 +1,14 @@
-!> The registry of the built-in models: makes the law of parameters, whose type says which model, in the chosen
-!> kinematics. A new model has its parameters and itself in files of its own and one procedure here.
+!> The law of what the user says of a material: its model in the chosen kinematics.
 module qsmpm_law_factory
-  use qsmpm_cam_clay, only: cam_clay_type, make_cam_clay
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type, &
-    check_cam_clay, check_hardening_soil
-  use qsmpm_hardening_soil, only: hardening_soil_type, make_hardening_soil
   use qsmpm_jaumann_increment, only: rate_paper, rate_midpoint, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_law, only: law_type
+  use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_law, only: new_principal_law, kinematics_jaumann, kinematics_logarithmic
+  use qsmpm_principal_model, only: principal_model_type
   use qsmpm_softening_model, only: softening_model_type, set_softening
   implicit none
   private
@@ -22,13 +19,13 @@ module qsmpm_law_factory
   !> Law of parameters in 2 or 3 dimensions, one of kinematics_* and of rate_*; the rate is read by the Jaumann
   !> kinematics only. The error is set when a parameter is out of its range or there is no such law.
   interface new_law
-    module procedure :: new_mohr_coulomb_law, new_cam_clay_law, new_hardening_soil_law
+    module procedure :: new_elastic_law, new_soil_law
   end interface new_law
 
 contains
 
   !> Linear elasticity, with Mohr-Coulomb strength and its softening where they are given.
-  subroutine new_mohr_coulomb_law(parameters, dimension, kinematics, rate, law, error)
+  subroutine new_elastic_law(parameters, dimension, kinematics, rate, law, error)
     type(material_parameters_type), intent(in) :: parameters
     integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
@@ -49,34 +46,17 @@ contains
       call set_softening(parameters, softening)
       call new_principal_law(softening, dimension, kinematics, rate, law, error)
     end if
-  end subroutine new_mohr_coulomb_law
+  end subroutine new_elastic_law
 
-  !> Modified Cam-Clay.
-  subroutine new_cam_clay_law(parameters, dimension, kinematics, rate, law, error)
-    type(cam_clay_parameters_type), intent(in) :: parameters
+  !> Any law of qsmpm_standard_laws.
+  subroutine new_soil_law(parameters, dimension, kinematics, rate, law, error)
+    class(law_parameters_type), intent(in) :: parameters
     integer, intent(in) :: dimension, kinematics, rate
     class(law_type), allocatable, intent(out) :: law
     type(error_type), allocatable, intent(out) :: error
-    type(cam_clay_type) :: model
+    class(principal_model_type), allocatable :: model
 
-    call check_cam_clay(parameters, error)
-    if (allocated(error)) return
-    call make_cam_clay(parameters, model)
-    call new_principal_law(model, dimension, kinematics, rate, law, error)
-  end subroutine new_cam_clay_law
-
-  !> The hardening soil model.
-  subroutine new_hardening_soil_law(parameters, dimension, kinematics, rate, law, error)
-    type(hardening_soil_parameters_type), intent(in) :: parameters
-    integer, intent(in) :: dimension, kinematics, rate
-    class(law_type), allocatable, intent(out) :: law
-    type(error_type), allocatable, intent(out) :: error
-    type(hardening_soil_type) :: model
-
-    call check_hardening_soil(parameters, error)
-    if (allocated(error)) return
-    call make_hardening_soil(parameters, model, error)
-    if (allocated(error)) return
-    call new_principal_law(model, dimension, kinematics, rate, law, error)
-  end subroutine new_hardening_soil_law
+    call parameters%make_model(model, error)
+    if (.not. allocated(error)) call new_principal_law(model, dimension, kinematics, rate, law, error)
+  end subroutine new_soil_law
 end module qsmpm_law_factory

@@ -1,4 +1,4 @@
-!> The law of a material of the deck: the one place that knows which card makes which law.
+!> The law of a material of the deck: of the user's model, of a soil law's card, or of elasticity and strength.
 module qsmpm_material_law
   use qsmpm_analysis, only: material_type, method_type, stress_rate_cauchy
   use qsmpm_error, only: error_type
@@ -33,10 +33,8 @@ contains
     if (material%user%given) then
       call new_user_law(material%user, material%name, material%young, material%poisson, stress, &
         dimension, law, error)
-    else if (material%cam_clay%given) then
-      call new_law(material%cam_clay, dimension, method%kinematics, method%rate, law, error)
-    else if (material%hardening_soil%given) then
-      call new_law(material%hardening_soil, dimension, method%kinematics, method%rate, law, error)
+    else if (allocated(material%soil_law)) then
+      call new_law(material%soil_law, dimension, method%kinematics, method%rate, law, error)
     else
       rate = method%rate
       if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &

@@ -20,7 +20,7 @@ module qsmpm_model_builder
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
-  use qsmpm_material_traits, only: has_strength, failure_ties_volume, failure_keeps_volume
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume

@@ -8,7 +8,7 @@
 module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
+  use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
   implicit none
@@ -177,9 +177,8 @@ module qsmpm_analysis
     type(softening_parameters_type) :: softening
     !> The law is given by the program that embeds the library; nothing is known of it.
     logical :: own_law = .false.
-    !> Hardening soils, instead of elasticity and strength.
-    type(cam_clay_parameters_type) :: cam_clay
-    type(hardening_soil_parameters_type) :: hardening_soil
+    !> A law of qsmpm_standard_laws, instead of elasticity and strength.
+    class(law_parameters_type), allocatable :: soil_law
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
     integer :: cure = cure_auto
     real(wp) :: cure_factor = -1.0_wp

@@ -11,7 +11,8 @@ module qsmpm_mirror
     mesh_grid, three_dimensional, basis_standard, basis_fem, integrate_cells, stabilise_ghost, &
     diagonal_alternate, quantity_reaction
   use qsmpm_element, only: element_from_name, element_order
-  use qsmpm_material_traits, only: may_soften, flow_is_associated
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance

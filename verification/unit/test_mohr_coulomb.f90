@@ -4,7 +4,7 @@ module test_mohr_coulomb
   use qsmpm_kinds, only: wp, pi, long
   use qsmpm_error, only: error_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, return_principal
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, return_principal
   use qsmpm_tensor, only: determinant, inverse, identity
   use testing, only: tests_type
   implicit none

@@ -11,7 +11,7 @@
 !> The apex of the cone at c cot phi is reached when no other set is admissible; so it is for
 !> psi = 0, where the flow is isochoric and no flow rule leads there (the limit psi -> 0). Elastic
 !> moduli are constant. Strain, kinematics and tensors are left to the callers.
-module qsmpm_mohr_coulomb
+module qsmpm_mohr_coulomb_return
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_tensor, only: determinant, inverse, identity
@@ -315,4 +315,4 @@ contains
       miss = max(miss, -dot_product(set%weights(i, :), trial) - set%offsets(i))
     end do
   end subroutine try_set
-end module qsmpm_mohr_coulomb
+end module qsmpm_mohr_coulomb_return

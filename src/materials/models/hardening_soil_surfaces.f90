@@ -10,10 +10,10 @@
 !>             dP = H (P/(pref + a))^m dev.
 !> Mc and H are found from K0nc and Eoed: along s3 = K0nc s1 there are no lateral strains, and the tangent
 !> modulus at s1 = pref is Eoed. Both follow from the strains of the elastic and the shear part in closed form.
-module qsmpm_hardening_surfaces
+module qsmpm_hardening_soil_surfaces
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
+  use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type
   implicit none
   private
 
@@ -40,7 +40,7 @@ contains
   !> Constants of checked parameters.
   pure subroutine make_surfaces(parameters, surfaces, error)
     !> What the user said, checked.
-    type(hardening_soil_parameters_type), intent(in) :: parameters
+    class(hardening_soil_data_type), intent(in) :: parameters
     !> The constants.
     type(surfaces_type), intent(out) :: surfaces
     !> Set when no cap gives K0nc and Eoed.
@@ -270,4 +270,4 @@ contains
       slope = s%hardening*stress_power(s, size_of/s%reference)
     end if
   end subroutine cap_growth
-end module qsmpm_hardening_surfaces
+end module qsmpm_hardening_soil_surfaces

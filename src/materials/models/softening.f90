@@ -9,7 +9,7 @@
 module qsmpm_softening
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, set_strength
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, set_strength
   use qsmpm_softening_parameters, only: softening_parameters_type, softening_exponential, regularise_cell
   implicit none
   private
@@ -39,7 +39,7 @@ module qsmpm_softening
     real(wp) :: fall(3) = 0.0_wp
   end type softening_type
 
-  !> Derivatives by kappa of k, m, sc and of the apex of qsmpm_mohr_coulomb.
+  !> Derivatives by kappa of k, m, sc and of the apex of qsmpm_mohr_coulomb_return.
   type :: strength_change_type
     real(wp) :: k = 0.0_wp
     real(wp) :: m = 0.0_wp

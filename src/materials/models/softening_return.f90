@@ -1,11 +1,11 @@
-!> Return mapping of qsmpm_mohr_coulomb to a softening strength: without its table, which would change from point to
+!> Return mapping of qsmpm_mohr_coulomb_return to a softening strength: without its table, which would change from point to
 !> point, and with the change of the stress with the strength.
 !>
 !> With the active planes N^T s = c and s = trial - D M l, a change of N, M and c changes the multipliers by
 !>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, set_type, set_count, set_planes, make_set, plane, inside, &
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, set_type, set_count, set_planes, make_set, plane, inside, &
     round_off, near_miss
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
@@ -100,7 +100,7 @@ contains
     end if
   end subroutine find_set
 
-  !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb, which is kept to itself so that the
+  !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb_return, which is kept to itself so that the
   !> compiler opens it up where perfect plasticity spends its time.
   pure real(wp) function excess(strength, stress)
     !> Strength.

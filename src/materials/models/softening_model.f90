@@ -12,7 +12,7 @@ module qsmpm_softening_model
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_failed
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, inside
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, inside
   use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
   use qsmpm_principal_model, only: stress_update_type
   use qsmpm_softening, only: softening_type, strength_change_type, make_softening, softened_strength, band_ratio, &

@@ -2,21 +2,27 @@
 !> Mohr-Coulomb strength, a cap in compression, stiffness that follows the smallest stress.
 !>
 !> Elasticity is Hooke's with Eur S^m, S the level of the smallest stress at the start of the step
-!> (qsmpm_hardening_surfaces). State: plastic shear strain and preconsolidation pressure pp of the cap.
-!> Surfaces and flow are those of qsmpm_hardening_surfaces, the return that of qsmpm_hardening_return. A trial
+!> (qsmpm_hardening_soil_surfaces). State: plastic shear strain and preconsolidation pressure pp of the cap.
+!> Surfaces and flow are those of qsmpm_hardening_soil_surfaces, the return that of qsmpm_hardening_soil_return. A trial
 !> beyond the apex that no surface answers goes to the apex at c cot phi.
 module qsmpm_hardening_soil
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
-  use qsmpm_hardening_return, only: return_type, solve_return, is_outside, stress_derivative
-  use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
+  use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type, check_hardening_soil
+  use qsmpm_hardening_soil_return, only: return_type, solve_return, is_outside, stress_derivative
+  use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none
   private
 
-  public :: hardening_soil_type, make_hardening_soil
+  public :: hardening_soil_parameters_type
+
+  !> The parameters.
+  type, extends(hardening_soil_data_type) :: hardening_soil_parameters_type
+  contains
+    procedure :: make_model
+  end type hardening_soil_parameters_type
 
   !> The model.
   type, extends(principal_model_type) :: hardening_soil_type
@@ -33,12 +39,25 @@ module qsmpm_hardening_soil
 
 contains
 
+  !> The model.
+  subroutine make_model(self, model, error)
+    class(hardening_soil_parameters_type), intent(in) :: self
+    class(principal_model_type), allocatable, intent(out) :: model
+    !> Set when a parameter is out of its range, or no cap gives K0nc and Eoed.
+    type(error_type), allocatable, intent(out) :: error
+    type(hardening_soil_type) :: soil
+
+    call check_hardening_soil(self, error)
+    if (allocated(error)) return
+    call set_soil(self, soil, error)
+    if (.not. allocated(error)) allocate (model, source=soil)
+  end subroutine make_model
+
   !> Model of checked parameters.
-  subroutine make_hardening_soil(parameters, model, error)
+  subroutine set_soil(parameters, model, error)
     !> What the user said, checked.
-    type(hardening_soil_parameters_type), intent(in) :: parameters
-    !> The model.
-    type(hardening_soil_type), intent(out) :: model
+    class(hardening_soil_data_type), intent(in) :: parameters
+    type(hardening_soil_type), intent(inout) :: model
     !> Set when no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
 
@@ -53,7 +72,7 @@ contains
     model%young = parameters%e50
     model%shear = parameters%e50/(2.0_wp*(1.0_wp + parameters%poisson))
     call make_surfaces(parameters, model%surfaces, error)
-  end subroutine make_hardening_soil
+  end subroutine set_soil
 
   !> State of a stress: both surfaces pass through it, or through the stress of one-dimensional compression
   !> under the largest vertical stress of the past where OCR or POP say that there was one.

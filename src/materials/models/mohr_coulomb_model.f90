@@ -1,11 +1,11 @@
 !> Linear elasticity bounded by perfect Mohr-Coulomb plasticity with tension cut-off, in principal values: the model
-!> around the return mapping of qsmpm_mohr_coulomb.
+!> around the return mapping of qsmpm_mohr_coulomb_return.
 module qsmpm_mohr_coulomb_model
   use qsmpm_kinds, only: wp
   use qsmpm_elastic_model, only: elastic_model_type, set_moduli
   use qsmpm_law, only: status_ok
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_outside
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, make_mohr_coulomb, inside, return_outside
   use qsmpm_principal_model, only: stress_update_type
   implicit none
   private

@@ -9,10 +9,10 @@
 !> Surfaces that are not active leave their equation for a multiplier of zero. Newton's method finds the
 !> unknowns of a set of surfaces; which set it is follows from the signs. Where that fails, every set is tried,
 !> and then the trial is walked to from the last elastic stress on the way, each answer the start of the next.
-module qsmpm_hardening_return
+module qsmpm_hardening_soil_return
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
-  use qsmpm_hardening_surfaces, only: surfaces_type, shear_limit, mobilised_dilatancy, cap_size, cap_growth
+  use qsmpm_hardening_soil_surfaces, only: surfaces_type, shear_limit, mobilised_dilatancy, cap_size, cap_growth
   use qsmpm_tensor, only: identity
   implicit none
   private
@@ -487,4 +487,4 @@ contains
     b(3, 3) = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
     b = b*(1.0_wp/det)
   end subroutine invert
-end module qsmpm_hardening_return
+end module qsmpm_hardening_soil_return

@@ -1,0 +1,106 @@
+!> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong to
+!> it, what other rooms ask of such a law before there is one, and the model that is made of it.
+!>
+!> A law extends `law_parameters_type` beside its model and is entered in qsmpm_standard_laws; the deck makes its card,
+!> help and echo of this. The default of a field is the value that the component has; a value outside its range is not
+!> set.
+module qsmpm_law_parameters
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type
+  use qsmpm_principal_model, only: principal_model_type
+  implicit none
+  private
+
+  public :: law_parameters_type, law_parameters_slot_type, law_description_type, field_visitor_type
+
+  !> Goes over the fields of a law: to describe, read or write them.
+  type, abstract :: field_visitor_type
+    !> The values are written, not asked for.
+    logical :: writing = .false.
+  contains
+    procedure(number_interface), deferred :: number
+    procedure(choice_interface), deferred :: choice
+    procedure(data_interface), deferred :: data
+  end type field_visitor_type
+
+  !> What is said of a law without its parameters, and of its kind of material.
+  type :: law_description_type
+    !> Keyword of the card, sentences of help, lines of an example with bars between them.
+    character(len=:), allocatable :: keyword, sentence, example
+    !> The stress is bounded by a strength that ends all stiffness.
+    logical :: has_strength = .false.
+    !> The strength may fall.
+    logical :: may_soften = .false.
+    !> Plastic flow is normal to the yield surface.
+    logical :: associated_flow = .true.
+    !> The volume change of failure is tied to its shear strain for good; and is none.
+    logical :: failure_ties_volume = .false., failure_keeps_volume = .false.
+    !> Stiffness comes of the stress, so that a point should start with one.
+    logical :: needs_stress = .false.
+  end type law_description_type
+
+  !> Parameters of a law.
+  type, abstract :: law_parameters_type
+  contains
+    procedure(describe_interface), deferred :: describe
+    procedure(fields_interface), deferred :: fields
+    procedure(make_interface), deferred :: make_model
+  end type law_parameters_type
+
+  !> One of a list.
+  type :: law_parameters_slot_type
+    class(law_parameters_type), allocatable :: parameters
+  end type law_parameters_slot_type
+
+  abstract interface
+    !> A number: a parameter of the card or, after `data`, a column of its data line.
+    subroutine number_interface(self, name, value, sentence, range, required)
+      import :: field_visitor_type, wp
+      class(field_visitor_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, sentence
+      real(wp), intent(inout) :: value
+      !> As in mathematics: '(0, inf)'.
+      character(len=*), intent(in) :: range
+      !> A column may be left out where this is false.
+      logical, intent(in), optional :: required
+    end subroutine number_interface
+
+    !> One of several words, kept as its number from 1.
+    subroutine choice_interface(self, name, value, words, sentence)
+      import :: field_visitor_type
+      class(field_visitor_type), intent(inout) :: self
+      character(len=*), intent(in) :: name, sentence
+      integer, intent(inout) :: value
+      !> With bars between them.
+      character(len=*), intent(in) :: words
+    end subroutine choice_interface
+
+    !> The data line begins.
+    subroutine data_interface(self, name)
+      import :: field_visitor_type
+      class(field_visitor_type), intent(inout) :: self
+      character(len=*), intent(in) :: name
+    end subroutine data_interface
+
+    pure function describe_interface(self) result(law)
+      import :: law_parameters_type, law_description_type
+      class(law_parameters_type), intent(in) :: self
+      type(law_description_type) :: law
+    end function describe_interface
+
+    !> Take a visitor over the fields.
+    subroutine fields_interface(self, visitor)
+      import :: law_parameters_type, field_visitor_type
+      class(law_parameters_type), intent(inout) :: self
+      class(field_visitor_type), intent(inout) :: visitor
+    end subroutine fields_interface
+
+    !> The model, or why there is none: a parameter is out of its range.
+    subroutine make_interface(self, model, error)
+      import :: law_parameters_type, principal_model_type, error_type
+      class(law_parameters_type), intent(in) :: self
+      class(principal_model_type), allocatable, intent(out) :: model
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine make_interface
+  end interface
+end module qsmpm_law_parameters

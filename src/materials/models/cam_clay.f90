@@ -1,0 +1,291 @@
+!> Modified Cam-Clay in principal values (Roscoe and Burland 1968).
+!>
+!> With p = -tr(sigma)/3, q = sqrt(3/2 s:s), compression positive:
+!>   yield      f = q^2/M^2 + p (p - pc) <= 0,  associated flow,
+!>   hardening  pc = pc0 exp(ep/(l - k)),  ep the plastic volume strain, l = lambda/v0, k = kappa/v0,
+!>   elasticity p = pmin exp(e/k), e the elastic volume strain; below pmin the straight line that goes on
+!>              there, p = pmin (1 + e/k), so that a point without stress has stiffness;  s = 2 G dev(strain),
+!> G constant as given, or 3(1 - 2nu)/(2(1 + nu)) K(p) with p at the start of the step. All strains are
+!> logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
+module qsmpm_cam_clay
+  use qsmpm_kinds, only: wp
+  use qsmpm_cam_clay_return, only: clay_type, return_type, pressure_of, solve_return, find_derivative, largest_exponent
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_law, only: status_ok, status_cut
+  use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  implicit none
+  private
+
+  public :: cam_clay_parameters_type
+
+  !> Round-off of the yield function relative to pc^2.
+  real(wp), parameter :: round_off = 1.0e-12_wp
+
+  !> Parameters, pressures and moduli positive in the deck's consistent units.
+  type, extends(law_parameters_type) :: cam_clay_parameters_type
+    !> Slope M of the critical state line, q = M p.
+    real(wp) :: slope = 0.0_wp
+    !> Slopes of the compression and the swelling line in v - ln p.
+    real(wp) :: lambda = 0.0_wp
+    real(wp) :: kappa = 0.0_wp
+    !> Specific volume at the start.
+    real(wp) :: volume = 0.0_wp
+    !> Poisson's ratio; not above -1 where there is a shear modulus.
+    real(wp) :: poisson = -1.0_wp
+    !> Constant shear modulus; not positive: from Poisson's ratio and the bulk modulus.
+    real(wp) :: shear = -1.0_wp
+    !> Size of the first yield surface over that through the initial stress, and its least value.
+    real(wp) :: ocr = 1.0_wp
+    real(wp) :: preconsolidation = 0.0_wp
+    !> Mean pressure below which the bulk modulus is constant.
+    real(wp) :: smallest_pressure = 1.0_wp
+  contains
+    procedure :: describe
+    procedure :: fields
+    procedure :: make_model
+  end type cam_clay_parameters_type
+
+  !> The model; one state variable, pc.
+  type, extends(principal_model_type) :: cam_clay_type
+    type(clay_type) :: clay
+    !> G/K where positive, else G is constant.
+    real(wp) :: shear_ratio = 0.0_wp
+    real(wp) :: ocr = 1.0_wp, preconsolidation = 0.0_wp
+  contains
+    procedure :: initial_state
+    procedure :: field_to_state
+    procedure :: shear_modulus
+    procedure :: elastic_strain
+    procedure :: elastic_update
+    procedure :: update
+  end type cam_clay_type
+
+contains
+
+  !> The card.
+  pure function describe(self) result(law)
+    class(cam_clay_parameters_type), intent(in) :: self
+    type(law_description_type) :: law
+
+    associate (unused => self)
+    end associate
+    law%keyword = 'CAM CLAY'
+    law%sentence = 'Modified Cam-Clay instead of *ELASTIC and *MOHR COULOMB. Compression lines are straight in '// &
+      'ln v - ln p with lambda/v0 and kappa/v0. A point without stress has the stiffness of the smallest '// &
+      'pressure: give *INITIAL, TYPE=K0.'
+    law%example = '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3'
+    ! On the dry side of the critical state.
+    law%may_soften = .true.
+    law%needs_stress = .true.
+  end function describe
+
+  !> Its fields.
+  subroutine fields(self, visitor)
+    class(cam_clay_parameters_type), intent(inout) :: self
+    class(field_visitor_type), intent(inout) :: visitor
+
+    call visitor%number('OCR', self%ocr, 'size of the first yield surface over that through the initial stress', &
+      '[1, inf)')
+    call visitor%number('PRECONSOLIDATION', self%preconsolidation, 'least size of the first yield surface, a mean '// &
+      'pressure', '[0, inf)')
+    call visitor%number('SHEAR MODULUS', self%shear, 'constant shear modulus instead of nu', '(0, inf)')
+    call visitor%number('SMALLEST PRESSURE', self%smallest_pressure, 'mean pressure below which the bulk modulus is '// &
+      'constant; the default is meant for kPa', '(0, inf)')
+    call visitor%data('clay')
+    call visitor%number('M', self%slope, 'slope of the critical state line, q = M p', '(0, inf)')
+    call visitor%number('lambda', self%lambda, 'slope of the compression line in v - ln p', '(0, inf)')
+    call visitor%number('kappa', self%kappa, 'slope of the swelling line, below lambda', '(0, inf)')
+    call visitor%number('v0', self%volume, 'specific volume 1 + e at the start', '(1, inf)')
+    call visitor%number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)', required=.false.)
+  end subroutine fields
+
+  !> Refuse parameters that describe no clay.
+  pure subroutine check(parameters, error)
+    class(cam_clay_parameters_type), intent(in) :: parameters
+    !> Set when a parameter is out of its range; the message names it.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (p => parameters)
+      if (.not. p%slope > 0.0_wp) then
+        call fail(error, error_deck, 'the slope M of the critical state line must be positive')
+      else if (.not. (p%kappa > 0.0_wp .and. p%lambda > p%kappa)) then
+        call fail(error, error_deck, 'kappa must be positive and lambda above kappa')
+      else if (.not. p%volume > 1.0_wp) then
+        call fail(error, error_deck, 'the specific volume v0 = 1 + e0 must be above 1')
+      else if (p%poisson > -1.0_wp .eqv. p%shear > 0.0_wp) then
+        call fail(error, error_deck, 'either nu or SHEAR MODULUS is wanted, not both and not neither')
+      else if (.not. p%poisson < 0.5_wp) then
+        call fail(error, error_deck, 'Poisson''s ratio must lie above -1 and below 0.5')
+      else if (.not. (p%ocr >= 1.0_wp .and. p%preconsolidation >= 0.0_wp)) then
+        call fail(error, error_deck, 'OCR must not be below 1 and the preconsolidation pressure not negative')
+      else if (.not. p%smallest_pressure > 0.0_wp) then
+        call fail(error, error_deck, 'the smallest pressure must be positive')
+      end if
+    end associate
+  end subroutine check
+
+  !> The model.
+  subroutine make_model(self, model, error)
+    class(cam_clay_parameters_type), intent(in) :: self
+    class(principal_model_type), allocatable, intent(out) :: model
+    type(error_type), allocatable, intent(out) :: error
+    type(cam_clay_type) :: clay
+
+    call check(self, error)
+    if (allocated(error)) return
+    call set_clay(self, clay)
+    allocate (model, source=clay)
+  end subroutine make_model
+
+  !> Model of checked parameters.
+  subroutine set_clay(parameters, model)
+    !> What the user said, checked.
+    type(cam_clay_parameters_type), intent(in) :: parameters
+    type(cam_clay_type), intent(inout) :: model
+    real(wp) :: pressure
+
+    model%state_count = 1
+    allocate (model%state_names(1))
+    model%state_names(1)%text = 'preconsolidation_pressure'
+    model%message = 'Cam-Clay: the volume strain of the step is too large'
+    model%clay%m2 = parameters%slope**2
+    model%clay%swelling = parameters%kappa/parameters%volume
+    model%clay%plastic = (parameters%lambda - parameters%kappa)/parameters%volume
+    model%ocr = parameters%ocr
+    model%preconsolidation = parameters%preconsolidation
+    model%clay%smallest = parameters%smallest_pressure
+    pressure = max(parameters%preconsolidation, 10.0_wp*model%clay%smallest)
+    model%shear = parameters%shear
+    if (.not. parameters%shear > 0.0_wp) then
+      model%shear_ratio = 1.5_wp*(1.0_wp - 2.0_wp*parameters%poisson)/(1.0_wp + parameters%poisson)
+      model%shear = model%shear_ratio*pressure/model%clay%swelling
+    end if
+    ! What carries load beyond the first yield is the compression line.
+    associate (bulk => pressure/(model%clay%swelling + model%clay%plastic))
+      model%young = 9.0_wp*bulk*model%shear/(3.0_wp*bulk + model%shear)
+    end associate
+  end subroutine set_clay
+
+  !> pc of a stress: OCR times the size of the yield surface through it, or the preconsolidation pressure.
+  pure subroutine initial_state(self, stress, state)
+    class(cam_clay_type), intent(in) :: self
+    !> Principal stresses (3).
+    real(wp), intent(in) :: stress(3)
+    !> pc (1).
+    real(wp), intent(out) :: state(:)
+    real(wp) :: p, q2
+
+    p = max(-sum(stress)/3.0_wp, self%clay%smallest)
+    q2 = 1.5_wp*sum((stress - sum(stress)/3.0_wp)**2)
+    state(1) = max(self%ocr*(p + q2/(self%clay%m2*p)), self%preconsolidation)
+    call self%field_to_state(state)
+  end subroutine initial_state
+
+  !> pc is not below twice the smallest pressure.
+  pure subroutine field_to_state(self, state)
+    class(cam_clay_type), intent(in) :: self
+    !> pc (1).
+    real(wp), intent(inout) :: state(:)
+
+    state(1) = max(state(1), 2.0_wp*self%clay%smallest)
+  end subroutine field_to_state
+
+  !> G of a step.
+  pure real(wp) function shear_modulus(self, stress)
+    class(cam_clay_type), intent(in) :: self
+    !> Principal stresses (3).
+    real(wp), intent(in) :: stress(3)
+
+    shear_modulus = self%shear
+    if (self%shear_ratio > 0.0_wp) shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%clay%smallest) &
+      /self%clay%swelling
+  end function shear_modulus
+
+  !> Elastic strain of a stress.
+  pure function elastic_strain(self, modulus, stress) result(strain)
+    class(cam_clay_type), intent(in) :: self
+    !> G of the step.
+    real(wp), intent(in) :: modulus
+    !> Principal stresses (3).
+    real(wp), intent(in) :: stress(3)
+    real(wp) :: strain(3)
+    real(wp) :: mean, ratio
+
+    mean = sum(stress)/3.0_wp
+    ratio = -mean/self%clay%smallest
+    if (ratio > 1.0_wp) then
+      ratio = log(ratio)
+    else
+      ratio = ratio - 1.0_wp
+    end if
+    strain = (stress - mean)/(2.0_wp*modulus) - self%clay%swelling*ratio/3.0_wp
+  end function elastic_strain
+
+  !> Stress and derivative without strength.
+  pure subroutine elastic_update(self, modulus, trial, result)
+    class(cam_clay_type), intent(in) :: self
+    !> G of the step.
+    real(wp), intent(in) :: modulus
+    !> Principal elastic strains (3).
+    real(wp), intent(in) :: trial(3)
+    type(stress_update_type), intent(inout) :: result
+    real(wp) :: p, bulk, e
+
+    e = -sum(trial)
+    result%status = merge(status_ok, status_cut, e < largest_exponent*self%clay%swelling)
+    if (result%status /= status_ok) return
+    call pressure_of(self%clay, e, p, bulk)
+    result%stress = 2.0_wp*modulus*(trial + e/3.0_wp) - p
+    result%derivative = elastic_map(bulk - 2.0_wp*modulus/3.0_wp, modulus)
+  end subroutine elastic_update
+
+  !> Stress, state and derivative.
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
+    class(cam_clay_type), intent(in) :: self
+    !> G of the step.
+    real(wp), intent(in) :: modulus
+    !> Principal trial strains (3).
+    real(wp), intent(in) :: trial(3)
+    !> pc at the start (1).
+    real(wp), intent(in) :: state(self%state_count)
+    !> Size of the point's cell.
+    real(wp), intent(in) :: cell_size
+    !> Whether the derivative is wanted.
+    logical, intent(in) :: with_derivative
+    type(stress_update_type), intent(inout) :: result
+    type(return_type) :: r
+    real(wp) :: p, deviator(3)
+    logical :: found
+
+    associate (unused => cell_size)
+    end associate
+    r%start = max(state(1), 2.0_wp*self%clay%smallest)
+    result%state(1) = r%start
+    result%yields = .false.
+    r%e = -sum(trial)
+    result%status = merge(status_ok, status_cut, r%e < largest_exponent*self%clay%swelling)
+    if (result%status /= status_ok) return
+    call pressure_of(self%clay, r%e, p, r%bulk)
+    ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
+    deviator = 2.0_wp*modulus*(trial + r%e/3.0_wp)
+    r%w = 1.5_wp*sum(deviator**2)
+    result%yields = r%w/self%clay%m2 + p*(p - r%start) > round_off*r%start**2
+    if (.not. result%yields) then
+      result%stress = deviator - p
+      if (with_derivative) result%derivative = elastic_map(r%bulk - 2.0_wp*modulus/3.0_wp, modulus)
+      return
+    end if
+    r%shear = modulus
+    r%c = self%clay%m2/(6.0_wp*modulus)
+    r%scale = 1.0_wp/r%start**2
+    r%x = 0.0_wp
+    r%y = 0.0_wp
+    call solve_return(self%clay, r, found)
+    result%status = merge(status_ok, status_cut, found)
+    if (.not. found) return
+    result%stress = deviator/(1.0_wp + r%y) - r%p
+    result%state(1) = r%pc
+    if (with_derivative) call find_derivative(self%clay, r, deviator, result%derivative)
+  end subroutine update
+end module qsmpm_cam_clay

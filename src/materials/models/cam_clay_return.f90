@@ -1,0 +1,224 @@
+!> Backward Euler return of modified Cam-Clay to its yield surface, with two unknowns, x = plastic volume strain of the
+!> step and y = 6 G/M^2 times the multiplier; q = q_trial/(1 + y) (the equations of qsmpm_cam_clay). Newton's method;
+!> should it not arrive, x is bracketed on the yield surface, where a root always is, and Newton's method starts from
+!> there.
+module qsmpm_cam_clay_return
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use qsmpm_kinds, only: wp
+  use qsmpm_principal_model, only: elastic_map
+  implicit none
+  private
+
+  public :: clay_type, return_type, pressure_of, solve_return, find_derivative
+
+  !> Newton steps; relative change at which the next one would change nothing.
+  integer, parameter :: most_steps = 12
+  real(wp), parameter :: small_change = 1.0e-8_wp
+  !> Halvings and doublings of the bracket.
+  integer, parameter :: most_halvings = 60
+  !> Largest exponent of a trial pressure.
+  real(wp), parameter, public :: largest_exponent = 200.0_wp
+
+  !> Constants of the soil.
+  type :: clay_type
+    !> M^2, lambda/v0 - kappa/v0, kappa/v0, smallest pressure.
+    real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, swelling = 1.0_wp, smallest = 1.0_wp
+  end type clay_type
+
+  !> A return: its data and its two unknowns.
+  type :: return_type
+    !> Trial elastic volume strain, trial q^2, G, pc at the start.
+    real(wp) :: e, w, shear, start
+    !> M^2/6G, 1/pc^2 at the start.
+    real(wp) :: c, scale
+    !> Plastic volume strain, scaled multiplier.
+    real(wp) :: x, y
+    !> p, dp/de, pc.
+    real(wp) :: p, bulk, pc
+    !> Derivatives of the two residuals by x and y.
+    real(wp) :: jacobian(2, 2)
+  end type return_type
+
+contains
+
+  !> p and dp/de of an elastic volume strain.
+  pure subroutine pressure_of(self, e, p, bulk)
+    type(clay_type), intent(in) :: self
+    !> Elastic volume strain, compression positive.
+    real(wp), intent(in) :: e
+    !> p, and its derivative.
+    real(wp), intent(out) :: p, bulk
+
+    if (e > 0.0_wp) then
+      p = self%smallest*exp(e/self%swelling)
+      bulk = p/self%swelling
+    else
+      p = self%smallest*(1.0_wp + e/self%swelling)
+      bulk = self%smallest/self%swelling
+    end if
+  end subroutine pressure_of
+
+  !> Residuals of the return at x and y, and their derivatives.
+  pure subroutine residuals(self, r, residual)
+    type(clay_type), intent(in) :: self
+    type(return_type), intent(inout) :: r
+    !> Of the flow rule (a strain), and of the yield surface over pc0^2.
+    real(wp), intent(out) :: residual(2)
+    real(wp) :: q2, z
+
+    call pressure_of(self, r%e - r%x, r%p, r%bulk)
+    r%pc = r%start*exp(r%x/self%plastic)
+    z = 1.0_wp/(1.0_wp + r%y)
+    q2 = z*z*r%w/self%m2
+    associate (c => r%c, by_x => r%pc/self%plastic)
+      residual(1) = r%x - r%y*c*(2.0_wp*r%p - r%pc)
+      residual(2) = (q2 + r%p*(r%p - r%pc))*r%scale
+      r%jacobian(1, 1) = 1.0_wp + r%y*c*(2.0_wp*r%bulk + by_x)
+      r%jacobian(1, 2) = -c*(2.0_wp*r%p - r%pc)
+      r%jacobian(2, 1) = -(r%bulk*(2.0_wp*r%p - r%pc) + r%p*by_x)*r%scale
+      r%jacobian(2, 2) = -2.0_wp*z*q2*r%scale
+    end associate
+  end subroutine residuals
+
+  !> Find x and y.
+  pure subroutine solve_return(self, r, found)
+    type(clay_type), intent(in) :: self
+    type(return_type), intent(inout) :: r
+    !> Whether they were found.
+    logical, intent(out) :: found
+
+    call newton(self, r, found)
+    if (found) return
+    call bracket(self, r, found)
+    if (found) call newton(self, r, found)
+  end subroutine solve_return
+
+  !> Newton's method from the x and y at hand.
+  pure subroutine newton(self, r, found)
+    type(clay_type), intent(in) :: self
+    type(return_type), intent(inout) :: r
+    !> Whether it arrived.
+    logical, intent(out) :: found
+    real(wp) :: residual(2), change(2), det
+    integer :: step
+
+    found = .false.
+    do step = 1, most_steps
+      call residuals(self, r, residual)
+      associate (j => r%jacobian)
+        det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
+        if (.not. abs(det) > 0.0_wp) return
+        det = 1.0_wp/det
+        change(1) = (j(2, 2)*residual(1) - j(1, 2)*residual(2))*det
+        change(2) = (j(1, 1)*residual(2) - j(2, 1)*residual(1))*det
+      end associate
+      if (.not. all(ieee_is_finite(change))) return
+      if (abs(change(1)) > 10.0_wp*self%plastic) return
+      r%x = r%x - change(1)
+      r%y = r%y - change(2)
+      if (r%y < -0.5_wp) return
+      found = abs(change(1)) <= small_change*(abs(r%x) + self%swelling) &
+        .and. abs(change(2)) <= small_change*(1.0_wp + r%y)
+      if (found) exit
+    end do
+    if (.not. found) return
+    call residuals(self, r, residual)
+    found = r%y >= -small_change .and. r%p > -small_change*r%pc .and. r%p < r%pc*(1.0_wp + small_change)
+  end subroutine newton
+
+  !> x between two values of opposite violation: the flow rule on the yield surface. Trials on the wet side
+  !> (2 p > pc) have 0 <= x, those on the dry side x <= 0.
+  pure subroutine bracket(self, r, found)
+    type(clay_type), intent(in) :: self
+    type(return_type), intent(inout) :: r
+    !> Whether there is a bracket.
+    logical, intent(out) :: found
+    real(wp) :: low, high, violation, reach
+    integer :: i
+
+    low = 0.0_wp
+    high = 0.0_wp
+    r%x = 0.0_wp
+    r%y = 0.0_wp
+    call surface_violation(self, r, violation)
+    reach = sign(self%swelling, -violation)
+    do i = 1, most_halvings
+      r%x = reach
+      call surface_violation(self, r, violation)
+      if (violation*reach >= 0.0_wp) exit
+      reach = 2.0_wp*reach
+    end do
+    found = i <= most_halvings
+    low = min(0.0_wp, reach)
+    high = max(0.0_wp, reach)
+    do i = 1, most_halvings
+      r%x = 0.5_wp*(low + high)
+      call surface_violation(self, r, violation)
+      if (violation < 0.0_wp) low = r%x
+      if (violation >= 0.0_wp) high = r%x
+      if (high - low < 1.0e-14_wp*(abs(r%x) + self%swelling)) exit
+    end do
+    r%x = high
+    if (reach < 0.0_wp) r%x = low
+    call surface_violation(self, r, violation)
+    ! Near a tip the surface says little of q, and so of y; the flow rule says it there.
+    if (abs(2.0_wp*r%p - r%pc) > 0.2_wp*r%pc) r%y = max(0.0_wp, &
+      r%x*6.0_wp*r%shear/(self%m2*(2.0_wp*r%p - r%pc)))
+  end subroutine bracket
+
+  !> Violation of the flow rule at x with q on the yield surface, times q; y of that q.
+  pure subroutine surface_violation(self, r, violation)
+    type(clay_type), intent(in) :: self
+    !> The return: x in, y out.
+    type(return_type), intent(inout) :: r
+    !> Negative where x is too small.
+    real(wp), intent(out) :: violation
+    real(wp) :: q, trial, c
+
+    call pressure_of(self, r%e - r%x, r%p, r%bulk)
+    r%pc = r%start*exp(min(r%x/self%plastic, largest_exponent))
+    trial = sqrt(r%w)
+    c = self%m2/(6.0_wp*r%shear)
+    q = sqrt(self%m2*max(r%p*(r%pc - r%p), 0.0_wp))
+    r%y = 0.0_wp
+    if (q > small_change*trial) r%y = max(trial/q - 1.0_wp, 0.0_wp)
+    if (r%p >= r%pc) then
+      violation = -c*trial*r%p
+    else if (r%p <= 0.0_wp) then
+      violation = c*trial*r%pc
+    else
+      violation = r%x*q - max(trial - q, 0.0_wp)*c*(2.0_wp*r%p - r%pc)
+    end if
+    ! Without shear the tips of the surface are the answers.
+    if (r%p >= r%pc) violation = min(violation, -tiny(1.0_wp))
+  end subroutine surface_violation
+
+  !> d stress / d trial strain of a converged return: x and y change with the trial by the residuals'
+  !> derivatives, the stress is trial/(1 + y) - p.
+  pure subroutine find_derivative(self, r, trial, derivative)
+    type(clay_type), intent(in) :: self
+    type(return_type), intent(in) :: r
+    !> Deviator of the trial stress (3).
+    real(wp), intent(in) :: trial(3)
+    !> d stress / d strain (3,3).
+    real(wp), intent(out) :: derivative(3, 3)
+    real(wp) :: z, by_e(2), by_w, change(2), det, right(2)
+    integer :: b
+
+    z = 1.0_wp/(1.0_wp + r%y)
+    by_e = [-r%y*self%m2/(3.0_wp*r%shear)*r%bulk, r%bulk*(2.0_wp*r%p - r%pc)/r%start**2]
+    by_w = z*z/self%m2/r%start**2
+    derivative = elastic_map(-2.0_wp*z*r%shear/3.0_wp, z*r%shear)
+    associate (j => r%jacobian)
+      det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
+      do b = 1, 3
+        right = by_e
+        right(2) = right(2) - by_w*6.0_wp*r%shear*trial(b)
+        ! By strain b: e falls by one, w grows by 6 G trial(b).
+        change(1) = (j(2, 2)*right(1) - j(1, 2)*right(2))/det
+        change(2) = (j(1, 1)*right(2) - j(2, 1)*right(1))/det
+        derivative(:, b) = derivative(:, b) + r%bulk*(1.0_wp + change(1)) - z*z*change(2)*trial
+      end do
+    end associate
+  end subroutine find_derivative
+end module qsmpm_cam_clay_return

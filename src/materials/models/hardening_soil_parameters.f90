@@ -1,0 +1,116 @@
+!> What the user says of the hardening soil model, as plain data, and the check that it makes sense.
+!>
+!> Angles are in degrees, pressures and moduli positive in the deck's consistent units. The model is made of this in
+!> qsmpm_hardening_soil.
+module qsmpm_hardening_soil_parameters
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
+  implicit none
+  private
+
+  public :: hardening_soil_data_type, check_hardening_soil
+
+  !> All but the model that is made of it.
+  type, abstract, extends(law_parameters_type) :: hardening_soil_data_type
+    !> Secant modulus at half the strength, tangent modulus of one-dimensional compression, modulus of
+    !> unloading, all at the reference pressure, and the power of their dependence on the stress.
+    real(wp) :: e50 = 0.0_wp
+    real(wp) :: eoed = 0.0_wp
+    real(wp) :: eur = 0.0_wp
+    real(wp) :: power = 0.0_wp
+    !> Poisson's ratio of unloading.
+    real(wp) :: poisson = 0.2_wp
+    real(wp) :: reference = 100.0_wp
+    real(wp) :: cohesion = 0.0_wp
+    real(wp) :: friction_angle = 0.0_wp
+    real(wp) :: dilatancy_angle = 0.0_wp
+    !> Strength over the asymptote of the hyperbola.
+    real(wp) :: ratio = 0.9_wp
+    !> Stress ratio of one-dimensional compression; negative: 1 - sin phi.
+    real(wp) :: k0 = -1.0_wp
+    !> Largest vertical stress of the past: OCR times the initial one, plus POP.
+    real(wp) :: ocr = 1.0_wp
+    real(wp) :: pop = 0.0_wp
+    !> Smallest stress for stiffness; not positive: a hundredth of the reference pressure.
+    real(wp) :: smallest_pressure = -1.0_wp
+  contains
+    procedure :: describe
+    procedure :: fields
+  end type hardening_soil_data_type
+
+contains
+
+  !> The card.
+  pure function describe(self) result(law)
+    class(hardening_soil_data_type), intent(in) :: self
+    type(law_description_type) :: law
+
+    associate (unused => self)
+    end associate
+    law%keyword = 'HARDENING SOIL'
+    law%sentence = 'Hardening soil instead of *ELASTIC and *MOHR COULOMB: a hyperbola in shear, a cap in '// &
+      'compression, stiffness that follows the smallest stress. Angles in degrees.'
+    law%example = '*HARDENING SOIL, OCR=2| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5'
+    law%has_strength = .true.
+    law%associated_flow = .false.
+  end function describe
+
+  !> Its fields.
+  subroutine fields(self, visitor)
+    class(hardening_soil_data_type), intent(inout) :: self
+    class(field_visitor_type), intent(inout) :: visitor
+
+    call visitor%number('OCR', self%ocr, 'largest vertical stress of the past over the initial one', '[1, inf)')
+    call visitor%number('POP', self%pop, 'what the largest vertical stress of the past lay above that', '[0, inf)')
+    call visitor%number('SMALLEST PRESSURE', self%smallest_pressure, 'smallest stress for stiffness; a hundredth of '// &
+      'the reference pressure when not given', '(0, inf)')
+    call visitor%data('soil')
+    call visitor%number('E50', self%e50, 'secant modulus of a drained triaxial test at half its strength and the '// &
+      'reference pressure', '(0, inf)')
+    call visitor%number('Eoed', self%eoed, 'tangent modulus of one-dimensional compression at that vertical stress', &
+      '(0, inf)')
+    call visitor%number('Eur', self%eur, 'modulus of unloading and reloading', '(0, inf)')
+    call visitor%number('m', self%power, 'power of the stress', '[0, 1]')
+    call visitor%number('nu', self%poisson, "Poisson's ratio of unloading", '[0, 0.5)')
+    call visitor%number('p_ref', self%reference, 'reference pressure', '(0, inf)')
+    call visitor%number('c', self%cohesion, 'cohesion', '[0, inf)')
+    call visitor%number('phi', self%friction_angle, 'friction angle', '(0, 90)')
+    call visitor%number('psi', self%dilatancy_angle, 'dilatancy angle, not above phi', '[0, 90)')
+    call visitor%number('Rf', self%ratio, 'strength over the asymptote of the hyperbola, 0.9', '(0, 1)', &
+      required=.false.)
+    call visitor%number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
+      required=.false.)
+  end subroutine fields
+
+  !> Refuse parameters that describe no soil; whether a cap exists is found by qsmpm_hardening_soil_surfaces.
+  pure subroutine check_hardening_soil(parameters, error)
+    class(hardening_soil_data_type), intent(in) :: parameters
+    !> Set when a parameter is out of its range; the message names it.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (p => parameters)
+      if (.not. min(p%e50, p%eoed, p%eur, p%reference) > 0.0_wp) then
+        call fail(error, error_deck, 'E50, Eoed, Eur and the reference pressure must be positive')
+      else if (.not. (p%power >= 0.0_wp .and. p%power <= 1.0_wp)) then
+        call fail(error, error_deck, 'the power m must lie from 0 to 1')
+      else if (.not. (p%poisson >= 0.0_wp .and. p%poisson < 0.5_wp)) then
+        call fail(error, error_deck, 'Poisson''s ratio of unloading must lie from 0 to below 0.5')
+      else if (.not. (p%friction_angle > 0.0_wp .and. p%friction_angle < 90.0_wp)) then
+        call fail(error, error_deck, 'the friction angle must lie between 0 and 90 degrees')
+      else if (.not. (p%dilatancy_angle >= 0.0_wp .and. p%dilatancy_angle <= p%friction_angle)) then
+        call fail(error, error_deck, 'the dilatancy angle must lie from 0 to the friction angle')
+      else if (.not. p%cohesion >= 0.0_wp) then
+        call fail(error, error_deck, 'cohesion must not be negative')
+      else if (.not. (p%ratio > 0.0_wp .and. p%ratio < 1.0_wp)) then
+        call fail(error, error_deck, 'the ratio Rf must lie between 0 and 1')
+      else if (.not. p%k0 < 1.0_wp) then
+        call fail(error, error_deck, 'K0nc must lie between 0 and 1')
+      else if (.not. (p%ocr >= 1.0_wp .and. p%pop >= 0.0_wp)) then
+        call fail(error, error_deck, 'OCR must not be below 1 and POP not negative')
+      else if (.not. p%eur > 2.0_wp*p%e50/(2.0_wp - p%ratio)) then
+        call fail(error, error_deck, 'Eur must be above the initial slope 2 E50/(2 - Rf) of the hyperbola')
+      end if
+    end associate
+  end subroutine check_hardening_soil
+end module qsmpm_hardening_soil_parameters
