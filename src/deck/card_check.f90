@@ -1,5 +1,5 @@
 !> The strict check of a card against its entry in the keyword table: parameters first, then data
-!> lines. Defaults are filled in, so that handlers need not know them.
+!> lines. Defaults are filled in, so that the reader need not know them.
 module qsmpm_card_check
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: string_type, add_word, upper, squeezed, split, read_integer, read_real, &
@@ -8,8 +8,8 @@ module qsmpm_card_check
   use qsmpm_cards, only: card_type, row_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_renamed_words, only: renamed_parameter, by_converter
-  use qsmpm_keyword_table, only: keyword_type, item_type, data_type, in_range, holds, kind_word, &
-    kind_integer, kind_real, kind_flag
+  use qsmpm_card_items, only: item_type, data_type, in_range, holds, kind_word, kind_integer, kind_real, kind_flag
+  use qsmpm_keyword_table, only: keyword_type
   implicit none
   private
 

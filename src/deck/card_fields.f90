@@ -1,17 +1,25 @@
-!> One description of a card: a line for each of its parameters and columns binds its name to a component of the
-!> analysis and says its words or range and its sentence. A procedure with these lines is handed a visitor
-!> (qsmpm_card_visitors), which describes them in the table of keywords, reads a card into the components, or writes
-!> them as a card; none of the visitors knows any parameter.
+!> One description of a card: a procedure whose lines bind the name of each parameter and column to a component of the
+!> deck and say its words or range and its sentence. It is handed a visitor (qsmpm_card_visitors), which describes the
+!> fields in the table of keywords, reads a card into the components, or writes them as a card; none of the visitors
+!> knows any parameter.
 !>
-!>     subroutine controls_fields(fields, c)
-!>       call fields%whole('STEPS', c%steps, 'load steps the phase is first cut into', range='[1, 1000000]')
+!>     subroutine weight_fields(fields, deck)
+!>       associate (material => deck%analysis%materials(deck%material))
+!>         call fields%data('weight')
+!>         call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
 !>
-!> The default of a parameter is the value the component has in an object nothing was read into. A number outside its
-!> range and a choice that is none of its words are not set: they have no default and are not written.
+!> Parameters come first. `data` begins data lines: what follows are their columns, in order, up to the next `data`;
+!> where `data` is given a number of rows, `row` begins each. A parameter may be left out unless it is `required`, a
+!> column only where `required` is false. The default of a parameter is the value the component has in a deck nothing
+!> was read into. A number outside its range and a choice that is none of its words are not set: they have no default
+!> and are not written.
 module qsmpm_card_fields
   use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: source_line_type
   use qsmpm_text, only: string_type, integer_text, real_text, read_integer, read_real, split, squeezed
-  use qsmpm_keyword_table, only: item_type, make_item, in_range, kind_word, kind_name, kind_integer, kind_real
+  use qsmpm_card_items, only: item_type, data_type, in_range, kind_word, kind_name, kind_file, kind_integer, &
+    kind_real, &
+    kind_flag
   implicit none
   private
 
@@ -21,15 +29,36 @@ module qsmpm_card_fields
 
   !> What goes over the fields of a card.
   type, abstract :: card_fields_type
+    !> A card is read into the components, or written of them; neither where it is described.
+    logical :: reading = .false., writing = .false.
+    !> There is no such card to write.
+    logical :: left_out = .false.
+    !> The card that is read has the last parameter.
+    logical :: met = .false.
+    !> Card or data line that is read.
+    type(source_line_type) :: here
+    !> Fields are columns.
+    logical, private :: in_data = .false.
   contains
     procedure(visit_interface), deferred :: visit
+    procedure(visit_all_interface), deferred :: visit_all
+    procedure(begin_interface), deferred :: begin_data
+    procedure(row_interface), deferred :: row
+    procedure :: given
+    procedure :: line
     procedure :: whole
     procedure :: number
     procedure :: choice
     procedure :: word
     procedure :: answer
+    procedure :: flag
     procedure :: name => visit_name
-    procedure :: column
+    procedure :: file
+    procedure :: data
+    procedure :: numbers
+    procedure :: labels
+    procedure :: words
+    procedure :: raw
   end type card_fields_type
 
   abstract interface
@@ -41,91 +70,131 @@ module qsmpm_card_fields
       !> Its value, empty where it is not set; a visitor that reads puts another in its place.
       character(len=:), allocatable, intent(inout) :: text
     end subroutine visit_interface
+
+    !> Take part in what is said of a column that is repeated: all that is left of the row, or, where rows are not
+    !> counted, of all rows.
+    subroutine visit_all_interface(self, item, texts)
+      import :: card_fields_type, item_type, string_type
+      class(card_fields_type), intent(inout) :: self
+      type(item_type), intent(in) :: item
+      type(string_type), allocatable, intent(inout) :: texts(:)
+    end subroutine visit_all_interface
+
+    !> Begin data lines.
+    subroutine begin_interface(self, data, rows)
+      import :: card_fields_type, data_type
+      class(card_fields_type), intent(inout) :: self
+      type(data_type), intent(in) :: data
+      integer, intent(inout), optional :: rows
+    end subroutine begin_interface
+
+    !> Begin a row of data lines that are counted.
+    subroutine row_interface(self, number)
+      import :: card_fields_type
+      class(card_fields_type), intent(inout) :: self
+      integer, intent(in) :: number
+    end subroutine row_interface
   end interface
 
 contains
 
-  !> A whole number.
-  subroutine whole(self, name, value, sentence, range, needs, required)
+  !> Whether there is the card: true once one was read; where it is false none is written.
+  subroutine given(self, yes)
+    class(card_fields_type), intent(inout) :: self
+    logical, intent(inout) :: yes
+
+    if (self%writing) self%left_out = .not. yes
+    if (self%reading) yes = .true.
+  end subroutine given
+
+  !> Where the card or data line was written.
+  subroutine line(self, where)
+    class(card_fields_type), intent(inout) :: self
+    type(source_line_type), intent(inout) :: where
+
+    if (self%reading) where = self%here
+  end subroutine line
+
+  !> What the fields have in common.
+  subroutine make_item(self, item, name, kind, sentence, allowed, range, needs, required)
+    class(card_fields_type), intent(in) :: self
+    type(item_type), intent(out) :: item
+    character(len=*), intent(in) :: name, sentence
+    integer, intent(in) :: kind
+    character(len=*), intent(in), optional :: allowed, range, needs
+    logical, intent(in), optional :: required
+
+    item%name = name
+    item%kind = kind
+    item%sentence = sentence
+    item%allowed = ''
+    item%range = ''
+    item%default = ''
+    item%needs = ''
+    item%excludes = ''
+    if (present(allowed)) item%allowed = allowed
+    if (present(range)) item%range = range
+    if (present(needs)) item%needs = needs
+    item%is_column = self%in_data
+    item%required = self%in_data
+    if (present(required)) item%required = required
+  end subroutine make_item
+
+  !> A whole number; `none` is the word for 0.
+  subroutine whole(self, name, value, sentence, range, needs, required, none)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     integer, intent(inout) :: value
-    character(len=*), intent(in), optional :: range, needs
+    character(len=*), intent(in), optional :: range, needs, none
     logical, intent(in), optional :: required
     type(item_type) :: item
     character(len=:), allocatable :: text
     integer :: outcome
 
-    call make_item(item, name, kind_integer, sentence, range=range, needs=needs, required=required)
+    call make_item(self, item, name, kind_integer, sentence, none, range, needs, required)
     text = ''
     if (in_range(real(value, wp), item%range)) text = integer_text(value)
+    if (present(none) .and. value == 0) text = none
     call self%visit(item, text)
-    if (len(text) > 0) call read_integer(text, value, outcome)
+    if (len(text) == 0) return
+    if (text == item%allowed) text = '0'
+    call read_integer(text, value, outcome)
   end subroutine whole
 
-  !> A number.
-  subroutine number(self, name, value, sentence, range, needs, required)
+  !> A number; `none` is the word for one that is huge. One without a range is not set where `given` is false.
+  subroutine number(self, name, value, sentence, range, needs, required, none, given, third)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     real(wp), intent(inout) :: value
-    character(len=*), intent(in), optional :: range, needs
+    character(len=*), intent(in), optional :: range, needs, none
     logical, intent(in), optional :: required
-    type(item_type) :: item
-
-    call make_item(item, name, kind_real, sentence, range=range, needs=needs, required=required)
-    call visit_real(self, item, value)
-  end subroutine number
-
-  !> A number of the data line. One that may be left out is not set where it is outside its range; `none` is the word
-  !> for one that is huge.
-  subroutine column(self, name, value, sentence, range, required, none)
-    class(card_fields_type), intent(inout) :: self
-    character(len=*), intent(in) :: name, sentence
-    real(wp), intent(inout) :: value
-    character(len=*), intent(in), optional :: range, none
-    !> True unless said otherwise.
-    logical, intent(in), optional :: required
+    logical, intent(inout), optional :: given
+    !> A column of models in space only.
+    logical, intent(in), optional :: third
     type(item_type) :: item
     character(len=:), allocatable :: text
-
-    call make_item(item, name, kind_real, sentence, allowed=none, range=range, required=required)
-    item%is_column = .true.
-    if (.not. present(required)) item%required = .true.
-    if (.not. present(none)) then
-      call visit_real(self, item, value)
-      return
-    end if
-    text = none
-    if (value < huge(value)) text = real_text(value)
-    call self%visit(item, text)
-    value = huge(value)
-    if (text /= none) call set_real(text, value)
-  end subroutine column
-
-  !> The value of a number.
-  subroutine visit_real(self, item, value)
-    class(card_fields_type), intent(inout) :: self
-    type(item_type), intent(in) :: item
-    real(wp), intent(inout) :: value
-    character(len=:), allocatable :: text
-
-    text = ''
-    if (in_range(value, item%range)) text = real_text(value)
-    call self%visit(item, text)
-    if (len(text) > 0) call set_real(text, value)
-  end subroutine visit_real
-
-  !> A number from its text, which has been checked.
-  subroutine set_real(text, value)
-    character(len=*), intent(in) :: text
-    real(wp), intent(inout) :: value
     integer :: outcome
 
-    call read_real(text, value, outcome)
-  end subroutine set_real
+    call make_item(self, item, name, kind_real, sentence, none, range, needs, required)
+    if (present(third)) item%third = third
+    text = ''
+    if (in_range(value, item%range)) text = real_text(value)
+    if (present(none) .and. value >= huge(value)) text = none
+    if (present(given)) then
+      if (.not. given) text = ''
+    end if
+    call self%visit(item, text)
+    if (present(given) .and. self%reading) given = self%met
+    if (len(text) == 0) return
+    if (text == item%allowed) then
+      value = huge(value)
+    else
+      call read_real(text, value, outcome)
+    end if
+  end subroutine number
 
   !> One of several words, kept as its number.
-  subroutine choice(self, name, value, words, sentence, first, needs, required, open)
+  subroutine choice(self, name, value, words, sentence, first, needs, required, open, excludes)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     integer, intent(inout) :: value
@@ -133,7 +202,7 @@ contains
     character(len=*), intent(in) :: words
     !> Number of the first word, 1 when not given.
     integer, intent(in), optional :: first
-    character(len=*), intent(in), optional :: needs
+    character(len=*), intent(in), optional :: needs, excludes
     logical, intent(in), optional :: required, open
     type(string_type), allocatable :: list(:)
     character(len=:), allocatable :: text
@@ -144,25 +213,26 @@ contains
     call split(words, '|', list)
     text = ''
     if (value > before .and. value - before <= size(list)) text = list(value - before)%text
-    call self%word(name, text, words, sentence, needs, required, open)
+    call self%word(name, text, words, sentence, needs, required, open, excludes)
     do i = 1, size(list)
       if (list(i)%text == text) value = before + i
     end do
   end subroutine choice
 
   !> One of several words, kept as it is.
-  subroutine word(self, name, value, words, sentence, needs, required, open)
+  subroutine word(self, name, value, words, sentence, needs, required, open, excludes)
     class(card_fields_type), intent(inout) :: self
     character(len=*), intent(in) :: name, sentence
     character(len=:), allocatable, intent(inout) :: value
     !> With bars between them.
     character(len=*), intent(in) :: words
-    character(len=*), intent(in), optional :: needs
+    character(len=*), intent(in), optional :: needs, excludes
     logical, intent(in), optional :: required, open
     type(item_type) :: item
 
-    call make_item(item, name, kind_word, sentence, allowed=words, needs=needs, required=required)
+    call make_item(self, item, name, kind_word, sentence, allowed=words, needs=needs, required=required)
     if (present(open)) item%open = open
+    if (present(excludes)) item%excludes = excludes
     if (.not. allocated(value)) value = ''
     call self%visit(item, value)
   end subroutine word
@@ -182,6 +252,23 @@ contains
     value = position == 2
   end subroutine answer
 
+  !> A parameter without a value: it is there or not.
+  subroutine flag(self, name, value, sentence, needs, excludes)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    logical, intent(inout) :: value
+    character(len=*), intent(in), optional :: needs, excludes
+    type(item_type) :: item
+    character(len=:), allocatable :: text
+
+    call make_item(self, item, name, kind_flag, sentence, needs=needs)
+    if (present(excludes)) item%excludes = excludes
+    text = ''
+    if (value) text = name
+    call self%visit(item, text)
+    value = len(text) > 0
+  end subroutine flag
+
   !> A name, of a set, a body, a material.
   subroutine visit_name(self, name, value, sentence, needs, required)
     class(card_fields_type), intent(inout) :: self
@@ -191,9 +278,116 @@ contains
     logical, intent(in), optional :: required
     type(item_type) :: item
 
-    call make_item(item, name, kind_name, sentence, needs=needs, required=required)
+    call make_item(self, item, name, kind_name, sentence, needs=needs, required=required)
     if (.not. allocated(value)) value = ''
     call self%visit(item, value)
     value = squeezed(value)
   end subroutine visit_name
+
+  !> A file by its path.
+  subroutine file(self, name, value, sentence, needs, required)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    character(len=:), allocatable, intent(inout) :: value
+    character(len=*), intent(in), optional :: needs
+    logical, intent(in), optional :: required
+    type(item_type) :: item
+
+    call make_item(self, item, name, kind_file, sentence, needs=needs, required=required)
+    if (.not. allocated(value)) value = ''
+    call self%visit(item, value)
+  end subroutine file
+
+  !> Begin data lines: one, unless a least and a largest number are given.
+  subroutine data(self, sentence, minimum, maximum, when, free, rows)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: sentence
+    !> huge(1) for any number.
+    integer, intent(in), optional :: minimum, maximum
+    !> Condition under which they are these.
+    character(len=*), intent(in), optional :: when
+    logical, intent(in), optional :: free
+    !> Number of rows: of the card where it is read, 1 where it is described; each begins by `row`.
+    integer, intent(inout), optional :: rows
+    type(data_type) :: lines
+
+    lines%sentence = sentence
+    lines%when = ''
+    if (present(minimum)) lines%minimum = minimum
+    if (present(maximum)) lines%maximum = maximum
+    if (present(when)) lines%when = when
+    if (present(free)) lines%free = free
+    allocate (lines%columns(0))
+    self%in_data = .true.
+    call self%begin_data(lines, rows)
+  end subroutine data
+
+  !> All numbers of the data lines.
+  subroutine numbers(self, name, values, sentence, range)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    real(wp), allocatable, intent(inout) :: values(:)
+    character(len=*), intent(in), optional :: range
+    type(item_type) :: item
+    type(string_type), allocatable :: texts(:)
+    integer :: i, outcome
+
+    call make_item(self, item, name, kind_real, sentence, range=range)
+    if (.not. allocated(values)) allocate (values(0))
+    allocate (texts(size(values)))
+    do i = 1, size(values)
+      texts(i)%text = real_text(values(i))
+    end do
+    call self%visit_all(item, texts)
+    if (.not. self%reading) return
+    deallocate (values)
+    allocate (values(size(texts)))
+    do i = 1, size(texts)
+      call read_real(texts(i)%text, values(i), outcome)
+    end do
+  end subroutine numbers
+
+  !> All whole numbers of the data lines.
+  subroutine labels(self, name, values, sentence, range)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    integer, allocatable, intent(inout) :: values(:)
+    character(len=*), intent(in), optional :: range
+    type(item_type) :: item
+    type(string_type), allocatable :: texts(:)
+    integer :: i, outcome
+
+    call make_item(self, item, name, kind_integer, sentence, range=range)
+    if (.not. allocated(values)) allocate (values(0))
+    allocate (texts(size(values)))
+    do i = 1, size(values)
+      texts(i)%text = integer_text(values(i))
+    end do
+    call self%visit_all(item, texts)
+    if (.not. self%reading) return
+    deallocate (values)
+    allocate (values(size(texts)))
+    do i = 1, size(texts)
+      call read_integer(texts(i)%text, values(i), outcome)
+    end do
+  end subroutine labels
+
+  !> Words to the end of the row.
+  subroutine words(self, name, list, allowed, sentence)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, allowed, sentence
+    type(string_type), allocatable, intent(inout) :: list(:)
+    type(item_type) :: item
+
+    call make_item(self, item, name, kind_word, sentence, allowed=allowed)
+    call self%visit_all(item, list)
+  end subroutine words
+
+  !> A data line that is no list of columns, as it is written; read by what comes after the fields.
+  subroutine raw(self, text)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    if (self%writing .and. len(text) < 0) self%left_out = .true.
+  end subroutine raw
 end module qsmpm_card_fields

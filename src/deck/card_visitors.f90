@@ -1,47 +1,69 @@
 !> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is told of them, a card is read
 !> into them, a card is written of them. Nothing here knows any card.
 module qsmpm_card_visitors
+  use qsmpm_text, only: string_type, upper, squeezed
   use qsmpm_cards, only: card_type, parameter_type
   use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_items, only: item_type, data_type, append_item, append_data, holds, kind_word, kind_name, kind_file, &
+    kind_integer, kind_flag
+  use qsmpm_deck_state, only: source_line
   use qsmpm_echo_lines, only: echo_type, quoted
-  use qsmpm_keyword_table, only: item_type, append_item, holds, kind_name
   implicit none
   private
 
-  public :: describer_type, reader_type, writer_type, reader
+  public :: describer_type, reader_type, writer_type, reader, writer
 
-  !> Describes the fields: `table%take(items)` makes parameters and columns of the last entry of the table of them,
-  !> which the check of cards, help and the deck reference go by.
+  !> Describes the fields: parameters and data lines, which the check of cards, help and the deck reference go by.
   type, extends(card_fields_type) :: describer_type
-    type(item_type), allocatable :: items(:)
+    type(item_type), allocatable :: parameters(:)
+    type(data_type), allocatable :: lines(:)
   contains
     procedure :: visit => describe
+    procedure :: visit_all => describe_all
+    procedure :: begin_data => describe_data
+    procedure :: row => describe_row
   end type describer_type
 
   !> Reads a checked card, its defaults filled in.
   type, extends(card_fields_type) :: reader_type
     private
     type(card_type) :: card
-    !> Columns read so far.
-    integer :: columns = 0
+    !> The data lines of the card are those that were begun; some of them have been found.
+    logical :: active = .false., found = .false.
+    logical :: counted = .false.
+    !> Row and columns of it read so far.
+    integer :: current = 1, columns = 0
   contains
     procedure :: visit => read_field
+    procedure :: visit_all => read_all
+    procedure :: begin_data => read_data
+    procedure :: row => read_row
   end type reader_type
 
   !> Writes a card with every value that is set and has a meaning.
   type, extends(card_fields_type) :: writer_type
     private
     type(card_type) :: card
-    !> The data line.
-    character(len=:), allocatable :: row
+    !> Data lines: as in the reader.
+    logical :: active = .false., found = .false.
+    logical :: counted = .false.
+    logical :: plane = .false.
+    !> Rows that are complete, and the one that is not.
+    type(echo_type) :: rows
+    character(len=:), allocatable :: current
   contains
-    procedure :: begin
     procedure :: visit => write_field
+    procedure :: visit_all => write_all
+    procedure :: begin_data => write_data
+    procedure :: row => write_row
+    procedure :: raw => write_raw
     procedure :: finish
   end type writer_type
 
   !> Characters after which the keyword line of a written card goes on in another one.
   integer, parameter :: line_end = 100
+  !> Reals and whole numbers of a data line of many.
+  integer, parameter :: reals_in_a_line = 6, integers_in_a_line = 10
 
 contains
 
@@ -54,8 +76,43 @@ contains
 
     with_default = item
     if (.not. (item%required .or. item%open)) with_default%default = text
-    call append_item(self%items, with_default)
+    if (item%is_column) then
+      call append_item(self%lines(size(self%lines))%columns, with_default)
+    else
+      call append_item(self%parameters, with_default)
+    end if
   end subroutine describe
+
+  !> Describe a column that is repeated.
+  subroutine describe_all(self, item, texts)
+    class(describer_type), intent(inout) :: self
+    type(item_type), intent(in) :: item
+    type(string_type), allocatable, intent(inout) :: texts(:)
+    type(item_type) :: repeated
+
+    repeated = item
+    repeated%repeated = .true.
+    call append_item(self%lines(size(self%lines))%columns, repeated)
+    if (.not. allocated(texts)) allocate (texts(0))
+  end subroutine describe_all
+
+  !> Describe data lines.
+  subroutine describe_data(self, data, rows)
+    class(describer_type), intent(inout) :: self
+    type(data_type), intent(in) :: data
+    integer, intent(inout), optional :: rows
+
+    call append_data(self%lines, data)
+    if (present(rows)) rows = 1
+  end subroutine describe_data
+
+  !> All rows have the same columns.
+  subroutine describe_row(self, number)
+    class(describer_type), intent(inout) :: self
+    integer, intent(in) :: number
+
+    self%left_out = number > 1
+  end subroutine describe_row
 
   !> A visitor that reads a card.
   pure function reader(card)
@@ -63,6 +120,8 @@ contains
     type(reader_type) :: reader
 
     reader%card = card
+    reader%reading = .true.
+    reader%here = source_line(card%place)
   end function reader
 
   !> Read a field.
@@ -71,29 +130,106 @@ contains
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
+    self%met = self%card%has(item%name)
     if (item%is_column) then
-      self%columns = self%columns + 1
-      if (size(self%card%rows) == 0) return
-      associate (row => self%card%rows(1))
-        if (row%good .and. self%columns <= size(row%items)) text = row%items(self%columns)%text
-      end associate
-    else if (item%kind == kind_name) then
+      if (self%active) call read_column(self, item, text)
+    else if (item%kind == kind_flag) then
+      text = ''
+      if (self%met) text = item%name
+    else if (item%kind == kind_name .or. item%kind == kind_file) then
       text = self%card%value(item%name)
     else if (self%card%find(item%name) > 0) then
       text = self%card%word(item%name)
     end if
   end subroutine read_field
 
-  !> Begin a card.
-  subroutine begin(self, keyword)
-    class(writer_type), intent(inout) :: self
-    character(len=*), intent(in) :: keyword
+  !> Read a column; one that is missing or of a wrong data line leaves what was there.
+  subroutine read_column(self, item, text)
+    type(reader_type), intent(inout) :: self
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable, intent(inout) :: text
 
-    if (allocated(self%card%parameters)) deallocate (self%card%parameters)
-    allocate (self%card%parameters(0))
-    self%card%keyword = keyword
-    self%row = ''
-  end subroutine begin
+    self%columns = self%columns + 1
+    if (self%current > size(self%card%rows)) return
+    associate (row => self%card%rows(self%current))
+      if (.not. row%good .or. self%columns > size(row%items)) return
+      text = row%items(self%columns)%text
+      if (item%kind == kind_word) text = upper(squeezed(text))
+    end associate
+  end subroutine read_column
+
+  !> Read what is left of a row, or all rows.
+  subroutine read_all(self, item, texts)
+    class(reader_type), intent(inout) :: self
+    type(item_type), intent(in) :: item
+    type(string_type), allocatable, intent(inout) :: texts(:)
+    integer :: i, first, last, pass, n
+
+    if (allocated(texts)) deallocate (texts)
+    first = merge(self%current, 1, self%counted)
+    last = merge(self%current, size(self%card%rows), self%counted)
+    if (.not. self%active) last = first - 1
+    do pass = 1, 2
+      n = 0
+      do i = first, last
+        if (self%card%rows(i)%good) call take(self%card%rows(i)%items(self%columns + 1:))
+      end do
+      if (pass == 1) allocate (texts(n))
+    end do
+
+  contains
+
+    !> Count items, then keep them.
+    subroutine take(items)
+      type(string_type), intent(in) :: items(:)
+      integer :: k
+
+      do k = 1, size(items)
+        n = n + 1
+        if (pass == 1) cycle
+        texts(n)%text = items(k)%text
+        if (item%kind == kind_word) texts(n)%text = upper(squeezed(items(k)%text))
+      end do
+    end subroutine take
+  end subroutine read_all
+
+  !> Begin data lines: they are those of the card when they are the first whose condition holds.
+  subroutine read_data(self, data, rows)
+    class(reader_type), intent(inout) :: self
+    type(data_type), intent(in) :: data
+    integer, intent(inout), optional :: rows
+
+    self%active = .not. self%found .and. holds(self%card, data%when)
+    self%found = self%found .or. self%active
+    self%counted = present(rows)
+    self%columns = 0
+    self%current = 1
+    if (present(rows)) rows = merge(size(self%card%rows), 0, self%active)
+  end subroutine read_data
+
+  !> Begin a row.
+  subroutine read_row(self, number)
+    class(reader_type), intent(inout) :: self
+    integer, intent(in) :: number
+
+    self%current = number
+    self%columns = 0
+    self%here = source_line(self%card%rows(number)%place)
+  end subroutine read_row
+
+  !> A visitor that writes a card.
+  pure function writer(keyword, dimension)
+    character(len=*), intent(in) :: keyword
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    type(writer_type) :: writer
+
+    allocate (writer%card%parameters(0))
+    writer%card%keyword = keyword
+    writer%current = ''
+    writer%plane = dimension == 2
+    writer%writing = .true.
+  end function writer
 
   !> Write a field.
   subroutine write_field(self, item, text)
@@ -102,18 +238,18 @@ contains
     character(len=:), allocatable, intent(inout) :: text
 
     if (len(text) == 0) return
-    if (item%is_column) then
-      if (len(self%row) > 0) self%row = self%row//', '
-      self%row = self%row//text
-    else if (holds(self%card, item%needs)) then
-      call add_parameter(self%card, item%name, text)
+    if (.not. item%is_column) then
+      if (holds(self%card, item%needs)) call add_parameter(self%card, item%name, text, item%kind /= kind_flag)
+    else if (self%active .and. .not. (item%third .and. self%plane)) then
+      call add_to_row(self, item, text)
     end if
   end subroutine write_field
 
   !> Give a card a parameter.
-  pure subroutine add_parameter(card, name, value)
+  pure subroutine add_parameter(card, name, value, has_value)
     type(card_type), intent(inout) :: card
     character(len=*), intent(in) :: name, value
+    logical, intent(in) :: has_value
     type(parameter_type), allocatable :: longer(:)
     integer :: i, n
 
@@ -124,9 +260,74 @@ contains
     end do
     longer(n + 1)%name = name
     longer(n + 1)%value = value
-    longer(n + 1)%has_value = .true.
+    longer(n + 1)%has_value = has_value
     call move_alloc(longer, card%parameters)
   end subroutine add_parameter
+
+  !> Put an item at the end of the row.
+  pure subroutine add_to_row(self, item, text)
+    type(writer_type), intent(inout) :: self
+    type(item_type), intent(in) :: item
+    character(len=*), intent(in) :: text
+
+    if (len(self%current) > 0) self%current = self%current//', '
+    if (item%kind == kind_name) then
+      self%current = self%current//quoted(text)
+    else
+      self%current = self%current//text
+    end if
+  end subroutine add_to_row
+
+  !> The row is complete.
+  pure subroutine end_row(self)
+    type(writer_type), intent(inout) :: self
+
+    if (len(self%current) > 0) call self%rows%line(' '//self%current)
+    self%current = ''
+  end subroutine end_row
+
+  !> Write what is left of a row, or rows of all.
+  subroutine write_all(self, item, texts)
+    class(writer_type), intent(inout) :: self
+    type(item_type), intent(in) :: item
+    type(string_type), allocatable, intent(inout) :: texts(:)
+    integer :: i, in_a_line
+
+    if (.not. self%active) return
+    in_a_line = merge(integers_in_a_line, reals_in_a_line, item%kind == kind_integer)
+    do i = 1, size(texts)
+      call add_to_row(self, item, texts(i)%text)
+      if (.not. self%counted .and. mod(i, in_a_line) == 0) call end_row(self)
+    end do
+  end subroutine write_all
+
+  !> Begin data lines.
+  subroutine write_data(self, data, rows)
+    class(writer_type), intent(inout) :: self
+    type(data_type), intent(in) :: data
+    integer, intent(inout), optional :: rows
+
+    self%active = .not. self%found .and. holds(self%card, data%when)
+    self%found = self%found .or. self%active
+    self%counted = present(rows)
+    if (present(rows) .and. .not. self%active) rows = 0
+  end subroutine write_data
+
+  !> Begin a row.
+  subroutine write_row(self, number)
+    class(writer_type), intent(inout) :: self
+    integer, intent(in) :: number
+
+    if (number > 1) call end_row(self)
+  end subroutine write_row
+
+  !> A data line as it is.
+  subroutine write_raw(self, text)
+    class(writer_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    call self%rows%line(text)
+  end subroutine write_raw
 
   !> Put the card into the echo.
   subroutine finish(self, echo)
@@ -135,9 +336,13 @@ contains
     character(len=:), allocatable :: line, piece
     integer :: i
 
+    if (self%left_out) return
     line = '*'//self%card%keyword
     do i = 1, size(self%card%parameters)
-      piece = ' '//self%card%parameters(i)%name//'='//quoted(self%card%parameters(i)%value)
+      associate (parameter => self%card%parameters(i))
+        piece = ' '//parameter%name
+        if (parameter%has_value) piece = piece//'='//quoted(parameter%value)
+      end associate
       line = line//','
       if (len(line) + len(piece) > line_end) then
         call echo%line(line)
@@ -147,6 +352,7 @@ contains
       end if
     end do
     call echo%line(line)
-    if (len(self%row) > 0) call echo%line(' '//self%row)
+    call end_row(self)
+    if (self%rows%length > 0) call echo%line(self%rows%text(:self%rows%length - 1))
   end subroutine finish
 end module qsmpm_card_visitors

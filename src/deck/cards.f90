@@ -48,13 +48,13 @@ module qsmpm_cards
     procedure :: word
     procedure :: whole
     procedure :: number
+    procedure :: is_right
   end type card_type
 
 contains
 
   !> Cut lines into cards.
   pure subroutine make_cards(lines, cards, messages)
-    !> Lines of the deck.
     type(line_list_type), intent(in) :: lines
     !> Its cards in order.
     type(card_type), allocatable, intent(inout) :: cards(:)
@@ -88,7 +88,6 @@ contains
 
   !> Whether a line begins a card.
   pure logical function is_keyword(line)
-    !> The line.
     type(line_type), intent(in) :: line
 
     is_keyword = index(line%text, '*') == 1
@@ -98,7 +97,6 @@ contains
   pure subroutine make_card(lines, card, messages)
     !> Its keyword line and data lines.
     type(line_type), intent(in) :: lines(:)
-    !> The card.
     type(card_type), intent(inout) :: card
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
@@ -121,7 +119,6 @@ contains
   pure subroutine make_parameter(text, parameter)
     !> NAME or NAME=value.
     character(len=*), intent(in) :: text
-    !> The parameter.
     type(parameter_type), intent(inout) :: parameter
     integer :: equals
 
@@ -133,11 +130,8 @@ contains
 
   !> Make a data line.
   pure subroutine make_row(line, keyword, row, messages)
-    !> The line.
     type(line_type), intent(in) :: line
-    !> Its keyword.
     character(len=*), intent(in) :: keyword
-    !> The row.
     type(row_type), intent(inout) :: row
     type(message_list_type), intent(inout) :: messages
     integer :: i
@@ -154,9 +148,7 @@ contains
 
   !> Cut a line at its commas. Quotes come in pairs; one that does not is left out.
   pure subroutine cut_line(line, pieces, good)
-    !> The line.
     type(line_type), intent(in) :: line
-    !> Its pieces.
     type(string_type), allocatable, intent(inout) :: pieces(:)
     !> False when a quote is not closed.
     logical, intent(out) :: good
@@ -179,9 +171,7 @@ contains
 
   !> Report a quote that is not closed.
   pure subroutine report_quote(line, keyword, messages)
-    !> The line.
     type(line_type), intent(in) :: line
-    !> Its keyword.
     character(len=*), intent(in) :: keyword
     type(message_list_type), intent(inout) :: messages
 
@@ -191,7 +181,6 @@ contains
   !> Number of a parameter among those of the card, 0 when it is not there.
   pure integer function find(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     integer :: i
 
@@ -206,7 +195,6 @@ contains
   !> Whether the deck gives a parameter.
   pure logical function has(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     integer :: i
 
@@ -218,7 +206,6 @@ contains
   !> Value of a parameter as written, its default, or empty.
   pure function value(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: value
     integer :: i
@@ -231,7 +218,6 @@ contains
   !> Value of a parameter as capitals with blanks squeezed.
   pure function word(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: word
 
@@ -241,7 +227,6 @@ contains
   !> Value of a parameter as a whole number, 0 when it is none.
   pure integer function whole(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     integer :: outcome
 
@@ -251,18 +236,26 @@ contains
   !> Value of a parameter as a real, 0 when it is none.
   pure real(wp) function number(self, name)
     class(card_type), intent(in) :: self
-    !> Capitals.
     character(len=*), intent(in) :: name
     integer :: outcome
 
     call read_real(self%value(name), number, outcome)
   end function number
 
+  !> Whether nothing is wrong in its data lines, and there are some.
+  pure logical function is_right(self)
+    class(card_type), intent(in) :: self
+    integer :: i
+
+    is_right = size(self%rows) > 0
+    do i = 1, size(self%rows)
+      is_right = is_right .and. self%rows(i)%good
+    end do
+  end function is_right
+
   !> Item of a data line as a whole number, 0 when it is none or missing.
   pure integer function whole_at(row, i)
-    !> The data line.
     type(row_type), intent(in) :: row
-    !> Number of the item.
     integer, intent(in) :: i
     integer :: outcome
 
@@ -272,9 +265,7 @@ contains
 
   !> Item of a data line as a real, 0 when it is none or missing.
   pure real(wp) function number_at(row, i)
-    !> The data line.
     type(row_type), intent(in) :: row
-    !> Number of the item.
     integer, intent(in) :: i
     integer :: outcome
 
@@ -284,9 +275,7 @@ contains
 
   !> Item of a data line as capitals with blanks squeezed, empty when missing.
   pure function word_at(row, i)
-    !> The data line.
     type(row_type), intent(in) :: row
-    !> Number of the item.
     integer, intent(in) :: i
     character(len=:), allocatable :: word_at
 

@@ -3,16 +3,18 @@
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_analysis, only: analysis_type, usual_factor
-  use qsmpm_recommended_method, only: undecided_method, decide_method
+  use qsmpm_analysis, only: analysis_type, usual_factor, mesh_none, mesh_inline
+  use qsmpm_recommended_method, only: decide_method
   use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name
   use qsmpm_messages, only: message_list_type, message_text, severity_error
   use qsmpm_deck_lines, only: line_list_type, cut_lines, read_whole_file
   use qsmpm_cards, only: card_type, make_cards, word_at
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
   use qsmpm_deck_words, only: position_of, model_words
-  use qsmpm_keyword_table, only: table_type, in_model, in_material, in_phase, once
+  use qsmpm_card_visitors, only: reader_type, reader
+  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
   use qsmpm_renamed_words, only: renamed_keyword, by_converter
@@ -31,7 +33,6 @@ contains
 
   !> Read a deck from its file.
   subroutine read_deck(path, analysis, messages, error)
-    !> Path of the deck.
     character(len=*), intent(in) :: path
     !> What it describes; not to be used when there is an error.
     type(analysis_type), intent(out) :: analysis
@@ -87,26 +88,18 @@ contains
       trim(merge(' error ', ' errors', errors == 1))//' in the deck')
   end subroutine parse_deck
 
-  !> An analysis with nothing in it, and the places of all lines.
+  !> A deck with nothing in it, and the places of all lines.
   pure subroutine start(path, lines, state)
-    !> Path of the deck.
     character(len=*), intent(in) :: path
-    !> Its lines.
     type(line_list_type), intent(in) :: lines
     type(deck_state_type), intent(inout) :: state
     integer :: i
 
-    associate (analysis => state%analysis)
-      analysis%deck = path
-      analysis%job = base_name(path)
-      analysis%heading = ''
-      analysis%length_unit = '-'
-      analysis%force_unit = '-'
-      analysis%method = undecided_method()
-      allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), &
-        analysis%bodies(0), analysis%materials(0), analysis%histories(0), analysis%phases(0))
-    end associate
-    allocate (state%points(0), state%element_places(0), state%places(lines%count))
+    call empty_deck(state)
+    state%analysis%deck = path
+    state%analysis%job = base_name(path)
+    deallocate (state%places)
+    allocate (state%places(lines%count))
     state%last = lines%last
     do i = 1, lines%count
       state%places(i) = lines%items(i)%place
@@ -115,7 +108,6 @@ contains
 
   !> The dimension decides what other cards may say, wherever *MODEL stands.
   pure subroutine find_dimension(cards, state)
-    !> All cards.
     type(card_type), intent(in) :: cards(:)
     type(deck_state_type), intent(inout) :: state
     integer :: i
@@ -137,7 +129,6 @@ contains
 
   !> Dimension of the grid: 3 when it has lines along z, 0 when there is no grid.
   pure integer function grid_dimension(cards) result(dimension)
-    !> All cards.
     type(card_type), intent(in) :: cards(:)
     integer :: i, k
 
@@ -155,7 +146,6 @@ contains
 
   !> Check and use the cards in order.
   subroutine take_cards(cards, state)
-    !> All cards.
     type(card_type), intent(inout) :: cards(:)
     type(deck_state_type), intent(inout) :: state
     type(table_type) :: table
@@ -197,7 +187,6 @@ contains
     type(table_type), intent(in) :: table
     !> Number of its entry.
     integer, intent(in) :: k
-    !> The card.
     type(card_type), intent(inout) :: card
     !> Line of each keyword's last card in the deck, phase or material; 0 for none.
     integer, intent(inout) :: seen(:)
@@ -220,17 +209,46 @@ contains
       call state%fault(card, 'is given twice (first in line '//integer_text(before)//')')
       return
     end if
-    call table%keywords(k)%handler(card, state)
+    call read_card(table%keywords(k), card, state)
   end subroutine take_card
+
+  !> Read a card into what it is about.
+  subroutine read_card(entry, card, state)
+    type(keyword_type), intent(in) :: entry
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(reader_type) :: fields
+
+    if (allocated(entry%opens)) then
+      if (entry%list == list_mesh .and. .not. may_bring_mesh(card%keyword, state%analysis%mesh%kind)) then
+        call state%fault(card, 'the deck has a mesh already')
+        return
+      end if
+      call open_item(state, entry%list)
+      call go_to_item(state, entry%list, count_items(state, entry%list))
+    end if
+    fields = reader(card)
+    call entry%fields(fields, state)
+    if (allocated(entry%opens)) call check_new_name(card, state, entry%list, entry%opens)
+    if (associated(entry%finish)) call entry%finish(card, state)
+  end subroutine read_card
+
+  !> Whether there is no mesh yet, or one that grows by cards.
+  pure logical function may_bring_mesh(keyword, kind)
+    character(len=*), intent(in) :: keyword
+    !> Kind of the mesh there is.
+    integer, intent(in) :: kind
+
+    may_bring_mesh = kind == mesh_none .or. (kind == mesh_inline .and. (keyword == 'NODE' .or. keyword == 'ELEMENT'))
+  end function may_bring_mesh
 
   !> Whether a card stands where it may.
   subroutine check_section(section, card, state, usable)
     !> Where it may stand.
     integer, intent(in) :: section
-    !> The card.
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    !> There is something its handler can put it into.
+    !> There is something it can be read into.
     logical, intent(out) :: usable
 
     usable = .true.

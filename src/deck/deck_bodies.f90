@@ -6,16 +6,15 @@ module qsmpm_deck_bodies
   use qsmpm_element, only: element_from_name, allowed_counts
   use qsmpm_polygon, only: polygon_area
   use qsmpm_outline_check, only: outline_problem
-  use qsmpm_text, only: string_type, add_word, squeezed, integer_text
-  use qsmpm_path, only: directory_of, joined, absolute_path
-  use qsmpm_messages, only: severity_error
-  use qsmpm_cards, only: card_type, number_at
-  use qsmpm_deck_state, only: deck_state_type, points_request_type, source_line, did_you_mean
-  use qsmpm_deck_words, only: bar_list, position_of, shape_words
-  use qsmpm_deck_sets, only: box_columns, read_box
-  use qsmpm_analysis_lists, only: append
-  use qsmpm_keyword_table, only: table_type, in_model, many, kind_word, kind_name, kind_integer, &
-    kind_real, kind_file
+  use qsmpm_text, only: string_type, add_word, integer_text
+  use qsmpm_path, only: directory_of, joined
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_objects, only: list_bodies, list_points
+  use qsmpm_deck_sets, only: box_fields, check_box
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean, beside_deck
+  use qsmpm_deck_words, only: bar_list, shape_words
+  use qsmpm_keyword_table, only: table_type, in_model, many
   implicit none
   private
 
@@ -23,129 +22,136 @@ module qsmpm_deck_bodies
 
 contains
 
-  !> Entries of *BODY, *POINTS.
+  !> *BODY, *POINTS.
   subroutine add_body_keywords(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('BODY', in_model, many, 'A body of one material. It may end inside elements.', &
-      handle_body)
-    call table%parameter('NAME', kind_name, 'name of the body', required=.true.)
-    call table%parameter('MATERIAL', kind_name, 'name of its material', required=.true.)
-    call table%parameter('SHAPE', kind_word, 'ALL: the whole mesh. BOX. POLYGON: in the x-y '// &
-      'plane, through all of z. REGION: an element set. POLYHEDRON: a closed surface of '// &
-      'triangles in 3D, corners counter-clockwise seen from outside', required=.true., &
-      allowed=bar_list(shape_words))
-    call table%parameter('REGION', kind_name, 'element set', needs='SHAPE=REGION')
-    call table%parameter('INPUT', kind_file, 'STL file, ASCII or binary, relative to the deck', &
-      needs='SHAPE=POLYHEDRON')
-    call table%data('box', 1, 1, when='SHAPE=BOX')
-    call box_columns(table)
-    call table%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON')
-    call table%column('x', kind_real, 'coordinate')
-    call table%column('y', kind_real, 'coordinate')
-    call table%example('*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1| '// &
-      '*BODY, NAME=dam, MATERIAL=clay, SHAPE=POLYHEDRON, INPUT=dam.stl')
-
-    call table%add('POINTS', in_model, many, 'How densely bodies are filled with material '// &
-      'points.', handle_points)
-    call table%parameter('BODY', kind_name, 'the body; without it all bodies that have no '// &
-      '*POINTS of their own')
-    call table%parameter('PER ELEMENT', kind_integer, 'points of a full element; each element '// &
-      'allows certain numbers, which the message of a wrong one lists', required=.true., &
-      default='DEFAULT', allowed='DEFAULT', range='[1, inf)')
-    call table%example('*POINTS, PER ELEMENT=18')
+    call table%add('BODY', in_model, many, 'A body of one material. It may end inside elements.', body_fields, &
+      '*BODY, NAME=slope, MATERIAL=clay, SHAPE=POLYGON| 0, 0| 4, 0| 3, 1| 0, 1| '// &
+      '*BODY, NAME=dam, MATERIAL=clay, SHAPE=POLYHEDRON, INPUT=dam.stl', finish_body, list=list_bodies, opens='body')
+    call table%add('POINTS', in_model, many, 'How densely bodies are filled with material points.', point_fields, &
+      '*POINTS, PER ELEMENT=18', check_points, list=list_points, opens='request')
   end subroutine add_body_keywords
 
   !> *BODY.
-  subroutine handle_body(card, state)
+  subroutine body_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (body => deck%analysis%bodies(deck%item))
+      call fields%line(body%where)
+      call fields%name('NAME', body%name, 'name of the body', required=.true.)
+      call fields%name('MATERIAL', body%material, 'name of its material', required=.true.)
+      if (fields%reading) body%kind = 0
+      call fields%choice('SHAPE', body%kind, bar_list(shape_words), 'ALL: the whole mesh. BOX. POLYGON: in the x-y '// &
+        'plane, through all of z. REGION: an element set. POLYHEDRON: a closed surface of '// &
+        'triangles in 3D, corners counter-clockwise seen from outside', required=.true.)
+      call fields%name('REGION', body%region, 'element set', needs='SHAPE=REGION')
+      call fields%file('INPUT', body%file, 'STL file, ASCII or binary, relative to the deck', &
+        needs='SHAPE=POLYHEDRON')
+      call fields%data('box', when='SHAPE=BOX')
+      call box_fields(fields, body%box)
+      call polygon_fields(fields, body)
+    end associate
+  end subroutine body_fields
+
+  !> Vertices of a polygon.
+  subroutine polygon_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(body_type), intent(inout) :: body
+    integer :: i, n
+
+    n = 0
+    if (allocated(body%polygon)) n = size(body%polygon, 2)
+    call fields%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON', rows=n)
+    if (.not. fields%writing) then
+      if (allocated(body%polygon)) deallocate (body%polygon)
+      allocate (body%polygon(2, n), source=0.0_wp)
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%number('x', body%polygon(1, i), 'coordinate')
+      call fields%number('y', body%polygon(2, i), 'coordinate')
+    end do
+  end subroutine polygon_fields
+
+  !> What a shape needs is there.
+  subroutine finish_body(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(body_type) :: body
-    integer :: i
 
-    body%name = squeezed(card%value('NAME'))
-    body%material = squeezed(card%value('MATERIAL'))
-    body%where = source_line(card%place)
-    do i = 1, size(state%analysis%bodies)
-      if (state%analysis%bodies(i)%name == body%name .and. len(body%name) > 0) &
-        call state%fault(card, "there is already a body '"//body%name//"'")
-    end do
-    body%kind = position_of(card%word('SHAPE'), shape_words)
-    select case (body%kind)
+    select case (state%analysis%bodies(state%item)%kind)
     case (body_box)
-      call read_box(card, .true., body%box, state)
+      call check_box(card, .true., state%analysis%bodies(state%item)%box, state)
     case (body_polygon)
-      call read_polygon(card, body, state)
+      call finish_polygon(card, state)
     case (body_region)
-      body%region = squeezed(card%value('REGION'))
-      if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter '// &
-        'REGION')
+      if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter REGION')
     case (body_polyhedron)
-      call find_file(card, body, state)
+      call find_file(card, state)
     end select
-    call append(state%analysis%bodies, body)
-  end subroutine handle_body
+  end subroutine finish_body
 
   !> The file of a polyhedron; it is read when the model is built.
-  subroutine find_file(card, body, state)
+  subroutine find_file(card, state)
     type(card_type), intent(in) :: card
-    type(body_type), intent(inout) :: body
     type(deck_state_type), intent(inout) :: state
     logical :: there
 
-    body%file = ''
     if (state%dimension == 2) call state%fault(card, 'SHAPE=POLYHEDRON is for 3D models')
     if (.not. card%has('INPUT')) then
       call state%fault(card, 'SHAPE=POLYHEDRON wants the parameter INPUT')
     else if (len(card%value('INPUT')) > 0) then
-      body%file = absolute_path(joined(directory_of(card%place%file), card%value('INPUT')))
-      inquire (file=body%file, exist=there)
+      associate (body => state%analysis%bodies(state%item))
+        body%file = beside_deck(card, 'INPUT')
+        inquire (file=body%file, exist=there)
+      end associate
       if (.not. there) call state%fault(card, "there is no file '"// &
         joined(directory_of(card%place%file), card%value('INPUT'))//"'")
     end if
   end subroutine find_file
 
-  !> Vertices of a polygon, turned counter-clockwise.
-  subroutine read_polygon(card, body, state)
+  !> A polygon bounds an area; it is turned counter-clockwise.
+  subroutine finish_polygon(card, state)
     type(card_type), intent(in) :: card
-    type(body_type), intent(inout) :: body
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
-    integer :: i, k, n
 
-    n = size(card%rows)
-    allocate (body%polygon(2, n))
-    do i = 1, n
-      body%polygon(:, i) = [(number_at(card%rows(i), k), k=1, 2)]
-    end do
-    if (n == 0 .or. any(.not. card%rows%good)) return
-    problem = outline_problem(body%polygon)
-    if (len(problem) > 0) then
-      call state%fault(card, problem)
-    else if (polygon_area(body%polygon) < 0.0_wp) then
-      body%polygon = body%polygon(:, n:1:-1)
-    end if
-  end subroutine read_polygon
+    if (.not. card%is_right()) return
+    associate (body => state%analysis%bodies(state%item))
+      problem = outline_problem(body%polygon)
+      if (len(problem) > 0) then
+        call state%fault(card, problem)
+      else if (polygon_area(body%polygon) < 0.0_wp) then
+        body%polygon = body%polygon(:, size(body%polygon, 2):1:-1)
+      end if
+    end associate
+  end subroutine finish_polygon
 
   !> *POINTS.
-  subroutine handle_points(card, state)
+  subroutine point_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (request => deck%points(deck%item))
+      call fields%line(request%where)
+      call fields%name('BODY', request%body, 'the body; without it all bodies that have no '// &
+        '*POINTS of their own')
+      call fields%whole('PER ELEMENT', request%per_element, 'points of a full element; each element '// &
+        'allows certain numbers, which the message of a wrong one lists', required=.true., range='[1, inf)', &
+        none='DEFAULT')
+    end associate
+  end subroutine point_fields
+
+  !> No body is asked for twice.
+  subroutine check_points(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(points_request_type), allocatable :: longer(:)
-    integer :: i, n
+    integer :: i
 
-    n = size(state%points)
-    allocate (longer(n + 1))
-    do i = 1, n
-      longer(i) = state%points(i)
-    end do
-    associate (request => longer(n + 1))
-      request%place = card%place
-      request%body = squeezed(card%value('BODY'))
-      request%per_element = card%whole('PER ELEMENT')
-      do i = 1, n
-        if (longer(i)%body /= request%body) cycle
+    associate (request => state%points(state%item))
+      do i = 1, state%item - 1
+        if (state%points(i)%body /= request%body) cycle
         if (len(request%body) > 0) then
           call state%fault(card, "the points of body '"//request%body//"' are given twice")
         else
@@ -153,12 +159,10 @@ contains
         end if
       end do
     end associate
-    call move_alloc(longer, state%points)
-  end subroutine handle_points
+  end subroutine check_points
 
   !> Give every body its number of points, when all bodies are known.
   subroutine give_points(state)
-    !> The deck.
     type(deck_state_type), intent(inout) :: state
     type(string_type), allocatable :: names(:)
     integer :: i, b
@@ -181,7 +185,7 @@ contains
         found = .true.
         state%analysis%bodies(b)%points_per_element = state%points(i)%per_element
       end do
-      if (.not. found) call state%messages%add(severity_error, state%points(i)%place, 'POINTS', &
+      if (.not. found) call state%fault_from(state%points(i)%where, 'POINTS', &
         "there is no body '"//state%points(i)%body//"'"//did_you_mean(state%points(i)%body, names))
     end do
   end subroutine give_points
@@ -205,7 +209,7 @@ contains
     do k = 2, size(counts)
       list = list//', '//integer_text(counts(k))
     end do
-    call state%messages%add(severity_error, state%points(i)%place, 'POINTS', 'PER ELEMENT = '// &
+    call state%fault_from(state%points(i)%where, 'POINTS', 'PER ELEMENT = '// &
       integer_text(state%points(i)%per_element)//' is not a number of points '// &
       state%analysis%mesh%element//' allows: '//list)
   end subroutine check_count

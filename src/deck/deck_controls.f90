@@ -1,47 +1,44 @@
 !> Cards of a phase that say how it is stepped: *CONTROLS, *CONSTANT LOAD TEST.
 module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: controls_type, hold_test_type, phase_type
+  use qsmpm_analysis, only: controls_type
   use qsmpm_text, only: integer_text, real_text
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_card_visitors, only: describer_type, reader_type, writer_type, reader
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_echo_lines, only: echo_type, numbers
-  use qsmpm_keyword_table, only: table_type, in_phase, once, kind_real
+  use qsmpm_keyword_table, only: table_type, in_phase, once
   implicit none
   private
 
-  public :: add_control_keywords, echo_controls, controls_fields
+  public :: add_control_keywords
 
 contains
 
-  !> Entries of *CONTROLS, *CONSTANT LOAD TEST.
+  !> *CONTROLS, *CONSTANT LOAD TEST.
   subroutine add_control_keywords(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(describer_type) :: fields, test_fields
-    type(controls_type) :: controls
-    type(hold_test_type) :: test
 
     call table%add('CONTROLS', in_phase, once, 'Load steps and the rules by which a step is '// &
-      'accepted. There is no rule that accepts a step out of equilibrium.', handle_controls)
-    call controls_fields(fields, controls)
-    call table%take(fields%items)
-    call table%example('*CONTROLS, STEPS=50, TOLERANCE=1e-3, NEWTON=MODIFIED, MAX ITERATIONS=60')
-
+      'accepted. There is no rule that accepts a step out of equilibrium.', control_fields, &
+      '*CONTROLS, STEPS=50, TOLERANCE=1e-3, NEWTON=MODIFIED, MAX ITERATIONS=60', check_controls)
     call table%add('CONSTANT LOAD TEST', in_phase, once, 'At certain load factors equilibrium is '// &
       'solved again at constant load, to see how far the first history moves on; then the state is restored.', &
-      handle_constant_load_test)
-    call constant_load_fields(test_fields, test)
-    call table%take(test_fields%items)
-    call table%data('load factors in rising order, above 0, up to the one of the phase', 1, huge(1))
-    call table%column('load factor', kind_real, 'where to test', range='(0, inf)', repeated=.true.)
-    call table%example('*CONSTANT LOAD TEST, REPEATS=10| 0.5, 1.0')
+      constant_load_fields, '*CONSTANT LOAD TEST, REPEATS=10| 0.5, 1.0', check_constant_load)
   end subroutine add_control_keywords
 
-  !> Parameters of *CONTROLS.
-  subroutine controls_fields(fields, c)
+  !> *CONTROLS.
+  subroutine control_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (controls => deck%analysis%phases(deck%phase)%controls)
+      call step_fields(fields, controls)
+      call equilibrium_fields(fields, controls)
+    end associate
+  end subroutine control_fields
+
+  !> Length of steps and Newton's iteration.
+  subroutine step_fields(fields, c)
     class(card_fields_type), intent(inout) :: fields
     type(controls_type), intent(inout) :: c
 
@@ -62,6 +59,13 @@ contains
       'steps than that, STEPS says how long the first one is, and 0 leaves the steps as they are cut', range='[0, 1)')
     call fields%number('MAX DISPLACEMENT', c%largest_move, 'largest nodal displacement of a step in cell sizes', &
       range='(0, inf)')
+  end subroutine step_fields
+
+  !> Stabilisation, re-equilibration, the limit load and damping.
+  subroutine equilibrium_fields(fields, c)
+    class(card_fields_type), intent(inout) :: fields
+    type(controls_type), intent(inout) :: c
+
     call fields%number('STABILISATION SHARE', c%stabilisation_share, 'share of the load that stabilisation may '// &
       'carry; a step is brought to equilibrium again at constant load until it is below', range='(0, 1]')
     call fields%whole('MAX REEQUILIBRATIONS', c%max_holds, 're-equilibrations of a step at constant load, at most', &
@@ -77,79 +81,56 @@ contains
       'is left out', range='(0, 1]', needs='DAMPING=YES')
     call fields%whole('MAX SUBSTEPS', c%max_substeps, 'sub-steps before a step is given up', range='[1, inf)', &
       needs='DAMPING=YES')
-  end subroutine controls_fields
+  end subroutine equilibrium_fields
 
-  !> *CONTROLS.
-  subroutine handle_controls(card, state)
+  !> What the numbers of *CONTROLS say together.
+  subroutine check_controls(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(reader_type) :: fields
 
-    fields = reader(card)
-    associate (c => state%analysis%phases(size(state%analysis%phases))%controls)
-      call controls_fields(fields, c)
+    associate (c => state%analysis%phases(state%phase)%controls)
       if (card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance <= 1.0_wp) call state%fault(card, &
         'LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the first step: it is 0 or above 1')
       if (card%good .and. c%few_iterations > c%many_iterations) call state%fault(card, &
         'DESIRED MIN ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
         integer_text(c%many_iterations))
     end associate
-  end subroutine handle_controls
-
-  !> Parameter of *CONSTANT LOAD TEST.
-  subroutine constant_load_fields(fields, test)
-    class(card_fields_type), intent(inout) :: fields
-    type(hold_test_type), intent(inout) :: test
-
-    call fields%whole('REPEATS', test%repeats, 'solutions at constant load', range='[1, inf)')
-  end subroutine constant_load_fields
+  end subroutine check_controls
 
   !> *CONSTANT LOAD TEST.
-  subroutine handle_constant_load_test(card, state)
+  subroutine constant_load_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    associate (test => deck%analysis%phases(deck%phase)%hold_test)
+      given = size(test%at) > 0
+      call fields%given(given)
+      call fields%whole('REPEATS', test%repeats, 'solutions at constant load', range='[1, inf)')
+      call fields%data('load factors in rising order, above 0, up to the one of the phase', 1, huge(1))
+      call fields%numbers('load factor', test%at, 'where to test', range='(0, inf)')
+    end associate
+  end subroutine constant_load_fields
+
+  !> The load factors rise and are reached.
+  subroutine check_constant_load(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(reader_type) :: fields
-    real(wp), allocatable :: at(:)
+    real(wp) :: at, before
     integer :: i, k
 
-    fields = reader(card)
-    allocate (at(0))
-    associate (phase => state%analysis%phases(size(state%analysis%phases)))
-      call constant_load_fields(fields, phase%hold_test)
+    before = 0.0_wp
+    associate (phase => state%analysis%phases(state%phase))
       do i = 1, size(card%rows)
         if (.not. card%rows(i)%good) cycle
         do k = 1, size(card%rows(i)%items)
-          at = [at, number_at(card%rows(i), k)]
-          if (size(at) > 1) then
-            if (.not. at(size(at)) > at(size(at) - 1)) call state%fault_at(card, card%rows(i), &
-              'the load factors do not rise')
-          end if
-          if (at(size(at)) > phase%load_factor) call state%fault_at(card, card%rows(i), &
-            'load factor '//card%rows(i)%items(k)%text//' is above the one the phase ends at, '// &
-            real_text(phase%load_factor))
+          at = number_at(card%rows(i), k)
+          if (.not. at > before) call state%fault_at(card, card%rows(i), 'the load factors do not rise')
+          if (at > phase%load_factor) call state%fault_at(card, card%rows(i), 'load factor '// &
+            card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
+          before = at
         end do
       end do
-      phase%hold_test%at = at
     end associate
-  end subroutine handle_constant_load_test
-
-  !> Both cards of a phase as the echo writes them.
-  subroutine echo_controls(echo, phase)
-    type(echo_type), intent(inout) :: echo
-    type(phase_type), intent(in) :: phase
-    type(writer_type) :: fields
-    type(controls_type) :: controls
-    type(hold_test_type) :: test
-
-    controls = phase%controls
-    call fields%begin('CONTROLS')
-    call controls_fields(fields, controls)
-    call fields%finish(echo)
-    if (size(phase%hold_test%at) == 0) return
-    test = phase%hold_test
-    call fields%begin('CONSTANT LOAD TEST')
-    call constant_load_fields(fields, test)
-    call fields%finish(echo)
-    call echo%line(' '//numbers(test%at))
-  end subroutine echo_controls
+  end subroutine check_constant_load
 end module qsmpm_deck_controls

@@ -1,15 +1,16 @@
 !> *GRID: lines along the axes, from segments with graded spacing or from a list.
 module qsmpm_deck_grid
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: mesh_source_type, mesh_none, mesh_grid, diagonal_random
+  use qsmpm_analysis, only: mesh_source_type, mesh_grid, diagonal_random
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_text, only: integer_text, real_text, read_integer, read_real, number_good
-  use qsmpm_cards, only: card_type, row_type, number_at, whole_at, word_at
-  use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words, &
-    answer_words
-  use qsmpm_keyword_table, only: table_type, in_model, once, kind_word, kind_integer, &
-    kind_real, in_range
+  use qsmpm_cards, only: card_type, row_type, number_at, word_at
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_items, only: in_range
+  use qsmpm_deck_objects, only: list_mesh
+  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_words, only: bar_list, position_of, diagonal_words, element_words, axis_words
+  use qsmpm_keyword_table, only: table_type, in_model, once
   implicit none
   private
 
@@ -23,62 +24,86 @@ module qsmpm_deck_grid
 
 contains
 
-  !> Entry of *GRID.
+  !> *GRID.
   subroutine add_grid_keyword(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(mesh_source_type) :: mesh
 
-    call table%add('GRID', in_model, once, 'A structured background mesh.', handle_grid)
-    call table%parameter('ELEMENT', kind_word, 'element; bricks are cut into triangles, wedges '// &
-      'or tetrahedra', required=.true., allowed=bar_list(element_words))
-    call table%parameter('DIAGONAL', kind_word, 'how the diagonals of triangles run', &
-      default=trim(diagonal_words(mesh%diagonal)), allowed=bar_list(diagonal_words), &
-      needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
-    call table%parameter('PERTURB', kind_real, 'random shift of inner nodes as a share of the '// &
-      'smallest spacing around', default=real_text(mesh%perturbation), range='[0, 0.3]')
-    call table%parameter('SEED', kind_integer, 'start of the random numbers', &
-      default=integer_text(mesh%seed), range='[1, inf)')
-    call table%parameter('WINDOW', kind_word, 'look only at the part of the grid around the material, '// &
-      'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
-      'the whole; pictures of the mesh show the part', default=trim(answer_words(merge(1, 0, mesh%windowed))), &
-      allowed=bar_list(answer_words))
-    call table%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
-      'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, &
-      huge(1), free=.true.)
-    call table%example('*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, '// &
-      'LINES, 0, 0.25')
+    call table%add('GRID', in_model, once, 'A structured background mesh.', grid_fields, &
+      '*GRID, ELEMENT=WEDGE15| X, 0, 2, 8| X, 2, 6, 6, 3| Y, 0, 1, 8| Z, LINES, 0, 0.25', finish_grid, list=list_mesh, &
+      opens='mesh')
   end subroutine add_grid_keyword
 
   !> *GRID.
-  subroutine handle_grid(card, state)
+  subroutine grid_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    associate (mesh => deck%analysis%mesh)
+      given = mesh%kind == mesh_grid
+      call fields%given(given)
+      if (fields%reading) mesh%kind = mesh_grid
+      call fields%line(mesh%where)
+      call fields%word('ELEMENT', mesh%element, bar_list(element_words), 'element; bricks are cut into triangles, '// &
+        'wedges or tetrahedra', required=.true.)
+      call fields%choice('DIAGONAL', mesh%diagonal, bar_list(diagonal_words), 'how the diagonals of triangles run', &
+        needs='ELEMENT=TRI3|TRI6|WEDGE6|WEDGE15')
+      call fields%number('PERTURB', mesh%perturbation, 'random shift of inner nodes as a share of the smallest '// &
+        'spacing around', range='[0, 0.3]')
+      if (fields%writing .and. .not. is_random(mesh)) mesh%seed = 0
+      call fields%whole('SEED', mesh%seed, 'start of the random numbers', range='[1, inf)')
+      call fields%answer('WINDOW', mesh%windowed, 'look only at the part of the grid around the material, '// &
+        'which follows it: what the run costs does not depend on the empty grid, and its results are those of '// &
+        'the whole; pictures of the mesh show the part')
+      call fields%data('`axis, first, last, number of intervals [, last spacing / first spacing]` '// &
+        'or `axis, LINES, v1, v2, ...`; a further line of an axis goes on from its last value', 0, huge(1), free=.true.)
+      if (fields%writing .and. given) call write_axes(fields, mesh, deck%dimension)
+    end associate
+  end subroutine grid_fields
+
+  !> Whether a grid has something random.
+  pure logical function is_random(mesh)
+    type(mesh_source_type), intent(in) :: mesh
+
+    is_random = mesh%perturbation > 0.0_wp .or. mesh%diagonal == diagonal_random
+  end function is_random
+
+  !> Lines along the axes.
+  subroutine write_axes(fields, mesh, dimension)
+    class(card_fields_type), intent(inout) :: fields
+    type(mesh_source_type), intent(in) :: mesh
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    character(len=:), allocatable :: text
+    integer :: axis, i
+
+    do axis = 1, dimension
+      associate (lines => mesh%axes(axis)%lines)
+        do i = 1, size(lines)
+          text = ' '//real_text(lines(i))
+          if (i == 1) text = ' '//trim(axis_words(axis))//', LINES,'//text
+          if (i < size(lines)) text = text//','
+          call fields%raw(text)
+        end do
+      end associate
+    end do
+  end subroutine write_axes
+
+  !> Lines along the axes, and checks.
+  subroutine finish_grid(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     integer :: i, before
 
-    if (state%analysis%mesh%kind /= mesh_none) then
-      call state%fault(card, 'the deck has a mesh already')
-      return
-    end if
-    associate (mesh => state%analysis%mesh)
-      mesh%kind = mesh_grid
-      mesh%where = source_line(card%place)
-      mesh%element = card%word('ELEMENT')
-      mesh%diagonal = position_of(card%word('DIAGONAL'), diagonal_words)
-      mesh%perturbation = card%number('PERTURB')
-      mesh%seed = card%whole('SEED')
-      mesh%windowed = card%word('WINDOW') == 'YES'
-      if (card%has('SEED') .and. .not. mesh%perturbation > 0.0_wp .and. &
-        mesh%diagonal /= diagonal_random) call state%fault(card, &
-        'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
-    end associate
+    if (card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%fault(card, &
+      'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
     call check_element_dimension(card, state)
     before = state%messages%error_count()
     do i = 1, size(card%rows)
       if (card%rows(i)%good) call read_axis_row(card, card%rows(i), state)
     end do
     if (state%messages%error_count() == before) call check_axes(card, state)
-  end subroutine handle_grid
+  end subroutine finish_grid
 
   !> The element belongs to models of this dimension.
   subroutine check_element_dimension(card, state)

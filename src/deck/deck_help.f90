@@ -2,8 +2,8 @@
 module qsmpm_deck_help
   use qsmpm_text, only: string_type, upper, squeezed
   use qsmpm_deck_state, only: did_you_mean
-  use qsmpm_keyword_table, only: table_type, keyword_type, item_type, data_type, kind_word, &
-    kind_name, kind_file, kind_integer, kind_real, kind_flag, in_model, in_material, in_phase, many
+  use qsmpm_card_items, only: item_type, data_type, kind_word, kind_name, kind_file, kind_integer, kind_real, kind_flag
+  use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
   use qsmpm_deck_reference_head, only: reference_head
   use qsmpm_renamed_words, only: renamed_text

@@ -3,12 +3,12 @@ module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, history_type, plane_strain, axisymmetric, &
     quantity_displacement, quantity_position, quantity_stress, quantity_reaction, quantity_state
-  use qsmpm_text, only: squeezed, real_text
-  use qsmpm_cards, only: card_type, number_at
-  use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, position_of, quantity_words, axis_words, tensor_words
-  use qsmpm_analysis_lists, only: append
-  use qsmpm_keyword_table, only: table_type, in_model, many, kind_word, kind_name, kind_real
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_objects, only: list_histories
+  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_words, only: bar_list, quantity_words, axis_words, tensor_words
+  use qsmpm_keyword_table, only: table_type, in_model, many
   implicit none
   private
 
@@ -16,83 +16,86 @@ module qsmpm_deck_histories
 
 contains
 
-  !> Entry of *HISTORY.
+  !> *HISTORY.
   subroutine add_history_keyword(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(history_type) :: history
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
       'POSITION follow a massless tracer that starts at the place given; STRESS is '// &
-      'that of the nearest material point, as is STATE; REACTION is the sum over a node set.', handle_history)
-    call table%parameter('NAME', kind_name, 'name of the column', required=.true.)
-    call table%parameter('QUANTITY', kind_word, 'what is recorded', required=.true., &
-      allowed=bar_list(quantity_words))
-    call table%parameter('COMPONENT', kind_word, 'X, Y, Z for vectors, XX to YZ for '// &
-      'STRESS; wanted unless QUANTITY=STATE', allowed=bar_list(axis_words)//'|'//bar_list(tensor_words))
-    call table%parameter('UNIT', kind_name, 'unit in the header; made of *UNITS when not given')
-    call table%parameter('SCALE', kind_real, 'factor of the values', &
-      default=real_text(history%scale))
-    call table%parameter('NSET', kind_name, 'node set', needs='QUANTITY=REACTION')
-    call table%parameter('STATE', kind_name, 'state variable: its name in the results (plastic_strain, '// &
-      'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
-    call table%data('place', 1, 1, when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE')
-    call table%column('x', kind_real, 'coordinate')
-    call table%column('y', kind_real, 'coordinate')
-    call table%column('z', kind_real, 'coordinate', third=.true.)
-    call table%example('*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
-      '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate')
+      'that of the nearest material point, as is STATE; REACTION is the sum over a node set.', history_fields, &
+      '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
+      '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate', check_history, list=list_histories, &
+      opens='history')
   end subroutine add_history_keyword
 
   !> *HISTORY.
-  subroutine handle_history(card, state)
+  subroutine history_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (history => deck%analysis%histories(deck%item))
+      call fields%line(history%where)
+      call fields%name('NAME', history%name, 'name of the column', required=.true.)
+      if (fields%reading) history%quantity = 0
+      call fields%choice('QUANTITY', history%quantity, bar_list(quantity_words), 'what is recorded', required=.true.)
+      call component_field(fields, history)
+      call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
+      call fields%number('SCALE', history%scale, 'factor of the values')
+      call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
+      call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &
+        'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
+      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE')
+      call fields%number('x', history%at(1), 'coordinate')
+      call fields%number('y', history%at(2), 'coordinate')
+      call fields%number('z', history%at(3), 'coordinate', third=.true.)
+    end associate
+  end subroutine history_fields
+
+  !> The component: of a vector, or, behind those in the list of words, of a tensor.
+  subroutine component_field(fields, history)
+    class(card_fields_type), intent(inout) :: fields
+    type(history_type), intent(inout) :: history
+    integer :: word, before
+
+    before = merge(size(axis_words), 0, history%quantity == quantity_stress)
+    word = before + history%component
+    if (fields%reading .or. history%quantity == quantity_state) word = 0
+    call fields%choice('COMPONENT', word, bar_list(axis_words)//'|'//bar_list(tensor_words), 'X, Y, Z for vectors, '// &
+      'XX to YZ for STRESS; wanted unless QUANTITY=STATE', open=.true.)
+    if (.not. fields%reading) return
+    history%component = max(0, word - before)
+    if (before == 0 .and. word > size(axis_words)) history%component = 0
+  end subroutine component_field
+
+  !> The component is one of the quantity, and what the quantity needs is there.
+  subroutine check_history(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(history_type) :: history
-    integer :: i
 
-    history%name = squeezed(card%value('NAME'))
-    history%where = source_line(card%place)
-    do i = 1, size(state%analysis%histories)
-      if (state%analysis%histories(i)%name == history%name .and. len(history%name) > 0) &
-        call state%fault(card, "there is already a history '"//history%name//"'")
-    end do
-    history%quantity = position_of(card%word('QUANTITY'), quantity_words)
-    if (history%quantity == quantity_state) then
-      history%state = squeezed(card%value('STATE'))
-      if (.not. card%has('STATE')) call state%fault(card, 'QUANTITY=STATE wants the parameter STATE')
-      if (card%has('COMPONENT')) call state%fault(card, 'COMPONENT has no meaning with QUANTITY=STATE')
-    else if (history%quantity > 0) then
-      if (.not. card%has('COMPONENT')) call state%fault(card, 'the parameter COMPONENT is missing')
-      call read_component(card, history, state)
-    end if
-    history%unit = squeezed(card%value('UNIT'))
-    history%scale = card%number('SCALE')
-    if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
-      "SCALE=0: the column '"//history%name//"' will be zero throughout")
-    if (size(card%rows) > 0) history%at = [(number_at(card%rows(1), i), i=1, 3)]
-    if (history%quantity == quantity_reaction) then
-      history%set = squeezed(card%value('NSET'))
-      if (.not. card%has('NSET')) call state%fault(card, 'QUANTITY=REACTION wants the '// &
-        'parameter NSET')
-    end if
-    call append(state%analysis%histories, history)
-  end subroutine handle_history
+    associate (history => state%analysis%histories(state%item))
+      if (history%quantity == quantity_state) then
+        if (.not. card%has('STATE')) call state%fault(card, 'QUANTITY=STATE wants the parameter STATE')
+        if (card%has('COMPONENT')) call state%fault(card, 'COMPONENT has no meaning with QUANTITY=STATE')
+      else if (history%quantity > 0) then
+        if (.not. card%has('COMPONENT')) call state%fault(card, 'the parameter COMPONENT is missing')
+        call check_component(card, history, state)
+      end if
+      if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
+        "SCALE=0: the column '"//history%name//"' will be zero throughout")
+      if (history%quantity == quantity_reaction .and. .not. card%has('NSET')) call state%fault(card, &
+        'QUANTITY=REACTION wants the parameter NSET')
+    end associate
+  end subroutine check_history
 
-  !> The component, which is one of a vector or of a tensor.
-  subroutine read_component(card, history, state)
+  !> The component is one of a vector or of a tensor, and in the plane of a plane model.
+  subroutine check_component(card, history, state)
     type(card_type), intent(in) :: card
-    type(history_type), intent(inout) :: history
+    type(history_type), intent(in) :: history
     type(deck_state_type), intent(inout) :: state
     logical :: tensor
 
-    tensor = history%quantity == quantity_stress
-    if (tensor) then
-      history%component = position_of(card%word('COMPONENT'), tensor_words)
-    else
-      history%component = position_of(card%word('COMPONENT'), axis_words)
-    end if
     if (len(card%word('COMPONENT')) == 0) return
+    tensor = history%quantity == quantity_stress
     if (history%component == 0) then
       call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
         card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', &
@@ -101,11 +104,10 @@ contains
       call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
         'model')
     end if
-  end subroutine read_component
+  end subroutine check_component
 
   !> Units of the histories that have none of their own, when *UNITS and *MODEL are known.
   pure subroutine give_units(analysis)
-    !> The analysis.
     type(analysis_type), intent(inout) :: analysis
     integer :: i
 
@@ -118,9 +120,7 @@ contains
 
   !> Unit of a quantity; '-' when it has none or the deck declares none.
   pure function unit_of(analysis, quantity) result(unit)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
-    !> One of the quantity_* values.
     integer, intent(in) :: quantity
     character(len=:), allocatable :: unit
 

@@ -1,17 +1,19 @@
 !> Cards that bring a mesh along: *MESH (a file), *NODE and *ELEMENT (in the deck).
 module qsmpm_deck_mesh
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_none, mesh_file, mesh_inline
+  use qsmpm_analysis, only: mesh_source_type, mesh_file, mesh_inline
+  use qsmpm_echo_lines, only: numbers, integers
   use qsmpm_element, only: element_from_name, node_count
   use qsmpm_text, only: integer_text, upper
-  use qsmpm_path, only: directory_of, joined, extension_of, absolute_path
+  use qsmpm_path, only: directory_of, joined, extension_of
   use qsmpm_messages, only: place_type, severity_error
   use qsmpm_cards, only: card_type, number_at, whole_at
-  use qsmpm_deck_state, only: deck_state_type, source_line
-  use qsmpm_deck_words, only: bar_list, format_words, element_words
+  use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_grid, only: check_element_dimension
-  use qsmpm_keyword_table, only: table_type, in_model, once, many, kind_word, kind_file, &
-    kind_integer, kind_real
+  use qsmpm_deck_objects, only: list_mesh
+  use qsmpm_deck_state, only: deck_state_type, source_line, beside_deck
+  use qsmpm_deck_words, only: bar_list, format_words, element_words
+  use qsmpm_keyword_table, only: table_type, in_model, once, many
   implicit none
   private
 
@@ -19,45 +21,44 @@ module qsmpm_deck_mesh
 
 contains
 
-  !> Entries of *MESH, *NODE, *ELEMENT.
+  !> *MESH, *NODE, *ELEMENT.
   subroutine add_mesh_keywords(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
 
-    call table%add('MESH', in_model, once, 'A mesh file with its named sets.', handle_mesh)
-    call table%parameter('INPUT', kind_file, 'the file, relative to the deck', required=.true.)
-    call table%parameter('FORMAT', kind_word, 'form of the file; .msh is GMSH and .inp is '// &
-      'ABAQUS when not given', allowed=bar_list(format_words))
-    call table%example('*MESH, INPUT=slope.msh')
-
-    call table%add('NODE', in_model, many, 'Nodes of a mesh in the deck.', handle_node)
-    call table%data('nodes', 1, huge(1))
-    call table%column('label', kind_integer, 'label of the node', range='[1, inf)')
-    call table%column('x', kind_real, 'coordinate')
-    call table%column('y', kind_real, 'coordinate')
-    call table%column('z', kind_real, 'coordinate', third=.true.)
-    call table%example('*NODE| 1, 0, 0| 2, 1, 0| 3, 0, 1')
-
+    call table%add('MESH', in_model, once, 'A mesh file with its named sets.', file_fields, '*MESH, INPUT=slope.msh', &
+      finish_file, list=list_mesh, opens='mesh')
+    call table%add('NODE', in_model, many, 'Nodes of a mesh in the deck.', node_fields, &
+      '*NODE| 1, 0, 0| 2, 1, 0| 3, 0, 1', read_nodes, list=list_mesh, opens='mesh')
     call table%add('ELEMENT', in_model, many, 'Elements of a mesh in the deck, all of one '// &
-      'type. The nodes come in the order of VTK: corners, then mid nodes.', handle_element)
-    call table%parameter('TYPE', kind_word, 'element', required=.true., &
-      allowed=bar_list(element_words))
-    call table%data('elements', 1, huge(1))
-    call table%column('label', kind_integer, 'label of the element', range='[1, inf)')
-    call table%column('node', kind_integer, 'label of a node', range='[1, inf)', repeated=.true.)
-    call table%example('*ELEMENT, TYPE=TRI3| 1, 1, 2, 3')
+      'type. The nodes come in the order of VTK: corners, then mid nodes.', element_fields, &
+      '*ELEMENT, TYPE=TRI3| 1, 1, 2, 3', read_elements, list=list_mesh, opens='mesh')
   end subroutine add_mesh_keywords
 
   !> *MESH.
-  subroutine handle_mesh(card, state)
+  subroutine file_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    associate (mesh => deck%analysis%mesh)
+      given = mesh%kind == mesh_file
+      call fields%given(given)
+      if (fields%reading) mesh%kind = mesh_file
+      call fields%line(mesh%where)
+      call fields%file('INPUT', mesh%file, 'the file, relative to the deck', required=.true.)
+      call fields%word('FORMAT', mesh%format, bar_list(format_words), 'form of the file; .msh is GMSH and .inp is '// &
+        'ABAQUS when not given', open=.true.)
+    end associate
+  end subroutine file_fields
+
+  !> The file is there, and its form is known.
+  subroutine finish_file(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     logical :: there
 
-    if (.not. begin_mesh(card, mesh_file, state)) return
     associate (mesh => state%analysis%mesh)
-      mesh%file = absolute_path(joined(directory_of(card%place%file), card%value('INPUT')))
-      mesh%format = card%word('FORMAT')
+      mesh%file = beside_deck(card, 'INPUT')
       if (len(card%value('INPUT')) == 0) return
       inquire (file=mesh%file, exist=there)
       if (.not. there) call state%fault(card, "there is no file '"// &
@@ -73,53 +74,93 @@ contains
           "' does not follow from its name; give FORMAT=GMSH or FORMAT=ABAQUS")
       end select
     end associate
-  end subroutine handle_mesh
+  end subroutine finish_file
 
-  !> Whether the mesh may come from a card: there is none yet, or one of the same kind.
-  logical function begin_mesh(card, kind, state)
-    type(card_type), intent(in) :: card
-    !> mesh_file or mesh_inline.
-    integer, intent(in) :: kind
-    type(deck_state_type), intent(inout) :: state
+  !> A mesh in the deck that has no nodes or elements yet.
+  subroutine begin_inline(fields, mesh)
+    class(card_fields_type), intent(inout) :: fields
+    type(mesh_source_type), intent(inout) :: mesh
+    logical :: given
 
-    associate (mesh => state%analysis%mesh)
-      begin_mesh = mesh%kind == mesh_none .or. (mesh%kind == mesh_inline .and. kind == mesh_inline)
-      if (.not. begin_mesh) then
-        call state%fault(card, 'the deck has a mesh already')
-      else if (mesh%kind == mesh_none) then
-        mesh%kind = kind
-        mesh%where = source_line(card%place)
-      end if
-      if (begin_mesh .and. kind == mesh_inline .and. .not. allocated(mesh%node_labels)) then
-        allocate (mesh%node_labels(0), mesh%nodes(3, 0), mesh%element_labels(0), &
-          mesh%connectivity(0, 0))
-        mesh%element = ''
-      end if
-    end associate
-  end function begin_mesh
+    given = mesh%kind == mesh_inline
+    call fields%given(given)
+    if (.not. fields%reading .or. mesh%kind == mesh_inline) return
+    mesh%kind = mesh_inline
+    call fields%line(mesh%where)
+    allocate (mesh%node_labels(0), mesh%nodes(3, 0), mesh%element_labels(0), mesh%connectivity(0, 0))
+    mesh%element = ''
+  end subroutine begin_inline
 
   !> *NODE.
-  subroutine handle_node(card, state)
+  subroutine node_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    real(wp) :: x(3)
+    integer :: i, label
+
+    x = 0.0_wp
+    label = 0
+    associate (mesh => deck%analysis%mesh)
+      call begin_inline(fields, mesh)
+      if (fields%writing .and. mesh%kind == mesh_inline) then
+        do i = 1, size(mesh%node_labels)
+          call fields%raw(' '//integer_text(mesh%node_labels(i))//', '//numbers(mesh%nodes(:deck%dimension, i)))
+        end do
+      else
+        call fields%data('nodes', 1, huge(1))
+        call fields%whole('label', label, 'label of the node', range='[1, inf)')
+        call fields%number('x', x(1), 'coordinate')
+        call fields%number('y', x(2), 'coordinate')
+        call fields%number('z', x(3), 'coordinate', third=.true.)
+      end if
+    end associate
+  end subroutine node_fields
+
+  !> The nodes of a card, which may be very many.
+  subroutine read_nodes(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
 
-    if (.not. begin_mesh(card, mesh_inline, state)) return
     associate (mesh => state%analysis%mesh, rows => card%rows)
       mesh%node_labels = [mesh%node_labels, (whole_at(rows(i), 1), i=1, size(rows))]
       mesh%nodes = reshape([mesh%nodes, ((number_at(rows(i), k), k=2, 4), i=1, size(rows))], &
         [3, size(mesh%nodes, 2) + size(rows)])
       call check_unique(card, mesh%node_labels, 'node', state)
     end associate
-  end subroutine handle_node
+  end subroutine read_nodes
 
   !> *ELEMENT.
-  subroutine handle_element(card, state)
+  subroutine element_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer, allocatable :: labels(:)
+    character(len=:), allocatable :: type
+    integer :: i, label
+
+    label = 0
+    associate (mesh => deck%analysis%mesh)
+      call begin_inline(fields, mesh)
+      if (fields%writing) type = mesh%element
+      call fields%word('TYPE', type, bar_list(element_words), 'element', required=.true.)
+      if (fields%writing .and. mesh%kind == mesh_inline) then
+        do i = 1, size(mesh%element_labels)
+          call fields%raw(' '//integers([mesh%element_labels(i), mesh%connectivity(:, i)]))
+        end do
+      else
+        call fields%data('elements', 1, huge(1))
+        call fields%whole('label', label, 'label of the element', range='[1, inf)')
+        call fields%labels('node', labels, 'label of a node', range='[1, inf)')
+      end if
+    end associate
+  end subroutine element_fields
+
+  !> The elements of a card.
+  subroutine read_elements(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     integer :: i, k, n, before
 
-    if (.not. begin_mesh(card, mesh_inline, state)) return
     associate (mesh => state%analysis%mesh, rows => card%rows)
       if (len(mesh%element) == 0) then
         mesh%element = card%word('TYPE')
@@ -144,7 +185,7 @@ contains
       call check_unique(card, mesh%element_labels, 'element', state)
     end associate
     call keep_places(card, state)
-  end subroutine handle_element
+  end subroutine read_elements
 
   !> Remember where the elements were written.
   pure subroutine keep_places(card, state)

@@ -1,14 +1,13 @@
 !> Cards of a laboratory test on one material point: *POINT TEST, *INITIAL STRESS, *POINT STAGE.
 module qsmpm_deck_point
   use qsmpm_kinds, only: wp
-  use qsmpm_text, only: squeezed, real_text
-  use qsmpm_path, only: directory_of, joined, absolute_path
-  use qsmpm_cards, only: card_type, number_at, word_at
-  use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, position_of, test_words, strain_words, height_words
-  use qsmpm_keyword_table, only: table_type, in_model, once, many, kind_name, kind_real, kind_word, kind_file, &
-    kind_integer
-  use qsmpm_point_test, only: point_test_type, point_stage_type, lead_words
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_objects, only: list_stages
+  use qsmpm_deck_state, only: deck_state_type, beside_deck
+  use qsmpm_deck_words, only: bar_list, test_words, strain_words, height_words
+  use qsmpm_keyword_table, only: table_type, in_model, once, many
+  use qsmpm_point_test, only: point_stage_type, lead_words, test_undrained
   implicit none
   private
 
@@ -16,160 +15,152 @@ module qsmpm_deck_point
 
 contains
 
-  !> Entries of *POINT TEST, *INITIAL STRESS, *POINT STAGE.
+  !> *POINT TEST, *INITIAL STRESS, *POINT STAGE.
   subroutine add_point_keywords(table)
-    !> The table of keywords.
     type(table_type), intent(inout) :: table
-    type(point_test_type) :: test
 
     call table%add('POINT TEST', in_model, once, 'A laboratory test on one material point, run by `qsmpm point`. '// &
       'Such a deck has materials, *METHOD (KINEMATICS and RATE count), *POINT STAGE cards and no scene. The axis '// &
-      'of the specimen is y.', handle_test)
-    call table%parameter('TYPE', kind_word, 'OEDOMETER: sides held. TRIAXIAL DRAINED: lateral stress kept. '// &
-      'TRIAXIAL UNDRAINED: volume kept, both sides alike. BIAXIAL: z held, stress along x kept. SIMPLE SHEAR: '// &
-      'sides held, top moves along x. ISOTROPIC: all sides alike. PATH: every component by its name', &
-      required=.true., &
-      allowed=bar_list(test_words))
-    call table%parameter('MATERIAL', kind_name, 'name of the material; the only one when not given')
-    call table%parameter('DIMENSION', kind_word, 'components the law works with: 2 (11, 22, 33, 12) or 3 (all six)', &
-      default='3', allowed='2|3')
-    call table%parameter('STRAIN', kind_word, 'measure of axial, volumetric and E strains: change over the first '// &
-      'length or volume, or the logarithm', default=trim(strain_words(test%strain)), allowed=bar_list(strain_words))
-    call table%parameter('HEIGHT', kind_word, 'FREE: the normal stress is kept; FIXED: the height, and so the '// &
-      'volume', &
-      default=trim(height_words(0)), allowed=bar_list(height_words), needs='TYPE=SIMPLE SHEAR')
-    call table%parameter('CELL PRESSURE', kind_real, 'equal stress on all sides at the start, compression '// &
-      'positive; beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', &
-      range='[0, inf)', &
-      needs='TYPE=TRIAXIAL DRAINED|TRIAXIAL UNDRAINED|BIAXIAL|ISOTROPIC')
-    call table%parameter('START TIME', kind_real, 'time at the start, for models that depend on time', &
-      default=real_text(test%start_time))
-    call table%parameter('TOLERANCE', kind_real, 'stress error allowed over the largest stress of a step', &
-      default=real_text(test%tolerance), range='(0, 1e-2]')
-    call table%example('*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|*POINT STAGE, '// &
-      'STEPS=100| AXIAL STRAIN, 0.1')
-
+      'of the specimen is y.', test_fields, '*POINT TEST, TYPE=TRIAXIAL DRAINED, MATERIAL=sand, CELL PRESSURE=100|'// &
+      '*POINT STAGE, STEPS=100| AXIAL STRAIN, 0.1')
     call table%add('INITIAL STRESS', in_model, once, 'Stress of the point of *POINT TEST at the start, tension '// &
-      'positive; zero without the card and without a cell pressure.', handle_stress)
-    call table%data('stress', 1, 1)
-    call table%column('s11', kind_real, 'lateral stress')
-    call table%column('s22', kind_real, 'axial stress')
-    call table%column('s33', kind_real, 'lateral stress')
-    call table%column('s12', kind_real, 'shear stress, 0 when not given', required=.false.)
-    call table%column('s13', kind_real, 'shear stress, 0 when not given', required=.false.)
-    call table%column('s23', kind_real, 'shear stress, 0 when not given', required=.false.)
-    call table%example('*INITIAL STRESS| -50, -100, -50')
-    call add_stage(table)
-  end subroutine add_point_keywords
-
-  !> Entry of *POINT STAGE.
-  subroutine add_stage(table)
-    !> The table of keywords.
-    type(table_type), intent(inout) :: table
-
+      'positive; zero without the card and without a cell pressure.', stress_fields, &
+      '*INITIAL STRESS| -50, -100, -50')
     call table%add('POINT STAGE', in_model, many, 'A part of a *POINT TEST: the quantities named go in equal '// &
       'steps from what they are to the values given; what the test keeps stays as it is. Values are those at the '// &
       'end, not increments: an unloading stage names a smaller strain or stress. Strains count from the start of '// &
-      'the test. A step that finds no equilibrium is cut.', handle_stage)
-    call table%parameter('STEPS', kind_integer, 'steps of the stage, 50 when not given; with INPUT steps to each '// &
-      'row, 1 when not given', range='[1, inf)')
-    call table%parameter('TIME', kind_real, 'how long the stage lasts, for models that depend on time; 1 when '// &
-      'neither it nor a column `time` of the table says it', range='(0, inf)')
-    call table%parameter('INPUT', kind_file, 'CSV file of targets in place of data lines, relative to the deck: '// &
-      'first line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are '// &
-      'brought to the units of *UNITS; a column `time` has the time of each row from the start of the stage, in '// &
-      'the unit of the model')
-    call table%data('nothing: the file has them', 0, 0, when='INPUT')
-    call table%data('targets', 1, 9)
-    call table%column('quantity', kind_word, 'compression positive: AXIAL STRAIN, AXIAL STRESS, DEVIATOR (axial '// &
-      'less lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC STRAIN. Along x positive: SHEAR '// &
-      'STRAIN, SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation gradient), E11 to E23 (strain; '// &
-      'E12 is the component F12), S11 to S23 (Cauchy stress); components that are never named keep their place', &
-      allowed=bar_list(lead_words))
-    call table%column('value', kind_real, 'value at the end of the stage')
-    call table%example('*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02')
-  end subroutine add_stage
+      'the test. A step that finds no equilibrium is cut.', stage_fields, &
+        '*POINT STAGE, STEPS=40| AXIAL STRAIN, 0.02', &
+      finish_stage, list=list_stages, opens='stage')
+  end subroutine add_point_keywords
 
   !> *POINT TEST.
-  subroutine handle_test(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
+  subroutine test_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer :: height
+    logical :: cell_given
 
-    associate (test => state%analysis%point_test)
-      test%given = .true.
-      test%file = card%place%file
-      test%line = card%place%line
-      test%kind = position_of(card%word('TYPE'), test_words)
-      test%material = squeezed(card%value('MATERIAL'))
-      test%dimension = merge(2, 3, card%word('DIMENSION') == '2')
-      test%strain = position_of(card%word('STRAIN'), strain_words)
-      test%fixed_height = card%word('HEIGHT') == trim(height_words(1))
-      test%tolerance = card%number('TOLERANCE')
-      test%start_time = card%number('START TIME')
-      test%cell_given = card%has('CELL PRESSURE')
-      if (test%cell_given) test%cell_pressure = card%number('CELL PRESSURE')
+    associate (test => deck%analysis%point_test)
+      call fields%given(test%given)
+      if (fields%reading) then
+        test%file = fields%here%file
+        test%line = fields%here%line
+        test%kind = 0
+      end if
+      call fields%choice('TYPE', test%kind, bar_list(test_words), 'OEDOMETER: sides held. TRIAXIAL DRAINED: '// &
+        'lateral stress kept. TRIAXIAL UNDRAINED: volume kept, both sides alike. BIAXIAL: z held, stress along x '// &
+        'kept. SIMPLE SHEAR: sides held, top moves along x. ISOTROPIC: all sides alike. PATH: every component by '// &
+        'its name', required=.true.)
+      call fields%name('MATERIAL', test%material, 'name of the material; the only one when not given')
+      call fields%choice('DIMENSION', test%dimension, '2|3', 'components the law works with: 2 (11, 22, 33, 12) or '// &
+        '3 (all six)', first=2)
+      call fields%choice('STRAIN', test%strain, bar_list(strain_words), 'measure of axial, volumetric and E '// &
+        'strains: change over the first length or volume, or the logarithm')
+      height = merge(1, 0, test%fixed_height)
+      call fields%choice('HEIGHT', height, bar_list(height_words), 'FREE: the normal stress is kept; FIXED: the '// &
+        'height, and so the volume', first=0, needs='TYPE=SIMPLE SHEAR')
+      test%fixed_height = height == 1
+      ! The stress at the start, which is written, tells the cell pressure of all tests but one.
+      cell_given = fields%writing .and. test%kind == test_undrained
+      call fields%number('CELL PRESSURE', test%cell_pressure, 'equal stress on all sides at the start, compression '// &
+        'positive; beside *INITIAL STRESS the total lateral stress, which pore pressures are counted from', &
+        range='[0, inf)', needs='TYPE=TRIAXIAL DRAINED|TRIAXIAL UNDRAINED|BIAXIAL|ISOTROPIC', given=cell_given)
+      if (fields%reading) test%cell_given = cell_given
+      call fields%number('START TIME', test%start_time, 'time at the start, for models that depend on time')
+      call fields%number('TOLERANCE', test%tolerance, 'stress error allowed over the largest stress of a step', &
+        range='(0, 1e-2]')
     end associate
-  end subroutine handle_test
+  end subroutine test_fields
 
   !> *INITIAL STRESS.
-  subroutine handle_stress(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    integer :: i
+  subroutine stress_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    character(len=*), parameter :: shear = 'shear stress, 0 when not given'
 
-    associate (test => state%analysis%point_test)
-      test%stress_given = .true.
-      if (size(card%rows) == 0) return
-      if (.not. card%rows(1)%good) return
-      do i = 1, size(card%rows(1)%items)
-        test%stress(i) = number_at(card%rows(1), i)
-      end do
+    associate (test => deck%analysis%point_test)
+      if (fields%writing) test%stress_given = test%given
+      call fields%given(test%stress_given)
+      call fields%data('stress')
+      call fields%number('s11', test%stress(1), 'lateral stress')
+      call fields%number('s22', test%stress(2), 'axial stress')
+      call fields%number('s33', test%stress(3), 'lateral stress')
+      call fields%number('s12', test%stress(4), shear, required=.false.)
+      call fields%number('s13', test%stress(5), shear, required=.false.)
+      call fields%number('s23', test%stress(6), shear, required=.false.)
     end associate
-  end subroutine handle_stress
+  end subroutine stress_fields
 
   !> *POINT STAGE.
-  subroutine handle_stage(card, state)
+  subroutine stage_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer :: steps
+    logical :: duration_given
+
+    associate (stage => deck%analysis%point_test%stages(deck%item))
+      if (fields%reading) then
+        stage%file = fields%here%file
+        stage%line = fields%here%line
+      end if
+      ! How many steps there are without the parameter is said by the data.
+      steps = merge(stage%steps, 0, fields%writing)
+      call fields%whole('STEPS', steps, 'steps of the stage, 50 when not given; with INPUT steps to each '// &
+        'row, 1 when not given', range='[1, inf)')
+      duration_given = fields%writing .and. .not. allocated(stage%times)
+      call fields%number('TIME', stage%duration, 'how long the stage lasts, for models that depend on time; 1 when '// &
+        'neither it nor a column `time` of the table says it', range='(0, inf)', given=duration_given)
+      if (fields%reading) stage%duration_given = duration_given
+      call fields%file('INPUT', stage%table, 'CSV file of targets in place of data lines, relative to the deck: '// &
+        'first line `e22 [%],s11 [kPa]`, then a row for each target. Stresses in Pa, kPa, MPa, kN/m^2, ... are '// &
+        'brought to the units of *UNITS; a column `time` has the time of each row from the start of the stage, in '// &
+        'the unit of the model')
+      if (steps == 0 .and. len(stage%table) > 0) steps = 1
+      if (steps > 0) stage%steps = steps
+      call target_fields(fields, stage)
+    end associate
+  end subroutine stage_fields
+
+  !> Quantities and their values at the end of a stage.
+  subroutine target_fields(fields, stage)
+    class(card_fields_type), intent(inout) :: fields
+    type(point_stage_type), intent(inout) :: stage
+    integer :: i, n
+
+    n = 0
+    if (allocated(stage%leads)) n = size(stage%leads)
+    call fields%data('nothing: the file has them', 0, 0, when='INPUT')
+    call fields%data('targets', 1, 9, rows=n)
+    if (.not. fields%writing) then
+      if (allocated(stage%leads)) deallocate (stage%leads, stage%targets)
+      allocate (stage%leads(n), source=0)
+      allocate (stage%targets(n, 1), source=0.0_wp)
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%choice('quantity', stage%leads(i), bar_list(lead_words), 'compression positive: AXIAL STRAIN, '// &
+        'AXIAL STRESS, DEVIATOR (axial less lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC '// &
+        'STRAIN. Along x positive: SHEAR STRAIN, SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation '// &
+        'gradient), E11 to E23 (strain; E12 is the component F12), S11 to S23 (Cauchy stress); components that are '// &
+        'never named keep their place')
+      call fields%number('value', stage%targets(i, 1), 'value at the end of the stage')
+    end do
+  end subroutine target_fields
+
+  !> The table by its full path; a data line with an error leaves the stage without targets.
+  subroutine finish_stage(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(point_stage_type) :: stage
     integer :: i
 
-    stage%file = card%place%file
-    stage%line = card%place%line
-    stage%table = ''
-    allocate (stage%leads(0), stage%targets(0, 0))
-    if (card%has('INPUT')) then
-      stage%steps = 1
-      stage%table = absolute_path(joined(directory_of(card%place%file), card%value('INPUT')))
-    else if (all([(card%rows(i)%good, i=1, size(card%rows))])) then
-      deallocate (stage%leads, stage%targets)
-      allocate (stage%leads(size(card%rows)), stage%targets(size(card%rows), 1))
-      do i = 1, size(card%rows)
-        stage%leads(i) = position_of(word_at(card%rows(i), 1), lead_words)
-        stage%targets(i, 1) = number_at(card%rows(i), 2)
-      end do
-    end if
-    if (card%has('STEPS')) stage%steps = max(1, card%whole('STEPS'))
-    stage%duration_given = card%has('TIME')
-    if (stage%duration_given) stage%duration = card%number('TIME')
-    call append_stage(state%analysis%point_test, stage)
-  end subroutine handle_stage
-
-  !> One more stage.
-  pure subroutine append_stage(test, stage)
-    !> The test.
-    type(point_test_type), intent(inout) :: test
-    !> The stage.
-    type(point_stage_type), intent(in) :: stage
-    type(point_stage_type), allocatable :: longer(:)
-    integer :: i
-
-    if (.not. allocated(test%stages)) allocate (test%stages(0))
-    allocate (longer(size(test%stages) + 1))
-    do i = 1, size(test%stages)
-      longer(i) = test%stages(i)
-    end do
-    longer(size(longer)) = stage
-    call move_alloc(longer, test%stages)
-  end subroutine append_stage
+    associate (stage => state%analysis%point_test%stages(state%item))
+      if (card%has('INPUT')) then
+        stage%table = beside_deck(card, 'INPUT')
+      else if (any([(.not. card%rows(i)%good, i=1, size(card%rows))])) then
+        deallocate (stage%leads, stage%targets)
+        allocate (stage%leads(0), stage%targets(0, 0))
+      end if
+    end associate
+  end subroutine finish_stage
 end module qsmpm_deck_point

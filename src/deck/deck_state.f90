@@ -1,17 +1,18 @@
-!> What is known while a deck is read: the analysis so far, the messages, and where the reader is.
+!> What is known while a deck is read or written: the analysis so far, the messages, and where the reader is.
 module qsmpm_deck_state
   use qsmpm_analysis, only: analysis_type, source_line_type
+  use qsmpm_path, only: directory_of, joined, absolute_path
   use qsmpm_text, only: string_type, nearest_word
   use qsmpm_messages, only: message_list_type, place_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type
   implicit none
   private
 
-  public :: deck_state_type, points_request_type, did_you_mean, source_line
+  public :: deck_state_type, points_request_type, did_you_mean, source_line, beside_deck
 
   !> A *POINTS card, kept until all bodies are known.
   type :: points_request_type
-    type(place_type) :: place
+    type(source_line_type) :: where
     !> Empty: for all bodies without a card of their own.
     character(len=:), allocatable :: body
     integer :: per_element = 0
@@ -21,10 +22,14 @@ module qsmpm_deck_state
   type :: deck_state_type
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
+    !> The material, the phase and the item of another list (body, set, load, ...) that a card is about.
+    integer :: material = 0, phase = 0, item = 0
     !> 2 or 3, 0 while *MODEL is missing or wrong.
     integer :: dimension = 0
     !> There is a *MODEL, right or wrong.
     logical :: model_given = .false.
+    !> An *INCLUDE was met: lines of the deck are missing.
+    logical :: unresolved = .false.
     !> The last line of the deck: the place of what is missing.
     type(place_type) :: last
     !> Inside *PHASE ... *END PHASE, and where the phase began.
@@ -47,9 +52,7 @@ contains
   !> Report an error of a card.
   pure subroutine fault(self, card, sentence)
     class(deck_state_type), intent(inout) :: self
-    !> The card.
     type(card_type), intent(in) :: card
-    !> What is wrong.
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, card%place, card%keyword, sentence)
@@ -58,11 +61,8 @@ contains
   !> Report an error of a data line.
   pure subroutine fault_at(self, card, row, sentence)
     class(deck_state_type), intent(inout) :: self
-    !> Its card.
     type(card_type), intent(in) :: card
-    !> The data line.
     type(row_type), intent(in) :: row
-    !> What is wrong.
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, row%place, card%keyword, sentence)
@@ -75,7 +75,6 @@ contains
     type(source_line_type), intent(in) :: where
     !> Its keyword without the star.
     character(len=*), intent(in) :: keyword
-    !> What is wrong.
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, place_of(self, where), keyword, sentence)
@@ -88,7 +87,6 @@ contains
     type(source_line_type), intent(in) :: where
     !> Its keyword without the star.
     character(len=*), intent(in) :: keyword
-    !> What looks wrong.
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_warning, place_of(self, where), keyword, sentence)
@@ -113,7 +111,6 @@ contains
 
   !> A place as the analysis keeps it.
   pure function source_line(place) result(where)
-    !> The place.
     type(place_type), intent(in) :: place
     type(source_line_type) :: where
 
@@ -121,11 +118,18 @@ contains
     where%line = place%line
   end function source_line
 
+  !> The full path of a file that a parameter of a card names.
+  function beside_deck(card, parameter) result(path)
+    type(card_type), intent(in) :: card
+    character(len=*), intent(in) :: parameter
+    character(len=:), allocatable :: path
+
+    path = absolute_path(joined(directory_of(card%place%file), card%value(parameter)))
+  end function beside_deck
+
   !> The nearest known word as a question, empty when none is near.
   pure function did_you_mean(word, known) result(text)
-    !> The unknown word.
     character(len=*), intent(in) :: word
-    !> The known ones.
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: text
 

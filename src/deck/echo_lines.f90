@@ -1,12 +1,12 @@
 !> Text of an echo deck as it grows: keyword lines, data lines, numbers that read back to the same
-!> bits, long lists continued over several lines.
+!> bits.
 module qsmpm_echo_lines
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: real_text, integer_text
   implicit none
   private
 
-  public :: echo_type, quoted, numbers
+  public :: echo_type, quoted, numbers, integers
 
   character(len=1), parameter :: newline = new_line('a')
   !> Room that is made at once, so that long decks are not copied for every line.
@@ -18,7 +18,6 @@ module qsmpm_echo_lines
     character(len=:), allocatable :: text
   contains
     procedure :: line
-    procedure :: list
   end type echo_type
 
 contains
@@ -42,29 +41,21 @@ contains
     self%length = needed
   end subroutine line
 
-  !> Write whole numbers as one data line, continued where it gets long.
-  pure subroutine list(self, values)
-    class(echo_type), intent(inout) :: self
-    !> The numbers.
+  !> Whole numbers with commas between them.
+  pure function integers(values) result(text)
     integer, intent(in) :: values(:)
-    !> Numbers in a line of text.
-    integer, parameter :: in_a_line = 10
     character(len=:), allocatable :: text
     integer :: i
 
     text = ''
     do i = 1, size(values)
-      text = text//' '//integer_text(values(i))
-      if (i < size(values)) text = text//','
-      if (mod(i, in_a_line) > 0 .and. i < size(values)) cycle
-      call self%line(text)
-      text = ''
+      if (i > 1) text = text//', '
+      text = text//integer_text(values(i))
     end do
-  end subroutine list
+  end function integers
 
   !> Reals with commas between them.
   pure function numbers(values) result(text)
-    !> The numbers.
     real(wp), intent(in) :: values(:)
     character(len=:), allocatable :: text
     integer :: i
@@ -78,7 +69,6 @@ contains
 
   !> A name or file as a value: in double quotes where it needs them.
   pure function quoted(name) result(text)
-    !> The name.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: text
 

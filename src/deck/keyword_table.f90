@@ -1,68 +1,38 @@
-!> The form of the table of keywords: what a card may say, in words that serve the strict check of
-!> decks, `qsmpm help` and the deck reference alike. The entries are made beside their handlers.
-!>
-!> An entry is made by `add`, followed by `parameter`, `data`, `column` and `example` calls that
-!> belong to it. Conditions (`needs`, `when`) are 'NAME' (given), 'NAME=A|B' (value, given or
-!> default). Ranges are written as in mathematics: '(0, 0.5]', '[1, inf)'.
+!> The table of keywords: what a card is for, where it may stand, which procedure has its fields (qsmpm_card_fields)
+!> and which one finishes a card that was read. Check, reader, echo, help and deck reference go by it.
 module qsmpm_keyword_table
-  use qsmpm_kinds, only: wp
-  use qsmpm_text, only: string_type, stripped, split, read_real
+  use qsmpm_text, only: string_type
   use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_card_items, only: item_type, data_type
+  use qsmpm_card_visitors, only: describer_type
+  use qsmpm_deck_objects, only: list_none, list_materials, list_phases, prototype_deck
   use qsmpm_deck_state, only: deck_state_type
   implicit none
   private
 
-  public :: table_type, keyword_type, item_type, data_type, handler_interface, make_item, append_item, in_range, holds
+  public :: table_type, keyword_type, finish_interface
 
-  !> What a value is.
-  integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, &
-    kind_real = 5, kind_flag = 6
   !> Where a card may stand.
   integer, parameter, public :: in_model = 1, in_material = 2, in_phase = 3, anywhere = 4
   !> How often a card may stand there.
   integer, parameter, public :: once = 1, many = 2
 
-  !> A parameter or a column of data lines.
-  type :: item_type
-    character(len=:), allocatable :: name, sentence
-    integer :: kind = kind_word
-    !> Words with bars between them; for numbers the words that may stand in their place.
-    character(len=:), allocatable :: allowed
-    !> Written out, empty when there is none.
-    character(len=:), allocatable :: default
-    character(len=:), allocatable :: range
-    !> Condition under which the parameter has a meaning, and parameters it excludes.
-    character(len=:), allocatable :: needs, excludes
-    logical :: required = .false.
-    !> Column: any number of times at the end of the line; only (and always) in 3D.
-    logical :: repeated = .false.
-    logical :: third = .false.
-    !> Of the data lines.
-    logical :: is_column = .false.
-    !> Without a default: where it is not given other parameters decide.
-    logical :: open = .false.
-  end type item_type
-
-  !> Data lines of a card.
-  type :: data_type
-    !> Condition under which they are these; the first that holds counts.
-    character(len=:), allocatable :: when, sentence
-    integer :: minimum = 0
-    integer :: maximum = 0
-    !> Not made of these columns: the handler checks them.
-    logical :: free = .false.
-    type(item_type), allocatable :: columns(:)
-  end type data_type
-
   abstract interface
-    !> Puts what a checked card says into the analysis.
-    subroutine handler_interface(card, state)
+    !> The fields of a card.
+    subroutine fields_interface(fields, deck)
+      import :: card_fields_type, deck_state_type
+      class(card_fields_type), intent(inout) :: fields
+      type(deck_state_type), intent(inout) :: deck
+    end subroutine fields_interface
+
+    !> What follows the reading of a card: checks of what its fields say together, and data lines that are no columns.
+    subroutine finish_interface(card, state)
       import :: card_type, deck_state_type
-      !> The card with its defaults filled in.
+      !> With its defaults filled in.
       type(card_type), intent(in) :: card
-      !> The deck so far.
       type(deck_state_type), intent(inout) :: state
-    end subroutine handler_interface
+    end subroutine finish_interface
   end interface
 
   !> A keyword.
@@ -72,22 +42,24 @@ module qsmpm_keyword_table
     character(len=:), allocatable :: advice
     integer :: section = in_model
     integer :: times = once
+    !> What the card is about: one of the lists of qsmpm_deck_objects; and, where it begins an item of it, what that is.
+    integer :: list = list_none
+    character(len=:), allocatable :: opens
+    procedure(fields_interface), pointer, nopass :: fields => null()
+    procedure(finish_interface), pointer, nopass :: finish => null()
+    !> As the fields describe them.
     type(item_type), allocatable :: parameters(:)
     type(data_type), allocatable :: data(:)
-    procedure(handler_interface), pointer, nopass :: handler => null()
   end type keyword_type
 
   !> All keywords; `keywords(:count)` are used.
   type :: table_type
     integer :: count = 0
     type(keyword_type), allocatable :: keywords(:)
+    !> One of everything, with its defaults.
+    type(deck_state_type), private, allocatable :: prototype
   contains
     procedure :: add
-    procedure :: parameter
-    procedure :: data
-    procedure :: column
-    procedure :: take
-    procedure :: example
     procedure :: advise
     procedure :: find
     procedure :: names
@@ -95,163 +67,46 @@ module qsmpm_keyword_table
 
 contains
 
-  !> Begin an entry.
-  subroutine add(self, name, section, times, sentence, handler)
+  !> One more keyword.
+  subroutine add(self, name, section, times, sentence, fields, example, finish, list, opens)
     class(table_type), intent(inout) :: self
     !> Capitals, without the star.
     character(len=*), intent(in) :: name
-    !> One of in_model, in_material, in_phase, anywhere.
-    integer, intent(in) :: section
-    !> once or many.
-    integer, intent(in) :: times
-    !> What it is for.
+    integer, intent(in) :: section, times
     character(len=*), intent(in) :: sentence
-    !> Puts it into the analysis.
-    procedure(handler_interface) :: handler
+    procedure(fields_interface) :: fields
+    !> Lines of a deck with bars between them.
+    character(len=*), intent(in) :: example
+    procedure(finish_interface), optional :: finish
+    !> The material or the phase the card stands in when not given.
+    integer, intent(in), optional :: list
+    character(len=*), intent(in), optional :: opens
+    type(describer_type) :: describer
 
     call make_room(self)
+    if (.not. allocated(self%prototype)) allocate (self%prototype, source=prototype_deck())
     self%count = self%count + 1
     associate (entry => self%keywords(self%count))
       entry%name = name
       entry%section = section
       entry%times = times
       entry%sentence = sentence
-      entry%example = ''
-      entry%handler => handler
-      allocate (entry%parameters(0), entry%data(0))
+      entry%example = with_newlines(example)
+      entry%fields => fields
+      if (present(finish)) entry%finish => finish
+      if (section == in_material) entry%list = list_materials
+      if (section == in_phase) entry%list = list_phases
+      if (present(list)) entry%list = list
+      if (present(opens)) entry%opens = opens
+      allocate (describer%parameters(0), describer%lines(0))
+      call fields(describer, self%prototype)
+      call move_alloc(describer%parameters, entry%parameters)
+      call move_alloc(describer%lines, entry%data)
     end associate
   end subroutine add
 
-  !> Room for one more entry.
-  subroutine make_room(self)
-    type(table_type), intent(inout) :: self
-    type(keyword_type), allocatable :: longer(:)
-    integer :: i
-
-    if (.not. allocated(self%keywords)) allocate (self%keywords(16))
-    if (self%count < size(self%keywords)) return
-    allocate (longer(2*self%count))
-    do i = 1, self%count
-      longer(i) = self%keywords(i)
-    end do
-    call move_alloc(longer, self%keywords)
-  end subroutine make_room
-
-  !> Give the entry a parameter.
-  subroutine parameter(self, name, kind, sentence, required, default, allowed, range, needs, &
-    excludes)
-    class(table_type), intent(inout) :: self
-    !> Capitals.
-    character(len=*), intent(in) :: name
-    !> One of the kind_* values.
-    integer, intent(in) :: kind
-    !> What it means.
-    character(len=*), intent(in) :: sentence
-    !> It must be given.
-    logical, intent(in), optional :: required
-    !> Value when it is not.
-    character(len=*), intent(in), optional :: default
-    !> Words with bars between them.
-    character(len=*), intent(in), optional :: allowed
-    !> Range of a number.
-    character(len=*), intent(in), optional :: range
-    !> Condition under which it has a meaning.
-    character(len=*), intent(in), optional :: needs
-    !> Parameters it excludes, with bars between them.
-    character(len=*), intent(in), optional :: excludes
-    type(item_type) :: item
-
-    call make_item(item, name, kind, sentence, allowed, range, needs, required)
-    if (present(default)) item%default = default
-    if (present(excludes)) item%excludes = excludes
-    call append_item(self%keywords(self%count)%parameters, item)
-  end subroutine parameter
-
-  !> Give the entry data lines; without a call it has none.
-  subroutine data(self, sentence, minimum, maximum, when, free)
-    class(table_type), intent(inout) :: self
-    !> What they say.
-    character(len=*), intent(in) :: sentence
-    !> Least number of lines.
-    integer, intent(in) :: minimum
-    !> Largest number of lines; huge(1) for any number.
-    integer, intent(in) :: maximum
-    !> Condition under which they are these.
-    character(len=*), intent(in), optional :: when
-    !> The handler checks the columns.
-    logical, intent(in), optional :: free
-    type(data_type), allocatable :: longer(:)
-    integer :: i, n
-
-    associate (entry => self%keywords(self%count))
-      n = size(entry%data) + 1
-      allocate (longer(n))
-      do i = 1, n - 1
-        longer(i) = entry%data(i)
-      end do
-      longer(n)%sentence = sentence
-      longer(n)%minimum = minimum
-      longer(n)%maximum = maximum
-      longer(n)%when = ''
-      if (present(when)) longer(n)%when = when
-      if (present(free)) longer(n)%free = free
-      allocate (longer(n)%columns(0))
-      call move_alloc(longer, entry%data)
-    end associate
-  end subroutine data
-
-  !> Give the last data lines of the entry a column.
-  subroutine column(self, name, kind, sentence, required, allowed, range, repeated, third)
-    class(table_type), intent(inout) :: self
-    !> As shown to the user.
-    character(len=*), intent(in) :: name
-    !> One of the kind_* values.
-    integer, intent(in) :: kind
-    !> What it means.
-    character(len=*), intent(in) :: sentence
-    !> True unless said otherwise.
-    logical, intent(in), optional :: required
-    !> Words with bars between them.
-    character(len=*), intent(in), optional :: allowed
-    !> Range of a number.
-    character(len=*), intent(in), optional :: range
-    !> Any number of times at the end of the line, at least once when required.
-    logical, intent(in), optional :: repeated
-    !> Only, and always, in 3D.
-    logical, intent(in), optional :: third
-    type(item_type) :: item
-
-    call make_item(item, name, kind, sentence, allowed, range)
-    item%required = .true.
-    if (present(required)) item%required = required
-    if (present(repeated)) item%repeated = repeated
-    if (present(third)) item%third = third
-    associate (entry => self%keywords(self%count))
-      call append_item(entry%data(size(entry%data))%columns, item)
-    end associate
-  end subroutine column
-
-  !> Give the entry parameters, and columns of its last data lines, as the fields of its card describe them.
-  subroutine take(self, items)
-    class(table_type), intent(inout) :: self
-    type(item_type), intent(in) :: items(:)
-    integer :: i
-
-    associate (entry => self%keywords(self%count))
-      do i = 1, size(items)
-        if (items(i)%is_column) then
-          call append_item(entry%data(size(entry%data))%columns, items(i))
-        else
-          call append_item(entry%parameters, items(i))
-        end if
-      end do
-    end associate
-  end subroutine take
-
-  !> Give the entry an example: lines of a deck.
-  subroutine example(self, text)
-    class(table_type), intent(inout) :: self
-    !> Lines with bars between them.
+  !> Bars as ends of lines.
+  pure function with_newlines(text) result(shown)
     character(len=*), intent(in) :: text
     character(len=len(text)) :: shown
     integer :: i
@@ -260,8 +115,22 @@ contains
     do i = 1, len(text)
       if (text(i:i) == '|') shown(i:i) = new_line('a')
     end do
-    self%keywords(self%count)%example = shown
-  end subroutine example
+  end function with_newlines
+
+  !> Room for one more entry.
+  subroutine make_room(self)
+    type(table_type), intent(inout) :: self
+    type(keyword_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(self%keywords)) allocate (self%keywords(64))
+    if (self%count < size(self%keywords)) return
+    allocate (longer(2*self%count))
+    do i = 1, self%count
+      longer(i) = self%keywords(i)
+    end do
+    call move_alloc(longer, self%keywords)
+  end subroutine make_room
 
   !> Say what to choose for a scene.
   subroutine advise(self, scene, choice)
@@ -274,46 +143,6 @@ contains
       entry%advice = entry%advice//scene//': '//choice//new_line('a')
     end associate
   end subroutine advise
-
-  !> What parameters and columns share.
-  pure subroutine make_item(item, name, kind, sentence, allowed, range, needs, required)
-    type(item_type), intent(inout) :: item
-    character(len=*), intent(in) :: name
-    integer, intent(in) :: kind
-    character(len=*), intent(in) :: sentence
-    character(len=*), intent(in), optional :: allowed
-    character(len=*), intent(in), optional :: range, needs
-    logical, intent(in), optional :: required
-
-    item%name = name
-    item%kind = kind
-    item%sentence = sentence
-    item%allowed = ''
-    item%range = ''
-    item%default = ''
-    item%needs = ''
-    item%excludes = ''
-    if (present(allowed)) item%allowed = allowed
-    if (present(range)) item%range = range
-    if (present(needs)) item%needs = needs
-    if (present(required)) item%required = required
-  end subroutine make_item
-
-  !> Put an item at the end of a list.
-  pure subroutine append_item(list, item)
-    type(item_type), allocatable, intent(inout) :: list(:)
-    type(item_type), intent(in) :: item
-    type(item_type), allocatable :: longer(:)
-    integer :: i
-
-    if (.not. allocated(list)) allocate (list(0))
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i) = list(i)
-    end do
-    longer(size(longer)) = item
-    call move_alloc(longer, list)
-  end subroutine append_item
 
   !> Number of a keyword, 0 when there is none of the name.
   pure integer function find(self, name)
@@ -331,7 +160,6 @@ contains
   !> Names of all keywords.
   pure subroutine names(self, list)
     class(table_type), intent(in) :: self
-    !> The names.
     type(string_type), allocatable, intent(inout) :: list(:)
     integer :: i
 
@@ -341,51 +169,4 @@ contains
       list(i)%text = self%keywords(i)%name
     end do
   end subroutine names
-
-  !> Whether a number is in a range.
-  pure logical function in_range(value, range)
-    !> The number.
-    real(wp), intent(in) :: value
-    !> '(0, 0.5]'; empty: any number.
-    character(len=*), intent(in) :: range
-    real(wp) :: lower, upper_end
-    integer :: comma, n, low, high
-
-    in_range = .true.
-    n = len(range)
-    if (n == 0) return
-    comma = index(range, ',')
-    call read_real(stripped(range(2:comma - 1)), lower, low)
-    call read_real(stripped(range(comma + 1:n - 1)), upper_end, high)
-    if (low == 0) then
-      in_range = value > lower
-      if (range(1:1) == '[') in_range = value >= lower
-    end if
-    if (high == 0 .and. in_range) then
-      in_range = value < upper_end
-      if (range(n:n) == ']') in_range = value <= upper_end
-    end if
-  end function in_range
-
-  !> Whether a condition holds for a card whose defaults are filled in.
-  pure logical function holds(card, condition)
-    !> The card.
-    type(card_type), intent(in) :: card
-    !> 'NAME', 'NAME=A|B' or empty.
-    character(len=*), intent(in) :: condition
-    type(string_type), allocatable :: words(:)
-    integer :: equals, i
-
-    holds = len(condition) == 0
-    if (holds) return
-    equals = index(condition, '=')
-    if (equals == 0) then
-      holds = card%has(condition)
-      return
-    end if
-    call split(condition(equals + 1:), '|', words)
-    do i = 1, size(words)
-      if (card%word(condition(:equals - 1)) == words(i)%text) holds = .true.
-    end do
-  end function holds
 end module qsmpm_keyword_table

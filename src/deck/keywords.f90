@@ -1,5 +1,5 @@
-!> All keywords of the deck. A new keyword is an entry and a handler in one of the modules used
-!> here.
+!> All keywords of the deck, in the order of the deck reference and of the echo. A new keyword is an entry and its
+!> fields in one of the modules used here.
 module qsmpm_keywords
   use qsmpm_keyword_table, only: table_type
   use qsmpm_deck_general, only: add_general_keywords, add_output_keywords
@@ -10,7 +10,6 @@ module qsmpm_keywords
   use qsmpm_deck_materials, only: add_material_keywords
   use qsmpm_deck_histories, only: add_history_keyword
   use qsmpm_deck_phases, only: add_phase_keywords
-  use qsmpm_deck_controls, only: add_control_keywords
   use qsmpm_deck_point, only: add_point_keywords
   implicit none
   private
@@ -19,9 +18,8 @@ module qsmpm_keywords
 
 contains
 
-  !> The table of keywords, in the order of the deck reference.
+  !> The table of keywords.
   subroutine make_table(table)
-    !> The table.
     type(table_type), intent(out) :: table
 
     call add_general_keywords(table)
@@ -33,7 +31,6 @@ contains
     call add_history_keyword(table)
     call add_output_keywords(table)
     call add_phase_keywords(table)
-    call add_control_keywords(table)
     call add_point_keywords(table)
   end subroutine make_table
 end module qsmpm_keywords

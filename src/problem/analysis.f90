@@ -235,7 +235,7 @@ module qsmpm_analysis
   type :: support_type
     character(len=:), allocatable :: surface
     type(source_line_type) :: where
-    integer :: kind = support_none
+    integer :: kind = support_normal
   end type support_type
 
   !> Gravity per unit of load factor; multiplies the unit weight.

@@ -4,7 +4,7 @@ module test_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_card_check, only: check_card
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_card_visitors, only: describer_type, reader_type, writer_type, reader
+  use qsmpm_card_visitors, only: reader_type, writer_type, reader, writer
   use qsmpm_cards, only: card_type, make_cards
   use qsmpm_deck_help, only: explanation
   use qsmpm_deck_lines, only: line_list_type, cut_lines
@@ -58,29 +58,27 @@ contains
       needs='SHAPE=ROUND|ODD')
     call fields%answer('DEEP', sample%deep, 'whether below')
     call fields%name('NSET', sample%set, 'where', required=.true.)
-    call fields%column('E', sample%modulus, 'modulus', range='(0, inf)')
-    call fields%column('strength', sample%strength, 'largest stress', range='[0, inf)', required=.false., none='NONE')
+    call fields%data('stiffness')
+    call fields%number('E', sample%modulus, 'modulus', range='(0, inf)')
+    call fields%number('strength', sample%strength, 'largest stress', range='[0, inf)', required=.false., none='NONE')
   end subroutine sample_fields
 
   !> The table of keywords with the card in it.
   subroutine make_sample_table(table)
     type(table_type), intent(out) :: table
-    type(describer_type) :: fields
-    type(sample_type) :: sample
 
-    call table%add('SAMPLE', in_model, once, 'A card.', handle_nothing)
-    call table%data('stiffness', 1, 1)
-    call sample_fields(fields, sample)
-    call table%take(fields%items)
+    call table%add('SAMPLE', in_model, once, 'A card.', described_fields, '*SAMPLE, NSET=top| 7')
   end subroutine make_sample_table
 
-  !> The test reads the card itself.
-  subroutine handle_nothing(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
+  !> The table is told of the card; the test reads it itself.
+  subroutine described_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    type(sample_type) :: sample
 
-    if (.not. card%good) state%dimension = 0
-  end subroutine handle_nothing
+    if (.not. fields%reading) deck%dimension = 2
+    call sample_fields(fields, sample)
+  end subroutine described_fields
 
   !> Check and read a card.
   subroutine read_sample(text, sample, messages)
@@ -112,7 +110,7 @@ contains
     type(echo_type) :: echo
 
     sample = from
-    call fields%begin('SAMPLE')
+    fields = writer('SAMPLE', 2)
     call sample_fields(fields, sample)
     call fields%finish(echo)
     text = echo%text(:echo%length)
@@ -125,7 +123,6 @@ contains
     character(len=:), allocatable :: text
 
     call make_sample_table(table)
-    table%keywords(1)%example = ''
     text = explanation(table%keywords(1), '- ', '`')
     call has('a whole number', '- `COUNT=whole number`: how many; in `[1, 9]`; default `3`'//nl)
     call has('a number', '- `WEIGHT=number`: how heavy; in `[0, inf)`; default `0.1`'//nl)

@@ -1,0 +1,126 @@
+!> What a card may say, in words that serve the strict check of decks, `qsmpm help` and the deck reference alike: its
+!> parameters and the columns of its data lines (items), with ranges and conditions. Ranges are written as in
+!> mathematics: '(0, 0.5]', '[1, inf)'. Conditions are 'NAME' (given) or 'NAME=A|B' (value, given or default).
+module qsmpm_card_items
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: string_type, stripped, split, read_real
+  use qsmpm_cards, only: card_type
+  implicit none
+  private
+
+  public :: item_type, data_type, append_item, append_data, in_range, holds
+
+  !> What a value is.
+  integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, kind_real = 5, &
+    kind_flag = 6
+
+  !> A parameter or a column of data lines.
+  type :: item_type
+    character(len=:), allocatable :: name, sentence
+    integer :: kind = kind_word
+    !> Words with bars between them; for numbers the words that may stand in their place.
+    character(len=:), allocatable :: allowed
+    !> Written out, empty when there is none.
+    character(len=:), allocatable :: default
+    character(len=:), allocatable :: range
+    !> Condition under which the parameter has a meaning, and parameters it excludes.
+    character(len=:), allocatable :: needs, excludes
+    logical :: required = .false.
+    !> Column: any number of times at the end of the line; only (and always) in 3D.
+    logical :: repeated = .false.
+    logical :: third = .false.
+    !> Of the data lines.
+    logical :: is_column = .false.
+    !> Without a default: where it is not given other parameters decide.
+    logical :: open = .false.
+  end type item_type
+
+  !> Data lines of a card.
+  type :: data_type
+    !> Condition under which they are these; the first that holds counts.
+    character(len=:), allocatable :: when, sentence
+    integer :: minimum = 1, maximum = 1
+    !> Not made of columns: what comes after the fields checks them.
+    logical :: free = .false.
+    type(item_type), allocatable :: columns(:)
+  end type data_type
+
+contains
+
+  !> Put an item at the end of a list.
+  pure subroutine append_item(list, item)
+    type(item_type), allocatable, intent(inout) :: list(:)
+    type(item_type), intent(in) :: item
+    type(item_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(list)) allocate (list(0))
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_item
+
+  !> Put data lines at the end of a list.
+  pure subroutine append_data(list, data)
+    type(data_type), allocatable, intent(inout) :: list(:)
+    type(data_type), intent(in) :: data
+    type(data_type), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(list)) allocate (list(0))
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = data
+    call move_alloc(longer, list)
+  end subroutine append_data
+
+  !> Whether a number is in a range.
+  pure logical function in_range(value, range)
+    real(wp), intent(in) :: value
+    !> '(0, 0.5]'; empty: any number.
+    character(len=*), intent(in) :: range
+    real(wp) :: lower, upper_end
+    integer :: comma, n, low, high
+
+    in_range = .true.
+    n = len(range)
+    if (n == 0) return
+    comma = index(range, ',')
+    call read_real(stripped(range(2:comma - 1)), lower, low)
+    call read_real(stripped(range(comma + 1:n - 1)), upper_end, high)
+    if (low == 0) then
+      in_range = value > lower
+      if (range(1:1) == '[') in_range = value >= lower
+    end if
+    if (high == 0 .and. in_range) then
+      in_range = value < upper_end
+      if (range(n:n) == ']') in_range = value <= upper_end
+    end if
+  end function in_range
+
+  !> Whether a condition holds for a card whose defaults are filled in.
+  pure logical function holds(card, condition)
+    type(card_type), intent(in) :: card
+    !> 'NAME', 'NAME=A|B' or empty.
+    character(len=*), intent(in) :: condition
+    type(string_type), allocatable :: words(:)
+    integer :: equals, i
+
+    holds = len(condition) == 0
+    if (holds) return
+    equals = index(condition, '=')
+    if (equals == 0) then
+      holds = card%has(condition)
+      return
+    end if
+    call split(condition(equals + 1:), '|', words)
+    do i = 1, size(words)
+      if (card%word(condition(:equals - 1)) == words(i)%text) holds = .true.
+    end do
+  end function holds
+end module qsmpm_card_items

@@ -1,0 +1,137 @@
+!> Cards of what acts on a phase: *GRAVITY, *TRACTION, *PRESSURE, and *SUPPORT, which holds a surface.
+module qsmpm_deck_loads
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: traction_type, support_none
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_objects, only: list_tractions, list_supports
+  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_words, only: bar_list, carrier_words, support_words
+  use qsmpm_keyword_table, only: table_type, in_phase, once, many
+  implicit none
+  private
+
+  public :: add_load_keywords
+
+contains
+
+  !> *GRAVITY, *TRACTION, *PRESSURE, *SUPPORT.
+  subroutine add_load_keywords(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('GRAVITY', in_phase, once, 'Gravity per unit of load factor; multiplies the '// &
+      'unit weight of the materials.', gravity_fields, '*GRAVITY| 0, -1')
+    call table%add('TRACTION', in_phase, many, 'Dead load on a surface, force per undeformed '// &
+      'area per unit of load factor.', traction_fields, '*TRACTION, SURFACE=top| 0, -10', check_load, &
+      list=list_tractions, opens='traction')
+    call table%add('PRESSURE', in_phase, many, 'Pressure on a surface per unit of load factor; it '// &
+      'follows area and normal of the surface.', pressure_fields, '*PRESSURE, SURFACE=wall| 50', check_load, &
+      list=list_tractions, opens='pressure')
+    call table%add('SUPPORT', in_phase, many, 'Surface held at zero displacement wherever it '// &
+      'cuts the grid; stays until changed.', support_fields, '*SUPPORT, SURFACE=rock, TYPE=NORMAL', check_support, &
+      list=list_supports, opens='support')
+  end subroutine add_load_keywords
+
+  !> *GRAVITY.
+  subroutine gravity_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (gravity => deck%analysis%phases(deck%phase)%gravity)
+      call fields%given(gravity%given)
+      call fields%data('vector')
+      call vector_fields(fields, 'g', gravity%vector)
+    end associate
+  end subroutine gravity_fields
+
+  !> Columns of a vector.
+  subroutine vector_fields(fields, letter, vector)
+    class(card_fields_type), intent(inout) :: fields
+    character(len=1), intent(in) :: letter
+    real(wp), intent(inout) :: vector(3)
+
+    call fields%number(letter//'x', vector(1), 'component')
+    call fields%number(letter//'y', vector(2), 'component')
+    call fields%number(letter//'z', vector(3), 'component', third=.true.)
+  end subroutine vector_fields
+
+  !> *TRACTION.
+  subroutine traction_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: dead
+
+    associate (traction => deck%analysis%phases(deck%phase)%tractions(deck%item))
+      dead = .not. traction%follows
+      call fields%given(dead)
+      call surface_field(fields, traction)
+      call fields%choice('CARRIER', traction%carrier, bar_list(carrier_words), 'tracked surface points, or the '// &
+        'outermost material points, only to compare with the paper')
+      call fields%data('vector')
+      call vector_fields(fields, 't', traction%vector)
+    end associate
+  end subroutine traction_fields
+
+  !> *PRESSURE.
+  subroutine pressure_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (traction => deck%analysis%phases(deck%phase)%tractions(deck%item))
+      call fields%given(traction%follows)
+      call surface_field(fields, traction)
+      call fields%data('pressure')
+      call fields%number('p', traction%pressure, 'force per current area, positive against the body')
+    end associate
+  end subroutine pressure_fields
+
+  !> The surface of a load.
+  subroutine surface_field(fields, traction)
+    class(card_fields_type), intent(inout) :: fields
+    type(traction_type), intent(inout) :: traction
+
+    call fields%line(traction%where)
+    call fields%name('SURFACE', traction%surface, 'the surface', required=.true.)
+  end subroutine surface_field
+
+  !> A phase has one load a surface.
+  subroutine check_load(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (list => state%analysis%phases(state%phase)%tractions)
+      do i = 1, size(list) - 1
+        if (list(i)%surface == list(size(list))%surface) call state%fault(card, &
+          "surface '"//list(i)%surface//"' has a traction in this phase already")
+      end do
+    end associate
+  end subroutine check_load
+
+  !> *SUPPORT.
+  subroutine support_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (support => deck%analysis%phases(deck%phase)%supports(deck%item))
+      call fields%line(support%where)
+      call fields%name('SURFACE', support%surface, 'the surface; a plane one for TYPE=NORMAL', required=.true.)
+      call fields%choice('TYPE', support%kind, bar_list(support_words), 'NORMAL: it slides on its plane, ALL: it '// &
+        'sticks, FREE: it is freed again', first=support_none)
+    end associate
+  end subroutine support_fields
+
+  !> A phase has one support a surface.
+  subroutine check_support(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (list => state%analysis%phases(state%phase)%supports)
+      do i = 1, size(list) - 1
+        if (list(i)%surface == list(size(list))%surface) call state%fault(card, &
+          "surface '"//list(i)%surface//"' has a support in this phase already")
+      end do
+    end associate
+  end subroutine check_support
+end module qsmpm_deck_loads

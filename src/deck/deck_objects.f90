@@ -1,0 +1,226 @@
+!> What a card is about: the analysis as a whole, or one item of a list of it (a material, a body, a load of a phase).
+!> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
+module qsmpm_deck_objects
+  use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
+    traction_type, support_type, mesh_none
+  use qsmpm_analysis_lists, only: append
+  use qsmpm_cards, only: card_type
+  use qsmpm_deck_state, only: deck_state_type, points_request_type
+  use qsmpm_point_test, only: point_stage_type
+  use qsmpm_recommended_method, only: undecided_method
+  implicit none
+  private
+
+  public :: empty_deck, prototype_deck, open_item, count_items, go_to_item, check_new_name
+
+  !> Lists; none is the analysis as a whole, of which the mesh is a part that only one card may bring.
+  integer, parameter, public :: list_none = 0, list_mesh = 1, list_node_sets = 2, list_element_sets = 3, &
+    list_surfaces = 4, list_bodies = 5, list_points = 6, list_materials = 7, list_histories = 8, list_stages = 9, &
+    list_phases = 10, list_tractions = 11, list_supports = 12
+  integer, parameter :: last_list = list_supports
+
+contains
+
+  !> A deck with nothing in it.
+  pure subroutine empty_deck(state)
+    type(deck_state_type), intent(inout) :: state
+
+    associate (analysis => state%analysis)
+      analysis%deck = ''
+      analysis%job = ''
+      analysis%heading = ''
+      analysis%length_unit = '-'
+      analysis%force_unit = '-'
+      analysis%method = undecided_method()
+      allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), analysis%bodies(0), &
+        analysis%materials(0), analysis%histories(0), analysis%phases(0), analysis%point_test%stages(0))
+    end associate
+    allocate (state%points(0), state%element_places(0), state%places(0))
+  end subroutine empty_deck
+
+  !> A deck with one item in every list, from which defaults are told.
+  function prototype_deck() result(state)
+    type(deck_state_type) :: state
+    integer :: list
+
+    call empty_deck(state)
+    do list = list_node_sets, last_list
+      call open_item(state, list)
+      call go_to_item(state, list, 1)
+    end do
+  end function prototype_deck
+
+  !> Put a new item at the end of a list.
+  subroutine open_item(state, list)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: list
+    type(set_type) :: set
+    type(surface_type) :: surface
+    type(body_type) :: body
+    type(material_type) :: material
+    type(history_type) :: history
+
+    associate (analysis => state%analysis)
+      select case (list)
+      case (list_node_sets)
+        call append(analysis%node_sets, set)
+      case (list_element_sets)
+        call append(analysis%element_sets, set)
+      case (list_surfaces)
+        call append(analysis%surfaces, surface)
+      case (list_bodies)
+        call append(analysis%bodies, body)
+      case (list_materials)
+        call append(analysis%materials, material)
+      case (list_histories)
+        call append(analysis%histories, history)
+      case (list_points)
+        call append_request(state%points)
+      case (list_stages)
+        call append_stage(analysis%point_test%stages)
+      case (list_phases:)
+        call open_phase_item(analysis, list)
+      end select
+    end associate
+  end subroutine open_item
+
+  !> A new phase, or a new load or support of the last one.
+  pure subroutine open_phase_item(analysis, list)
+    type(analysis_type), intent(inout) :: analysis
+    integer, intent(in) :: list
+    type(phase_type) :: phase
+    type(traction_type) :: traction
+    type(support_type) :: support
+
+    select case (list)
+    case (list_tractions)
+      call append(analysis%phases(size(analysis%phases))%tractions, traction)
+    case (list_supports)
+      call append(analysis%phases(size(analysis%phases))%supports, support)
+    case default
+      allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%hold_test%at(0))
+      call append(analysis%phases, phase)
+    end select
+  end subroutine open_phase_item
+
+  !> One more request for points.
+  pure subroutine append_request(list)
+    type(points_request_type), allocatable, intent(inout) :: list(:)
+    type(points_request_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    call move_alloc(longer, list)
+  end subroutine append_request
+
+  !> One more stage of a point test.
+  pure subroutine append_stage(list)
+    type(point_stage_type), allocatable, intent(inout) :: list(:)
+    type(point_stage_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    call move_alloc(longer, list)
+  end subroutine append_stage
+
+  !> Number of items of a list; loads and supports are those of the phase that was gone to.
+  pure integer function count_items(state, list) result(count)
+    type(deck_state_type), intent(in) :: state
+    integer, intent(in) :: list
+
+    count = 1
+    associate (analysis => state%analysis)
+      select case (list)
+      case (list_mesh)
+        if (analysis%mesh%kind == mesh_none) count = 0
+      case (list_node_sets)
+        count = size(analysis%node_sets)
+      case (list_element_sets)
+        count = size(analysis%element_sets)
+      case (list_surfaces)
+        count = size(analysis%surfaces)
+      case (list_bodies)
+        count = size(analysis%bodies)
+      case (list_points)
+        count = size(state%points)
+      case (list_materials)
+        count = size(analysis%materials)
+      case (list_histories)
+        count = size(analysis%histories)
+      case (list_stages)
+        count = size(analysis%point_test%stages)
+      case (list_phases)
+        count = size(analysis%phases)
+      case (list_tractions)
+        count = size(analysis%phases(state%phase)%tractions)
+      case (list_supports)
+        count = size(analysis%phases(state%phase)%supports)
+      end select
+    end associate
+  end function count_items
+
+  !> The item that cards are about from now on.
+  pure subroutine go_to_item(state, list, number)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: list, number
+
+    select case (list)
+    case (list_materials)
+      state%material = number
+    case (list_phases)
+      state%phase = number
+    case default
+      state%item = number
+    end select
+  end subroutine go_to_item
+
+  !> The name of the last item of a list is that of no other; an empty one has been reported.
+  subroutine check_new_name(card, state, list, what)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: list
+    !> Noun for the message.
+    character(len=*), intent(in) :: what
+    character(len=:), allocatable :: name
+    integer :: i, last
+
+    last = count_items(state, list)
+    name = name_of(state%analysis, list, last)
+    if (len(name) == 0) return
+    do i = 1, last - 1
+      if (name_of(state%analysis, list, i) == name) call state%fault(card, 'there is already a '//what//" '"//name//"'")
+    end do
+  end subroutine check_new_name
+
+  !> Name of an item.
+  pure function name_of(analysis, list, number) result(name)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: list, number
+    character(len=:), allocatable :: name
+
+    select case (list)
+    case (list_node_sets)
+      name = analysis%node_sets(number)%name
+    case (list_element_sets)
+      name = analysis%element_sets(number)%name
+    case (list_surfaces)
+      name = analysis%surfaces(number)%name
+    case (list_bodies)
+      name = analysis%bodies(number)%name
+    case (list_materials)
+      name = analysis%materials(number)%name
+    case (list_histories)
+      name = analysis%histories(number)%name
+    case (list_phases)
+      name = analysis%phases(number)%name
+    case default
+      name = ''
+    end select
+  end function name_of
+end module qsmpm_deck_objects
