@@ -16,6 +16,7 @@
 module qsmpm_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type
+  use qsmpm_law_parameters, only: field_visitor_type
   use qsmpm_text, only: string_type, integer_text, real_text, read_integer, read_real, split, squeezed
   use qsmpm_card_items, only: item_type, data_type, in_range, kind_word, kind_name, kind_file, kind_integer, &
     kind_real, &
@@ -27,8 +28,10 @@ module qsmpm_card_fields
 
   character(len=*), parameter :: no_or_yes = 'NO|YES'
 
-  !> What goes over the fields of a card.
-  type, abstract :: card_fields_type
+  !> What goes over the fields of a card; of the card of a soil law as that law says (qsmpm_law_parameters).
+  type, abstract, extends(field_visitor_type) :: card_fields_type
+    !> Of the card.
+    character(len=:), allocatable :: keyword
     !> A card is read into the components, or written of them; neither where it is described.
     logical :: reading = .false., writing = .false.
     !> There is no such card to write.
@@ -59,6 +62,9 @@ module qsmpm_card_fields
     procedure :: labels
     procedure :: words
     procedure :: raw
+    procedure :: law_number
+    procedure :: law_choice
+    procedure :: law_data
   end type card_fields_type
 
   abstract interface
@@ -321,6 +327,35 @@ contains
     self%in_data = .true.
     call self%begin_data(lines, rows)
   end subroutine data
+
+  !> A number of a soil law.
+  subroutine law_number(self, name, value, sentence, range, required)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    real(wp), intent(inout) :: value
+    character(len=*), intent(in) :: range
+    logical, intent(in), optional :: required
+
+    call self%number(name, value, sentence, range, required=required)
+  end subroutine law_number
+
+  !> A choice of a soil law.
+  subroutine law_choice(self, name, value, words, sentence)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name, sentence
+    integer, intent(inout) :: value
+    character(len=*), intent(in) :: words
+
+    call self%choice(name, value, words, sentence)
+  end subroutine law_choice
+
+  !> The data line of a soil law.
+  subroutine law_data(self, name)
+    class(card_fields_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+
+    call self%data(name)
+  end subroutine law_data
 
   !> All numbers of the data lines.
   subroutine numbers(self, name, values, sentence, range)

@@ -120,6 +120,7 @@ contains
     type(reader_type) :: reader
 
     reader%card = card
+    reader%keyword = card%keyword
     reader%reading = .true.
     reader%here = source_line(card%place)
   end function reader
@@ -226,6 +227,7 @@ contains
 
     allocate (writer%card%parameters(0))
     writer%card%keyword = keyword
+    writer%keyword = keyword
     writer%current = ''
     writer%plane = dimension == 2
     writer%writing = .true.

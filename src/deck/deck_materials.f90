@@ -4,7 +4,7 @@ module qsmpm_deck_materials
   use qsmpm_analysis, only: cure_none
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_deck_hardening, only: add_hardening_keywords
+  use qsmpm_deck_soil_laws, only: add_soil_law_keywords
   use qsmpm_deck_objects, only: list_materials
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -31,7 +31,7 @@ contains
     call table%add('MOHR COULOMB', in_material, once, 'Strength after Mohr and Coulomb; phi = 0 is Tresca. Angles '// &
       'in degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
     call add_softening_keyword(table)
-    call add_hardening_keywords(table)
+    call add_soil_law_keywords(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 20')
     call table%add('K0', in_material, once, 'Horizontal over vertical stress of the material at the start, in the '// &

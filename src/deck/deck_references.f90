@@ -6,7 +6,8 @@ module qsmpm_deck_references
     source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
     phase_type
   use qsmpm_text, only: string_type, add_word
-  use qsmpm_material_traits, only: has_soil_law
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: traits_of
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_softening, only: check_softening
@@ -157,12 +158,13 @@ contains
     type(deck_state_type), intent(inout) :: state
     !> The material.
     type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
 
+    traits = traits_of(material)
     if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
       "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
-    if (material%user%given .and. has_soil_law(material)) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
-      "' has *USER MATERIAL beside *CAM CLAY or *HARDENING SOIL")
+    if (material%user%given .and. allocated(material%soil_law)) call state%fault_from(material%where, 'MATERIAL', &
+      "material '"//material%name//"' has *USER MATERIAL beside *"//traits%keyword)
     if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
       'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
   end subroutine check_user_material
@@ -172,20 +174,23 @@ contains
     type(deck_state_type), intent(inout) :: state
     !> The material.
     type(material_type), intent(in) :: material
-    integer :: laws
+    type(law_description_type) :: traits
+    logical :: elastic
 
     if (material%user%given) return
-    laws = count([material%young > 0.0_wp .or. material%mohr_coulomb, material%cam_clay%given, &
-      material%hardening_soil%given])
-    if (laws == 0 .or. (material%mohr_coulomb .and. .not. material%young > 0.0_wp .and. laws == 1)) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
-    if (laws > 1) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
-      "' has more than one law: *CAM CLAY and *HARDENING SOIL stand for *ELASTIC and *MOHR COULOMB")
-    if (.not. has_soil_law(material)) return
-    if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' hardens: *METHOD, "// &
-      'RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC')
-    if (size(state%analysis%phases) == 0 .or. .not. material%cam_clay%given) return
+    elastic = material%young > 0.0_wp .or. material%mohr_coulomb
+    if (.not. allocated(material%soil_law)) then
+      if (.not. material%young > 0.0_wp) call state%fault_from(material%where, 'MATERIAL', "material '"// &
+        material%name//"' has no *ELASTIC")
+      return
+    end if
+    traits = traits_of(material)
+    if (elastic) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      "' has more than one law: *"//traits%keyword//' stands for *ELASTIC and *MOHR COULOMB')
+    if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper .and. &
+      .not. traits%linear_elasticity) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      "' hardens: *METHOD, RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC")
+    if (size(state%analysis%phases) == 0 .or. .not. traits%needs_stress) return
     if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
       "clay '"//material%name//"' starts without stress, at its smallest pressure: *INITIAL, TYPE=K0 gives it one")
   end subroutine check_law

@@ -99,6 +99,7 @@ contains
       if (present(list)) entry%list = list
       if (present(opens)) entry%opens = opens
       allocate (describer%parameters(0), describer%lines(0))
+      describer%keyword = name
       call fields(describer, self%prototype)
       call move_alloc(describer%parameters, entry%parameters)
       call move_alloc(describer%lines, entry%data)

@@ -1,4 +1,5 @@
-!> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong to
+!> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong
+!> to
 !> it, what other rooms ask of such a law before there is one, and the model that is made of it.
 !>
 !> A law extends `law_parameters_type` beside its model and is entered in qsmpm_standard_laws; the deck makes its card,
@@ -15,18 +16,20 @@ module qsmpm_law_parameters
 
   !> Goes over the fields of a law: to describe, read or write them.
   type, abstract :: field_visitor_type
-    !> The values are written, not asked for.
-    logical :: writing = .false.
   contains
-    procedure(number_interface), deferred :: number
-    procedure(choice_interface), deferred :: choice
-    procedure(data_interface), deferred :: data
+    procedure(number_interface), deferred :: law_number
+    procedure(choice_interface), deferred :: law_choice
+    procedure(data_interface), deferred :: law_data
   end type field_visitor_type
 
   !> What is said of a law without its parameters, and of its kind of material.
   type :: law_description_type
     !> Keyword of the card, sentences of help, lines of an example with bars between them.
     character(len=:), allocatable :: keyword, sentence, example
+    !> Elasticity is linear, so that the paper's rule for the stress rate may be taken.
+    logical :: linear_elasticity = .false.
+    !> Poisson's ratio, where it is known; near 1/2 a grid locks.
+    real(wp) :: poisson = 0.0_wp
     !> The stress is bounded by a strength that ends all stiffness.
     logical :: has_strength = .false.
     !> The strength may fall.
@@ -53,7 +56,7 @@ module qsmpm_law_parameters
   end type law_parameters_slot_type
 
   abstract interface
-    !> A number: a parameter of the card or, after `data`, a column of its data line.
+    !> A number: a parameter of the card or, after `law_data`, a column of its data line.
     subroutine number_interface(self, name, value, sentence, range, required)
       import :: field_visitor_type, wp
       class(field_visitor_type), intent(inout) :: self

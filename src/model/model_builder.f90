@@ -20,6 +20,7 @@ module qsmpm_model_builder
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
+  use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
@@ -100,6 +101,7 @@ contains
     type(law_slot_type), intent(in), optional :: own(:)
     class(law_type), allocatable :: law
     type(error_type), allocatable :: error
+    type(law_description_type) :: traits
     integer :: m
 
     allocate (model%laws(size(model%analysis%materials)))
@@ -117,7 +119,8 @@ contains
           call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
             error%message, error%code)
         else
-          if (has_strength(material)) law%elastic_blend = elastic_blend
+          traits = traits_of(material)
+          if (traits%has_strength) law%elastic_blend = elastic_blend
           if (allocated(law%advice)) model%notes = model%notes//"material '"//material%name//"': "//law%advice// &
             new_line('a')
           allocate (model%laws(m)%law, source=law)
@@ -177,6 +180,7 @@ contains
   subroutine choose_cures(model)
     !> The model.
     type(model_type), intent(inout) :: model
+    type(law_description_type) :: traits
     logical :: smooth, linear
     integer :: m
 
@@ -185,9 +189,10 @@ contains
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
+        traits = traits_of(material)
         if (material%cure == cure_auto) then
-          material%cure = merge(cure_uniform_pressure, cure_none, locks(material, linear))
-          if (material%cure == cure_none .and. failure_ties_volume(material)) model%notes = model%notes// &
+          material%cure = merge(cure_uniform_pressure, cure_none, locks(traits, linear))
+          if (material%cure == cure_none .and. traits%failure_ties_volume) model%notes = model%notes// &
             "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows "// &
             'where its pressures show that it locks'//new_line('a')
         end if
@@ -203,14 +208,14 @@ contains
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
-  pure logical function locks(material, linear)
-    !> The material.
-    type(material_type), intent(in) :: material
+  pure logical function locks(traits, linear)
+    !> Of the material.
+    type(law_description_type), intent(in) :: traits
     !> Displacements are linear in a cell.
     logical, intent(in) :: linear
 
-    locks = material%poisson > locking_poisson &
-      .or. (linear .and. failure_ties_volume(material)) .or. failure_keeps_volume(material)
+    locks = traits%poisson > locking_poisson &
+      .or. (linear .and. traits%failure_ties_volume) .or. traits%failure_keeps_volume
   end function locks
 
   !> Fields of the state that start from what was built.

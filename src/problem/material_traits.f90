@@ -20,6 +20,8 @@ contains
     if (allocated(material%soil_law)) then
       traits = material%soil_law%describe()
     else
+      traits%linear_elasticity = .true.
+      traits%poisson = material%poisson
       traits%has_strength = material%mohr_coulomb
       traits%may_soften = material%softening%given
       traits%associated_flow = .not. (material%mohr_coulomb .and. material%dilatancy_angle < material%friction_angle)

@@ -87,14 +87,16 @@ contains
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: reason
+    type(law_description_type) :: traits
     integer :: m
 
     reason = ''
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
-        if (may_soften(material)) reason = &
+        traits = traits_of(material)
+        if (traits%may_soften) reason = &
           "material '"//material%name//"' may soften: its failure need not be symmetric"
-        if (.not. flow_is_associated(material)) &
+        if (.not. traits%associated_flow) &
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate
     end do

@@ -3,7 +3,8 @@
 module soil_trials
   use law_trials, only: random_batch
   use qsmpm_error, only: error_type
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type, hardening_soil_parameters_type
+  use qsmpm_cam_clay, only: cam_clay_parameters_type
+  use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_midpoint
@@ -19,7 +20,6 @@ contains
   pure function clay_parameters() result(p)
     type(cam_clay_parameters_type) :: p
 
-    p%given = .true.
     p%slope = 1.0_wp
     p%lambda = 0.2_wp
     p%kappa = 0.04_wp
@@ -31,7 +31,6 @@ contains
   pure function sand_parameters() result(p)
     type(hardening_soil_parameters_type) :: p
 
-    p%given = .true.
     p%e50 = 30000.0_wp
     p%eoed = 30000.0_wp
     p%eur = 90000.0_wp

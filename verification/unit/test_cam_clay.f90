@@ -4,7 +4,7 @@ module test_cam_clay
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_hardening_parameters, only: cam_clay_parameters_type
+  use qsmpm_cam_clay, only: cam_clay_parameters_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, tangent_none, tangent_consistent
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, kinematics_logarithmic, rate_paper, rate_midpoint

@@ -4,7 +4,7 @@ module test_hardening_soil
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
   use qsmpm_halved_law, only: halved_law_type, make_halved_law
-  use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
+  use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, tangent_consistent
   use qsmpm_law_factory, only: new_law, kinematics_logarithmic, rate_midpoint

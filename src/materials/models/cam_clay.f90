@@ -85,19 +85,21 @@ contains
     class(cam_clay_parameters_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
 
-    call visitor%number('OCR', self%ocr, 'size of the first yield surface over that through the initial stress', &
+    call visitor%law_number('OCR', self%ocr, 'size of the first yield surface over that through the initial stress', &
       '[1, inf)')
-    call visitor%number('PRECONSOLIDATION', self%preconsolidation, 'least size of the first yield surface, a mean '// &
+    call visitor%law_number('PRECONSOLIDATION', self%preconsolidation, &
+      'least size of the first yield surface, a mean '// &
       'pressure', '[0, inf)')
-    call visitor%number('SHEAR MODULUS', self%shear, 'constant shear modulus instead of nu', '(0, inf)')
-    call visitor%number('SMALLEST PRESSURE', self%smallest_pressure, 'mean pressure below which the bulk modulus is '// &
+    call visitor%law_number('SHEAR MODULUS', self%shear, 'constant shear modulus instead of nu', '(0, inf)')
+    call visitor%law_number('SMALLEST PRESSURE', self%smallest_pressure, &
+      'mean pressure below which the bulk modulus is '// &
       'constant; the default is meant for kPa', '(0, inf)')
-    call visitor%data('clay')
-    call visitor%number('M', self%slope, 'slope of the critical state line, q = M p', '(0, inf)')
-    call visitor%number('lambda', self%lambda, 'slope of the compression line in v - ln p', '(0, inf)')
-    call visitor%number('kappa', self%kappa, 'slope of the swelling line, below lambda', '(0, inf)')
-    call visitor%number('v0', self%volume, 'specific volume 1 + e at the start', '(1, inf)')
-    call visitor%number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)', required=.false.)
+    call visitor%law_data('clay')
+    call visitor%law_number('M', self%slope, 'slope of the critical state line, q = M p', '(0, inf)')
+    call visitor%law_number('lambda', self%lambda, 'slope of the compression line in v - ln p', '(0, inf)')
+    call visitor%law_number('kappa', self%kappa, 'slope of the swelling line, below lambda', '(0, inf)')
+    call visitor%law_number('v0', self%volume, 'specific volume 1 + e at the start', '(1, inf)')
+    call visitor%law_number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)', required=.false.)
   end subroutine fields
 
   !> Refuse parameters that describe no clay.

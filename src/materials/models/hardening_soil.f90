@@ -10,7 +10,8 @@ module qsmpm_hardening_soil
   use qsmpm_error, only: error_type
   use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type, check_hardening_soil
   use qsmpm_hardening_soil_return, only: return_type, solve_return, is_outside, stress_derivative
-  use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
+  use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, &
+    cap_size
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
   implicit none

@@ -61,25 +61,28 @@ contains
     class(hardening_soil_data_type), intent(inout) :: self
     class(field_visitor_type), intent(inout) :: visitor
 
-    call visitor%number('OCR', self%ocr, 'largest vertical stress of the past over the initial one', '[1, inf)')
-    call visitor%number('POP', self%pop, 'what the largest vertical stress of the past lay above that', '[0, inf)')
-    call visitor%number('SMALLEST PRESSURE', self%smallest_pressure, 'smallest stress for stiffness; a hundredth of '// &
+    call visitor%law_number('OCR', self%ocr, 'largest vertical stress of the past over the initial one', '[1, inf)')
+    call visitor%law_number('POP', self%pop, 'what the largest vertical stress of the past lay above that', '[0, inf)')
+    call visitor%law_number('SMALLEST PRESSURE', self%smallest_pressure, &
+      'smallest stress for stiffness; a hundredth of '// &
       'the reference pressure when not given', '(0, inf)')
-    call visitor%data('soil')
-    call visitor%number('E50', self%e50, 'secant modulus of a drained triaxial test at half its strength and the '// &
+    call visitor%law_data('soil')
+    call visitor%law_number('E50', self%e50, &
+      'secant modulus of a drained triaxial test at half its strength and the '// &
       'reference pressure', '(0, inf)')
-    call visitor%number('Eoed', self%eoed, 'tangent modulus of one-dimensional compression at that vertical stress', &
+    call visitor%law_number('Eoed', self%eoed, &
+      'tangent modulus of one-dimensional compression at that vertical stress', &
       '(0, inf)')
-    call visitor%number('Eur', self%eur, 'modulus of unloading and reloading', '(0, inf)')
-    call visitor%number('m', self%power, 'power of the stress', '[0, 1]')
-    call visitor%number('nu', self%poisson, "Poisson's ratio of unloading", '[0, 0.5)')
-    call visitor%number('p_ref', self%reference, 'reference pressure', '(0, inf)')
-    call visitor%number('c', self%cohesion, 'cohesion', '[0, inf)')
-    call visitor%number('phi', self%friction_angle, 'friction angle', '(0, 90)')
-    call visitor%number('psi', self%dilatancy_angle, 'dilatancy angle, not above phi', '[0, 90)')
-    call visitor%number('Rf', self%ratio, 'strength over the asymptote of the hyperbola, 0.9', '(0, 1)', &
+    call visitor%law_number('Eur', self%eur, 'modulus of unloading and reloading', '(0, inf)')
+    call visitor%law_number('m', self%power, 'power of the stress', '[0, 1]')
+    call visitor%law_number('nu', self%poisson, "Poisson's ratio of unloading", '[0, 0.5)')
+    call visitor%law_number('p_ref', self%reference, 'reference pressure', '(0, inf)')
+    call visitor%law_number('c', self%cohesion, 'cohesion', '[0, inf)')
+    call visitor%law_number('phi', self%friction_angle, 'friction angle', '(0, 90)')
+    call visitor%law_number('psi', self%dilatancy_angle, 'dilatancy angle, not above phi', '[0, 90)')
+    call visitor%law_number('Rf', self%ratio, 'strength over the asymptote of the hyperbola, 0.9', '(0, 1)', &
       required=.false.)
-    call visitor%number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
+    call visitor%law_number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
       required=.false.)
   end subroutine fields
 

@@ -1,4 +1,5 @@
-!> Return mapping of qsmpm_mohr_coulomb_return to a softening strength: without its table, which would change from point to
+!> Return mapping of qsmpm_mohr_coulomb_return to a softening strength: without its table, which would change from
+!> point to
 !> point, and with the change of the stress with the strength.
 !>
 !> With the active planes N^T s = c and s = trial - D M l, a change of N, M and c changes the multipliers by
