@@ -20,6 +20,7 @@ program run_unit_tests
   use test_logarithmic_law, only: collect_logarithmic_law
   use test_halved_law, only: collect_halved_law
   use test_cam_clay, only: collect_cam_clay
+  use test_drucker_prager, only: collect_drucker_prager
   use test_hardening_soil, only: collect_hardening_soil
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
@@ -129,6 +130,7 @@ program run_unit_tests
   call register('logarithmic_law', collect_logarithmic_law)
   call register('halved_law', collect_halved_law)
   call register('cam_clay', collect_cam_clay)
+  call register('drucker_prager', collect_drucker_prager)
   call register('hardening_soil', collect_hardening_soil)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
