@@ -1,6 +1,7 @@
 !> The words of the deck for the enumerations of the analysis: one list each, in the order of the
 !> parameters of `qsmpm_analysis`, used for reading, for the deck reference and for the echo.
 module qsmpm_deck_words
+  use qsmpm_element_kinds, only: elements, element_kind_count
   implicit none
   private
 
@@ -13,8 +14,7 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: mirror_words(0:2) = [character(len=n) :: 'AUTO', 'YES', 'NO']
   character(len=n), parameter, public :: diagonal_words(4) = [character(len=n) :: &
     'RIGHT', 'LEFT', 'RANDOM', 'ALTERNATE']
-  character(len=n), parameter, public :: element_words(10) = [character(len=n) :: &
-    'TRI3', 'TRI6', 'QUAD4', 'QUAD8', 'TET4', 'TET10', 'HEX8', 'HEX20', 'WEDGE6', 'WEDGE15']
+  character(len=n), parameter, public :: element_words(element_kind_count) = elements%name
   character(len=n), parameter, public :: format_words(2) = [character(len=n) :: 'GMSH', 'ABAQUS']
   character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
   character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &

@@ -1,4 +1,5 @@
-!> The element kinds: their numbers, names and counts.
+!> The element kinds: their numbers and, a row a kind, all that is said of one beside its shape functions. A new kind of
+!> a family is a number and a row here, and its functions in the file of the family (shape_*).
 !>
 !> A kind is an integer so that a mesh can hold one per cell and hot loops can select on it.
 !> Node numbers follow the VTK order of linear and quadratic cells: corners first, then mid nodes.
@@ -26,16 +27,36 @@ module qsmpm_element_kinds
   integer, parameter, public :: max_nodes = 20
   integer, parameter, public :: max_faces = 6
 
-  ! One entry a kind, in the order of the numbers above.
-  character(len=7), parameter :: names(element_kind_count) = ['TRI3   ', 'TRI6   ', 'QUAD4  ', &
-    'QUAD8  ', 'TET4   ', 'TET10  ', 'HEX8   ', 'HEX20  ', 'WEDGE6 ', 'WEDGE15']
-  integer, parameter :: nodes(element_kind_count) = [3, 6, 4, 8, 4, 10, 8, 20, 6, 15]
-  integer, parameter :: corners(element_kind_count) = [3, 3, 4, 4, 4, 4, 8, 8, 6, 6]
-  integer, parameter :: dimensions(element_kind_count) = [2, 2, 2, 2, 3, 3, 3, 3, 3, 3]
-  integer, parameter :: faces(element_kind_count) = [3, 3, 4, 4, 4, 4, 6, 6, 5, 5]
-  integer, parameter :: vtk_types(element_kind_count) = [5, 22, 9, 23, 10, 24, 12, 25, 13, 26]
-  integer, parameter :: linear_kinds(element_kind_count) = [tri3, tri3, quad4, quad4, tet4, tet4, &
-    hex8, hex8, wedge6, wedge6]
+  !> What is said of a kind once.
+  type, public :: element_type
+    character(len=7) :: name
+    !> The kind of the same form with corner nodes only: it stands for the family.
+    integer :: form
+    integer :: dimension, nodes, faces
+    !> Type in VTK and in gmsh files.
+    integer :: vtk, gmsh
+    !> Degree of the Gauss rule of a full cell.
+    integer :: full_degree
+    !> Points where the deck does not say how many, and the numbers of points there is a rule for, filled up with 0.
+    integer :: points, counts(8)
+  end type element_type
+
+  integer, parameter :: triangle_counts(8) = [1, 3, 4, 6, 7, 9, 12, 16], quad_counts(8) = [1, 4, 9, 16, 25, 36, 0, 0], &
+    hex_counts(8) = [1, 8, 27, 64, 0, 0, 0, 0]
+
+  !> One row a kind, in the order of the numbers above. Tetrahedra and wedges of second order lose cells to zero-energy
+  !> modes with the fewest points of the linear ones.
+  type(element_type), parameter, public :: elements(element_kind_count) = [ &
+    element_type('TRI3', tri3, 2, 3, 3, 5, 2, 1, 4, triangle_counts), &
+    element_type('TRI6', tri3, 2, 6, 3, 22, 9, 2, 12, triangle_counts), &
+    element_type('QUAD4', quad4, 2, 4, 4, 9, 3, 3, 4, quad_counts), &
+    element_type('QUAD8', quad4, 2, 8, 4, 23, 16, 5, 9, quad_counts), &
+    element_type('TET4', tet4, 3, 4, 4, 10, 4, 1, 4, [1, 4, 8, 14, 0, 0, 0, 0]), &
+    element_type('TET10', tet4, 3, 10, 4, 24, 11, 2, 14, [4, 8, 14, 0, 0, 0, 0, 0]), &
+    element_type('HEX8', hex8, 3, 8, 6, 12, 5, 3, 8, hex_counts), &
+    element_type('HEX20', hex8, 3, 20, 6, 25, 17, 5, 27, hex_counts), &
+    element_type('WEDGE6', wedge6, 3, 6, 5, 13, 6, 2, 8, [1, 2, 3, 6, 8, 18, 36, 0]), &
+    element_type('WEDGE15', wedge6, 3, 15, 5, 26, 18, 2, 18, [8, 9, 18, 36, 0, 0, 0, 0])]
 
 contains
 
@@ -45,7 +66,7 @@ contains
     integer, intent(in) :: kind
     character(len=:), allocatable :: name
 
-    name = trim(names(kind))
+    name = trim(elements(kind)%name)
   end function element_name
 
   !> Kind with a name in capitals, 0 when there is none.
@@ -54,7 +75,7 @@ contains
     character(len=*), intent(in) :: name
 
     do kind = element_kind_count, 1, -1
-      if (name == names(kind)) return
+      if (name == elements(kind)%name) return
     end do
   end function element_from_name
 
@@ -63,7 +84,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    node_count = nodes(kind)
+    node_count = elements(kind)%nodes
   end function node_count
 
   !> Number of corner nodes.
@@ -71,7 +92,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    corner_count = corners(kind)
+    corner_count = elements(elements(kind)%form)%nodes
   end function corner_count
 
   !> Number of local coordinates, 2 or 3.
@@ -79,7 +100,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    local_dimension = dimensions(kind)
+    local_dimension = elements(kind)%dimension
   end function local_dimension
 
   !> Number of faces (edges in 2D).
@@ -87,7 +108,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    face_count = faces(kind)
+    face_count = elements(kind)%faces
   end function face_count
 
   !> Cell type number of the VTK file formats.
@@ -95,7 +116,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    vtk_type = vtk_types(kind)
+    vtk_type = elements(kind)%vtk
   end function vtk_type
 
   !> Kind of the same form with corner nodes only.
@@ -103,7 +124,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    linear_kind = linear_kinds(kind)
+    linear_kind = elements(kind)%form
   end function linear_kind
 
   !> Order of the shape functions along an edge: 1 or 2.
@@ -111,6 +132,6 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    element_order = merge(1, 2, nodes(kind) == corners(kind))
+    element_order = merge(1, 2, elements(kind)%form == kind)
   end function element_order
 end module qsmpm_element_kinds

@@ -4,18 +4,12 @@
 !> every point of every iteration: nothing is allocated here.
 module qsmpm_element_shape
   use qsmpm_kinds, only: wp
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
-    wedge15, local_dimension, node_count, max_nodes
-  use qsmpm_shape_triangle, only: tri3_shape, tri3_gradients, tri6_shape, tri6_gradients, &
-    tri6_second
-  use qsmpm_shape_quad, only: quad4_shape, quad4_gradients, quad4_second, quad8_shape, &
-    quad8_gradients, quad8_second
-  use qsmpm_shape_tet, only: tet4_shape, tet4_gradients, tet10_shape, tet10_gradients, &
-    tet10_second
-  use qsmpm_shape_hex, only: hex8_shape, hex8_gradients, hex8_second, hex20_shape, &
-    hex20_gradients, hex20_second
-  use qsmpm_shape_wedge, only: wedge6_shape, wedge6_gradients, wedge6_second, wedge15_shape, &
-    wedge15_gradients, wedge15_second
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, elements, max_nodes
+  use qsmpm_shape_triangle, only: triangle_shape, triangle_gradients, triangle_second
+  use qsmpm_shape_quad, only: quad_shape, quad_gradients, quad_second
+  use qsmpm_shape_tet, only: tet_shape, tet_gradients, tet_second
+  use qsmpm_shape_hex, only: hex_shape, hex_gradients, hex_second
+  use qsmpm_shape_wedge, only: wedge_shape, wedge_gradients, wedge_second
   implicit none
   private
 
@@ -33,27 +27,17 @@ contains
     !> One value a node.
     real(wp), intent(out) :: shape(:)
 
-    select case (kind)
+    select case (elements(kind)%form)
     case (tri3)
-      call tri3_shape(local, shape)
-    case (tri6)
-      call tri6_shape(local, shape)
+      call triangle_shape(elements(kind)%nodes, local, shape)
     case (quad4)
-      call quad4_shape(local, shape)
-    case (quad8)
-      call quad8_shape(local, shape)
+      call quad_shape(elements(kind)%nodes, local, shape)
     case (tet4)
-      call tet4_shape(local, shape)
-    case (tet10)
-      call tet10_shape(local, shape)
+      call tet_shape(elements(kind)%nodes, local, shape)
     case (hex8)
-      call hex8_shape(local, shape)
-    case (hex20)
-      call hex20_shape(local, shape)
+      call hex_shape(elements(kind)%nodes, local, shape)
     case (wedge6)
-      call wedge6_shape(local, shape)
-    case (wedge15)
-      call wedge15_shape(local, shape)
+      call wedge_shape(elements(kind)%nodes, local, shape)
     end select
   end subroutine shape_functions
 
@@ -66,27 +50,17 @@ contains
     !> dN/dlocal (local dimension, node).
     real(wp), intent(out) :: gradients(:, :)
 
-    select case (kind)
+    select case (elements(kind)%form)
     case (tri3)
-      call tri3_gradients(gradients)
-    case (tri6)
-      call tri6_gradients(local, gradients)
+      call triangle_gradients(elements(kind)%nodes, local, gradients)
     case (quad4)
-      call quad4_gradients(local, gradients)
-    case (quad8)
-      call quad8_gradients(local, gradients)
+      call quad_gradients(elements(kind)%nodes, local, gradients)
     case (tet4)
-      call tet4_gradients(gradients)
-    case (tet10)
-      call tet10_gradients(local, gradients)
+      call tet_gradients(elements(kind)%nodes, local, gradients)
     case (hex8)
-      call hex8_gradients(local, gradients)
-    case (hex20)
-      call hex20_gradients(local, gradients)
+      call hex_gradients(elements(kind)%nodes, local, gradients)
     case (wedge6)
-      call wedge6_gradients(local, gradients)
-    case (wedge15)
-      call wedge15_gradients(local, gradients)
+      call wedge_gradients(elements(kind)%nodes, local, gradients)
     end select
   end subroutine shape_gradients
 
@@ -99,27 +73,17 @@ contains
     !> d2N/dlocal2 (local dimension, local dimension, node).
     real(wp), intent(out) :: second(:, :, :)
 
-    select case (kind)
+    select case (elements(kind)%form)
     case (tri3)
-      second(1:2, 1:2, 1:3) = 0.0_wp
-    case (tri6)
-      call tri6_second(second)
+      call triangle_second(elements(kind)%nodes, second)
     case (quad4)
-      call quad4_second(second)
-    case (quad8)
-      call quad8_second(local, second)
+      call quad_second(elements(kind)%nodes, local, second)
     case (tet4)
-      second(1:3, 1:3, 1:4) = 0.0_wp
-    case (tet10)
-      call tet10_second(second)
+      call tet_second(elements(kind)%nodes, second)
     case (hex8)
-      call hex8_second(local, second)
-    case (hex20)
-      call hex20_second(local, second)
+      call hex_second(elements(kind)%nodes, local, second)
     case (wedge6)
-      call wedge6_second(second)
-    case (wedge15)
-      call wedge15_second(local, second)
+      call wedge_second(elements(kind)%nodes, local, second)
     end select
   end subroutine shape_second_gradients
 
@@ -160,8 +124,8 @@ contains
     real(wp) :: local_gradients(3, max_nodes), jacobian(3, 3), inverse(3, 3)
     integer :: n, d, a
 
-    n = node_count(kind)
-    d = local_dimension(kind)
+    n = elements(kind)%nodes
+    d = elements(kind)%dimension
     call shape_functions(kind, local, shape)
     call shape_gradients(kind, local, local_gradients(:d, :n))
     if (d == 2) then

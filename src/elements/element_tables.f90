@@ -27,7 +27,8 @@ module qsmpm_element_tables
     0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, 1.0_wp], [3, 6])
 
   integer, parameter, public :: triangle_edges(2, 3) = reshape([1, 2, 2, 3, 3, 1], [2, 3])
-  integer, parameter, public :: quad_edges(2, 4) = reshape([1, 2, 2, 3, 3, 4, 4, 1], [2, 4])
+  !> The fifth is a diagonal: the node in the middle of the elements that have one halves it.
+  integer, parameter, public :: quad_edges(2, 5) = reshape([1, 2, 2, 3, 3, 4, 4, 1, 1, 3], [2, 5])
   integer, parameter, public :: tet_edges(2, 6) = reshape([ &
     1, 2, 2, 3, 3, 1, 1, 4, 2, 4, 3, 4], [2, 6])
   integer, parameter, public :: hex_edges(2, 12) = reshape([ &

@@ -4,8 +4,8 @@
 !> local point to each face. What lies in the global mesh (neighbours) is left to the mesh folder.
 module qsmpm_element_topology
   use qsmpm_kinds, only: wp
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
-    wedge15, corner_count, local_dimension, node_count, element_order
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, corner_count, local_dimension, node_count, &
+    element_order, linear_kind
   use qsmpm_element_tables, only: triangle_corners, quad_corners, tet_corners, hex_corners, &
     wedge_corners, triangle_edges, quad_edges, tet_edges, hex_edges, wedge_edges, tet_faces, &
     hex_faces, wedge_faces
@@ -24,12 +24,12 @@ contains
     !> Local face number.
     integer, intent(in) :: face
 
-    select case (kind)
-    case (tet4, tet10)
+    select case (linear_kind(kind))
+    case (tet4)
       n = 3
-    case (hex8, hex20)
+    case (hex8)
       n = 4
-    case (wedge6, wedge15)
+    case (wedge6)
       n = merge(3, 4, face <= 2)
     case default
       n = 2
@@ -61,16 +61,16 @@ contains
     integer :: n
 
     n = size(corners)
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       corners = triangle_edges(:n, face)
-    case (quad4, quad8)
+    case (quad4)
       corners = quad_edges(:n, face)
-    case (tet4, tet10)
+    case (tet4)
       corners = tet_faces(:n, face)
-    case (hex8, hex20)
+    case (hex8)
       corners = hex_faces(:n, face)
-    case (wedge6, wedge15)
+    case (wedge6)
       corners = wedge_faces(:n, face)
     end select
   end function face_corners
@@ -107,16 +107,17 @@ contains
     !> Local corner numbers (2, mid nodes).
     integer :: edges(2, node_count(kind) - corner_count(kind))
 
-    select case (kind)
-    case (tri6)
+    if (element_order(kind) == 1) return
+    select case (linear_kind(kind))
+    case (tri3)
       edges = triangle_edges
-    case (quad8)
-      edges = quad_edges
-    case (tet10)
+    case (quad4)
+      edges = quad_edges(:, :size(edges, 2))
+    case (tet4)
       edges = tet_edges
-    case (hex20)
+    case (hex8)
       edges = hex_edges
-    case (wedge15)
+    case (wedge6)
       edges = wedge_edges
     end select
   end function mid_edges
@@ -131,16 +132,16 @@ contains
     real(wp) :: local(3)
 
     local = 0.0_wp
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       local(:2) = triangle_corners(:, corner)
-    case (quad4, quad8)
+    case (quad4)
       local(:2) = quad_corners(:, corner)
-    case (tet4, tet10)
+    case (tet4)
       local = tet_corners(:, corner)
-    case (hex8, hex20)
+    case (hex8)
       local = hex_corners(:, corner)
-    case (wedge6, wedge15)
+    case (wedge6)
       local = wedge_corners(:, corner)
     end select
   end function corner_place
@@ -174,10 +175,10 @@ contains
     real(wp) :: centre(local_dimension(kind))
 
     centre = 0.0_wp
-    select case (kind)
-    case (tri3, tri6, wedge6, wedge15)
+    select case (linear_kind(kind))
+    case (tri3, wedge6)
       centre(:2) = 1.0_wp/3.0_wp
-    case (tet4, tet10)
+    case (tet4)
       centre = 0.25_wp
     end select
   end function local_centre
@@ -192,17 +193,17 @@ contains
     !> One value a face.
     real(wp), intent(out) :: distance(:)
 
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       distance(:3) = [local(2), 1.0_wp - local(1) - local(2), local(1)]
-    case (quad4, quad8)
+    case (quad4)
       distance(:4) = [1.0_wp + local(2), 1.0_wp - local(1), 1.0_wp - local(2), 1.0_wp + local(1)]
-    case (tet4, tet10)
+    case (tet4)
       distance(:4) = [local(3), local(2), 1.0_wp - local(1) - local(2) - local(3), local(1)]
-    case (hex8, hex20)
+    case (hex8)
       distance(:6) = [1.0_wp + local(3), 1.0_wp - local(3), 1.0_wp + local(2), &
         1.0_wp - local(1), 1.0_wp - local(2), 1.0_wp + local(1)]
-    case (wedge6, wedge15)
+    case (wedge6)
       distance(:5) = [1.0_wp + local(3), 1.0_wp - local(3), local(2), &
         1.0_wp - local(1) - local(2), local(1)]
     end select

@@ -4,8 +4,7 @@
 !> fastest in xi, slowest in zeta; a wedge rule is a triangle rule repeated in layers.
 module qsmpm_quadrature
   use qsmpm_kinds, only: wp
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
-    wedge15, element_kind_count
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, wedge15, linear_kind, elements
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_triangle_rule, only: triangle_degree, triangle_gauss
   use qsmpm_tet_rule, only: tet_degree
@@ -30,18 +29,18 @@ contains
 
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
 
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       call triangle_degree(degree, points, weights)
-    case (tet4, tet10)
+    case (tet4)
       call tet_degree(degree, points, weights)
-    case (quad4, quad8)
+    case (quad4)
       call line_gauss(degree/2 + 1, x, w)
       call square_rule(x, w, points, weights)
-    case (hex8, hex20)
+    case (hex8)
       call line_gauss(degree/2 + 1, x, w)
       call cube_rule(x, w, points, weights)
-    case (wedge6, wedge15)
+    case (wedge6)
       call triangle_degree(degree, triangle, triangle_weights)
       call line_gauss(degree/2 + 1, x, w)
       call layer_rule(triangle, triangle_weights, x, w, points, weights)
@@ -58,11 +57,10 @@ contains
     !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
-    integer, parameter :: degrees(element_kind_count) = [1, 2, 3, 5, 1, 2, 3, 5, 2, 2]
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
 
     if (kind /= wedge15) then
-      call gauss_rule(kind, degrees(kind), points, weights)
+      call gauss_rule(kind, elements(kind)%full_degree, points, weights)
       return
     end if
     ! Two layers leave a wedge15 with three modes too many; one more layer is enough.

@@ -9,8 +9,7 @@
 module qsmpm_seed_rules
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, &
-    wedge15, element_kind_count, element_name
+  use qsmpm_element_kinds, only: tri3, quad4, tet4, hex8, wedge6, linear_kind, element_name, elements
   use qsmpm_line_rule, only: line_gauss, line_even
   use qsmpm_triangle_rule, only: triangle_gauss, triangle_even
   use qsmpm_tet_rule, only: tet_gauss, tet_even
@@ -20,15 +19,6 @@ module qsmpm_seed_rules
 
   public :: seed_rule, allowed_counts, default_count
 
-  integer, parameter :: triangle_counts(8) = [1, 3, 4, 6, 7, 9, 12, 16]
-  integer, parameter :: quad_counts(8) = [1, 4, 9, 16, 25, 36, 0, 0]
-  integer, parameter :: hex_counts(8) = [1, 8, 27, 64, 0, 0, 0, 0]
-  !> Numbers of points there is a rule for, one column a kind, filled up with 0.
-  integer, parameter :: allowed(8, element_kind_count) = reshape([triangle_counts, &
-    triangle_counts, quad_counts, quad_counts, [1, 4, 8, 14, 0, 0, 0, 0], &
-    [4, 8, 14, 0, 0, 0, 0, 0], hex_counts, hex_counts, [1, 2, 3, 6, 8, 18, 36, 0], &
-    [8, 9, 18, 36, 0, 0, 0, 0]], [8, element_kind_count])
-
 contains
 
   !> Number of points of an element when the deck does not say.
@@ -36,9 +26,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    integer, parameter :: defaults(element_kind_count) = [4, 12, 4, 9, 4, 14, 8, 27, 8, 18]
-
-    default_count = defaults(kind)
+    default_count = elements(kind)%points
   end function default_count
 
   !> Number of numbers of points there is a rule for.
@@ -46,7 +34,7 @@ contains
     !> Element kind.
     integer, intent(in) :: kind
 
-    allowed_size = count(allowed(:, kind) > 0)
+    allowed_size = count(elements(kind)%counts > 0)
   end function allowed_size
 
   !> Numbers of points there is a rule for, rising.
@@ -55,7 +43,7 @@ contains
     integer, intent(in) :: kind
     integer :: counts(allowed_size(kind))
 
-    counts = allowed(:size(counts), kind)
+    counts = elements(kind)%counts(:size(counts))
   end function allowed_counts
 
   !> Start places and weights of the points of an element; weights sum to the reference volume.
@@ -82,22 +70,22 @@ contains
       call fail(error, error_deck, wrong_count(kind, count))
       return
     end if
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       call triangle_seed(n, gauss, points, weights)
-    case (quad4, quad8)
+    case (quad4)
       call line_seed(nint(sqrt(real(n, wp))), gauss, x, w)
       call square_rule(x, w, points, weights)
-    case (tet4, tet10)
+    case (tet4)
       if (n == 8 .and. .not. gauss) then
         call tet_even(points, weights)
       else
         call tet_gauss(n, points, weights)
       end if
-    case (hex8, hex20)
+    case (hex8)
       call line_seed(nint(real(n, wp)**(1.0_wp/3.0_wp)), gauss, x, w)
       call cube_rule(x, w, points, weights)
-    case (wedge6, wedge15)
+    case (wedge6)
       call wedge_seed(n, gauss, points, weights)
     end select
   end subroutine seed_rule
@@ -179,7 +167,7 @@ contains
     last = allowed_size(kind)
     message = element_name(kind)//' takes '
     do i = 1, last
-      write (number, '(i0)') allowed(i, kind)
+      write (number, '(i0)') elements(kind)%counts(i)
       if (i > 1 .and. i < last) message = message//', '
       if (i == last) message = message//' or '
       message = message//trim(number)

@@ -10,7 +10,7 @@ module qsmpm_shape_hex
   implicit none
   private
 
-  public :: hex8_shape, hex8_gradients, hex8_second, hex20_shape, hex20_gradients, hex20_second
+  public :: hex_shape, hex_gradients, hex_second
 
   !> Axis along which the edge of a mid node runs; the two axes after an axis.
   integer, parameter :: along(12) = [1, 2, 1, 2, 1, 2, 1, 2, 3, 3, 3, 3]
@@ -18,6 +18,48 @@ module qsmpm_shape_hex
   integer, parameter :: last(3) = [3, 1, 2]
 
 contains
+
+  !> Values of the functions of a kind by its number of nodes.
+  pure subroutine hex_shape(nodes, local, shape)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+
+    select case (nodes)
+    case (8)
+      call hex8_shape(local, shape)
+    case (20)
+      call hex20_shape(local, shape)
+    end select
+  end subroutine hex_shape
+
+  !> Their derivatives.
+  pure subroutine hex_gradients(nodes, local, gradients)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (nodes)
+    case (8)
+      call hex8_gradients(local, gradients)
+    case (20)
+      call hex20_gradients(local, gradients)
+    end select
+  end subroutine hex_gradients
+
+  !> Their second derivatives.
+  pure subroutine hex_second(nodes, local, second)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (nodes)
+    case (8)
+      call hex8_second(local, second)
+    case (20)
+      call hex20_second(local, second)
+    end select
+  end subroutine hex_second
 
   !> Values of the linear functions.
   pure subroutine hex8_shape(local, shape)

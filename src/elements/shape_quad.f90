@@ -10,14 +10,55 @@ module qsmpm_shape_quad
   implicit none
   private
 
-  public :: quad4_shape, quad4_gradients, quad4_second
-  public :: quad8_shape, quad8_gradients, quad8_second
+  public :: quad_shape, quad_gradients, quad_second
 
   !> Axis along which the edge of a mid node runs, and its place on the other axis.
   integer, parameter :: along(4) = [1, 2, 1, 2]
   real(wp), parameter :: side(4) = [-1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
 
 contains
+
+  !> Values of the functions of a kind by its number of nodes.
+  pure subroutine quad_shape(nodes, local, shape)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+
+    select case (nodes)
+    case (4)
+      call quad4_shape(local, shape)
+    case (8)
+      call quad8_shape(local, shape)
+    end select
+  end subroutine quad_shape
+
+  !> Their derivatives.
+  pure subroutine quad_gradients(nodes, local, gradients)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (nodes)
+    case (4)
+      call quad4_gradients(local, gradients)
+    case (8)
+      call quad8_gradients(local, gradients)
+    end select
+  end subroutine quad_gradients
+
+  !> Their second derivatives.
+  pure subroutine quad_second(nodes, local, second)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (nodes)
+    case (4)
+      call quad4_second(second)
+    case (8)
+      call quad8_second(local, second)
+    end select
+  end subroutine quad_second
 
   !> Values of the linear functions.
   pure subroutine quad4_shape(local, shape)

@@ -9,9 +9,50 @@ module qsmpm_shape_tet
   implicit none
   private
 
-  public :: tet4_shape, tet4_gradients, tet10_shape, tet10_gradients, tet10_second
+  public :: tet_shape, tet_gradients, tet_second
 
 contains
+
+  !> Values of the functions of a kind by its number of nodes.
+  pure subroutine tet_shape(nodes, local, shape)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+
+    select case (nodes)
+    case (4)
+      call tet4_shape(local, shape)
+    case (10)
+      call tet10_shape(local, shape)
+    end select
+  end subroutine tet_shape
+
+  !> Their derivatives.
+  pure subroutine tet_gradients(nodes, local, gradients)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (nodes)
+    case (4)
+      call tet4_gradients(gradients)
+    case (10)
+      call tet10_gradients(local, gradients)
+    end select
+  end subroutine tet_gradients
+
+  !> Their second derivatives.
+  pure subroutine tet_second(nodes, second)
+    integer, intent(in) :: nodes
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (nodes)
+    case (4)
+      second(:, :, :4) = 0.0_wp
+    case (10)
+      call tet10_second(second)
+    end select
+  end subroutine tet_second
 
   !> Values of the linear functions.
   pure subroutine tet4_shape(local, shape)

@@ -8,9 +8,50 @@ module qsmpm_shape_triangle
   implicit none
   private
 
-  public :: tri3_shape, tri3_gradients, tri6_shape, tri6_gradients, tri6_second
+  public :: triangle_shape, triangle_gradients, triangle_second, tri3_shape
 
 contains
+
+  !> Values of the functions of a kind by its number of nodes.
+  pure subroutine triangle_shape(nodes, local, shape)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+
+    select case (nodes)
+    case (3)
+      call tri3_shape(local, shape)
+    case (6)
+      call tri6_shape(local, shape)
+    end select
+  end subroutine triangle_shape
+
+  !> Their derivatives.
+  pure subroutine triangle_gradients(nodes, local, gradients)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (nodes)
+    case (3)
+      call tri3_gradients(gradients)
+    case (6)
+      call tri6_gradients(local, gradients)
+    end select
+  end subroutine triangle_gradients
+
+  !> Their second derivatives.
+  pure subroutine triangle_second(nodes, second)
+    integer, intent(in) :: nodes
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (nodes)
+    case (3)
+      second(:, :, :3) = 0.0_wp
+    case (6)
+      call tri6_second(second)
+    end select
+  end subroutine triangle_second
 
   !> Values of the linear functions.
   pure subroutine tri3_shape(local, shape)

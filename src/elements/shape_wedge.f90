@@ -11,13 +11,54 @@ module qsmpm_shape_wedge
   implicit none
   private
 
-  public :: wedge6_shape, wedge6_gradients, wedge6_second
-  public :: wedge15_shape, wedge15_gradients, wedge15_second
+  public :: wedge_shape, wedge_gradients, wedge_second
 
   !> Sign of zeta in t at the bottom and the top.
   real(wp), parameter :: signs(2) = [-1.0_wp, 1.0_wp]
 
 contains
+
+  !> Values of the functions of a kind by its number of nodes.
+  pure subroutine wedge_shape(nodes, local, shape)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: shape(:)
+
+    select case (nodes)
+    case (6)
+      call wedge6_shape(local, shape)
+    case (15)
+      call wedge15_shape(local, shape)
+    end select
+  end subroutine wedge_shape
+
+  !> Their derivatives.
+  pure subroutine wedge_gradients(nodes, local, gradients)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: gradients(:, :)
+
+    select case (nodes)
+    case (6)
+      call wedge6_gradients(local, gradients)
+    case (15)
+      call wedge15_gradients(local, gradients)
+    end select
+  end subroutine wedge_gradients
+
+  !> Their second derivatives.
+  pure subroutine wedge_second(nodes, local, second)
+    integer, intent(in) :: nodes
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: second(:, :, :)
+
+    select case (nodes)
+    case (6)
+      call wedge6_second(second)
+    case (15)
+      call wedge15_second(local, second)
+    end select
+  end subroutine wedge_second
 
   !> Values of the linear functions.
   pure subroutine wedge6_shape(local, shape)

@@ -3,8 +3,8 @@
 !> gmsh numbers the mid nodes of tetrahedra, bricks and wedges of second order in its own way (gmsh
 !> reference manual, node ordering); the other types have our order.
 module qsmpm_gmsh_elements
-  use qsmpm_element, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15, &
-    node_count, corner_count, local_dimension
+  use qsmpm_element, only: tet10, hex20, wedge15, element_kind_count, node_count, corner_count, local_dimension
+  use qsmpm_element_kinds, only: elements
   implicit none
   private
 
@@ -48,15 +48,9 @@ contains
   pure integer function kind_of(number) result(kind)
     !> Number in the file.
     integer, intent(in) :: number
-    !> Numbers of the kinds in our order.
-    integer, parameter :: kinds(10) = [tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, &
-      wedge6, wedge15]
-    integer, parameter :: numbers(10) = [2, 9, 3, 16, 4, 11, 5, 17, 6, 18]
-    integer :: i
 
-    kind = 0
-    do i = 1, size(kinds)
-      if (numbers(i) == number) kind = kinds(i)
+    do kind = element_kind_count, 1, -1
+      if (elements(kind)%gmsh == number) return
     end do
   end function kind_of
 

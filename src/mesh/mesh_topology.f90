@@ -4,7 +4,7 @@ module qsmpm_mesh_topology
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_element, only: corner_count, node_count, face_count, face_corners, face_corner_count, &
-    mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes
+    mid_edges, max_faces, element_name, element_geometry, linear_kind, local_nodes, shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_volume, cell_size, find_bounds
   use qsmpm_sorting, only: sort, order_columns
@@ -91,7 +91,7 @@ contains
     end do
   end subroutine check_corners
 
-  !> Mid nodes must lie in the middle of straight edges.
+  !> Mid nodes must lie in the middle of straight edges: where the corners alone put them.
   subroutine check_mid_nodes(mesh, cell, error)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
@@ -100,15 +100,18 @@ contains
     !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: edges(2, node_count(mesh%cell_kind(cell)) - corner_count(mesh%cell_kind(cell)))
-    real(wp) :: middle(mesh%dimension)
+    real(wp) :: middle(mesh%dimension), places(mesh%dimension, node_count(mesh%cell_kind(cell)))
+    real(wp) :: functions(corner_count(mesh%cell_kind(cell)))
     character(len=200) :: text
     integer :: k, corners
 
     corners = corner_count(mesh%cell_kind(cell))
     edges = mid_edges(mesh%cell_kind(cell))
+    places = local_nodes(mesh%cell_kind(cell))
     associate (nodes => mesh%cell_nodes(mesh%cell_first(cell):mesh%cell_first(cell + 1) - 1))
       do k = 1, size(edges, 2)
-        middle = 0.5_wp*(mesh%coordinates(:, nodes(edges(1, k))) + mesh%coordinates(:, nodes(edges(2, k))))
+        call shape_functions(linear_kind(mesh%cell_kind(cell)), places(:, corners + k), functions)
+        middle = matmul(mesh%coordinates(:, nodes(:corners)), functions)
         if (norm2(mesh%coordinates(:, nodes(corners + k)) - middle) &
           <= mid_tolerance*cell_size(mesh, cell)) cycle
         write (text, '(a,i0,a,i0,a,i0,a,i0,a)') 'element ', mesh%cell_label(cell), ': node ', &

@@ -1,7 +1,7 @@
 !> From linear to quadratic cells: mid nodes in the middle of edges, one for each edge.
 module qsmpm_mid_nodes
   use qsmpm_kinds, only: wp
-  use qsmpm_element, only: node_count, corner_count, mid_edges
+  use qsmpm_element, only: node_count, corner_count, mid_edges, linear_kind, local_nodes, shape_functions
   use qsmpm_mesh, only: mesh_type
   use qsmpm_sorting, only: order_columns
   implicit none
@@ -22,10 +22,12 @@ contains
     integer :: edges(2, node_count(kind) - corner_count(kind))
     integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:), firsts(:)
     real(wp), allocatable :: coordinates(:, :)
+    real(wp) :: places(mesh%dimension, node_count(kind)), functions(corner_count(kind))
     integer :: c, e, k, n, corners, added
 
     edges = mid_edges(kind)
     corners = corner_count(kind)
+    places = local_nodes(kind)
     n = size(edges, 2)*mesh%cell_count
     allocate (ends(2, n), order(n), middle(n), firsts(n))
     do c = 1, mesh%cell_count
@@ -47,8 +49,9 @@ contains
       end if
       middle(order(k)) = added
       firsts(added - mesh%node_count) = order(k)
-      coordinates(:, added) = 0.5_wp*(mesh%coordinates(:, ends(1, order(k))) &
-        + mesh%coordinates(:, ends(2, order(k))))
+      c = (order(k) - 1)/size(edges, 2)
+      call shape_functions(linear_kind(kind), places(:, corners + order(k) - c*size(edges, 2)), functions)
+      coordinates(:, added) = matmul(mesh%coordinates(:, mesh%cell_nodes(c*corners + 1:(c + 1)*corners)), functions)
     end do
     allocate (nodes(mesh%cell_count*node_count(kind)))
     do c = 1, mesh%cell_count

@@ -5,7 +5,7 @@ module qsmpm_model_bodies
   use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric, &
     grid_degree
   use qsmpm_element, only: shape_functions
-  use qsmpm_element_kinds, only: quad8, hex20
+  use qsmpm_element_kinds, only: quad4, hex8, hex20, linear_kind, element_order
   use qsmpm_fault_list, only: fault_list_type, add_fault
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
@@ -203,7 +203,8 @@ contains
     associate (method => model%analysis%method, kinds => model%mesh%cell_kind)
       if (method%basis == basis_standard .and. any(kinds == hex20)) share = '2 %'
       if (method%integration == integrate_points) then
-        if (method%basis == basis_standard .and. any(kinds == quad8 .or. kinds == hex20)) share = '5 %'
+        if (method%basis == basis_standard .and. any(element_order(kinds) > 1 .and. &
+          (linear_kind(kinds) == quad4 .or. linear_kind(kinds) == hex8))) share = '5 %'
         if (method%basis == basis_spline2) share = '5 to 16 %'
         if (method%basis == basis_spline3) share = '15 %'
       end if

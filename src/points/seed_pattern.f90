@@ -3,7 +3,8 @@ module qsmpm_seed_pattern
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_element, only: full_rule, seed_rule
-  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15
+  use qsmpm_element_kinds, only: tri3, tri6, quad4, quad8, tet4, hex8, hex20, wedge6, wedge15, linear_kind, &
+    element_order
   implicit none
   private
 
@@ -83,28 +84,24 @@ contains
     pattern%layers = 1
     pattern%boxes_whole = .true.
     pattern%has_boxes = pattern%degree <= 1
-    select case (kind)
-    case (tri3, tri6)
+    select case (linear_kind(kind))
+    case (tri3)
       pattern%sub_cells = ceiling(sqrt(real(count, wp)))
     case (quad4)
       pattern%sub_cells = nint(sqrt(real(count, wp)))
       if (pattern%degree > 1) pattern%spread = 4
-    case (quad8)
-      call spread_all(max(1, nint(0.5_wp*sqrt(real(count, wp)))), 1, 4, pattern)
-    case (tet4, tet10)
+      if (element_order(kind) > 1) call spread_all(max(1, nint(0.5_wp*sqrt(real(count, wp)))), 1, 4, pattern)
+    case (tet4)
       call spread_all(1, 1, 4, pattern)
     case (hex8)
       pattern%sub_cells = nint(real(count, wp)**(1.0_wp/3.0_wp))
-      pattern%layers = pattern%sub_cells
       pattern%spread = merge(4, 8, pattern%degree <= 1)
-    case (hex20)
-      call spread_all(max(1, nint(0.5_wp*real(count, wp)**(1.0_wp/3.0_wp))), 1, 8, pattern)
+      if (element_order(kind) > 1) call spread_all(max(1, nint(0.5_wp*real(count, wp)**(1.0_wp/3.0_wp))), 1, 8, pattern)
       pattern%layers = pattern%sub_cells
     case (wedge6)
       pattern%layers = layers_of(pattern%places)
       pattern%sub_cells = ceiling(sqrt(real(count, wp)/pattern%layers))
-    case (wedge15)
-      call spread_all(1, layers_of(pattern%places), 4, pattern)
+      if (element_order(kind) > 1) call spread_all(1, pattern%layers, 4, pattern)
     end select
   end subroutine choose_sub_cells
 

@@ -8,7 +8,7 @@
 module qsmpm_seeding
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: corner_count, shape_functions
-  use qsmpm_element_kinds, only: quad4, quad8, hex8, hex20, max_nodes
+  use qsmpm_element_kinds, only: quad4, hex8, linear_kind, max_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: measure_at, volume_of
   use qsmpm_body_shape, only: body_shape_type, is_unbounded
@@ -110,7 +110,7 @@ contains
     real(wp) :: low, high
     logical :: upright
 
-    fits = pattern%gauss .or. .not. any(pattern%kind == [quad4, quad8, hex8, hex20])
+    fits = pattern%gauss .or. .not. any(linear_kind(pattern%kind) == [quad4, hex8])
     if (fits) return
     call upright_prism(corners_of(mesh, cell), base, low, high, upright)
     fits = .not. upright

@@ -8,6 +8,7 @@ module qsmpm_set_members
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, set_type, axis_type, select_plane, select_box, &
     three_dimensional, quantity_reaction
+  use qsmpm_element_kinds, only: element_from_name, element_order
   use qsmpm_reduction, only: closeness
   implicit none
   private
@@ -81,19 +82,20 @@ contains
     !> Element name.
     character(len=*), intent(in) :: element
     real(wp), allocatable, intent(out) :: places(:)
-    integer :: i, n
+    integer :: i, n, order
 
     n = size(lines)
-    select case (element)
-    case ('TRI6', 'QUAD8', 'WEDGE15', 'HEX20', 'TET10')
+    order = element_from_name(element)
+    if (order > 0) order = element_order(order)
+    if (order > 1) then
       allocate (places(2*n - 1))
       places(1::2) = lines
       do i = 1, n - 1
         places(2*i) = 0.5_wp*(lines(i) + lines(i + 1))
       end do
-    case default
+    else
       allocate (places(n), source=lines)
-    end select
+    end if
   end subroutine places_along
 
   !> Whether a coordinate is within the limits of a set along an axis. A list of labels has none.
