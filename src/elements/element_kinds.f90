@@ -21,7 +21,8 @@ module qsmpm_element_kinds
   integer, parameter, public :: hex20 = 8
   integer, parameter, public :: wedge6 = 9
   integer, parameter, public :: wedge15 = 10
-  integer, parameter, public :: element_kind_count = 10
+  integer, parameter, public :: quad9 = 11
+  integer, parameter, public :: element_kind_count = 11
 
   !> Largest number of nodes and of faces of any kind: the size of work arrays.
   integer, parameter, public :: max_nodes = 20
@@ -56,7 +57,8 @@ module qsmpm_element_kinds
     element_type('HEX8', hex8, 3, 8, 6, 12, 5, 3, 8, hex_counts), &
     element_type('HEX20', hex8, 3, 20, 6, 25, 17, 5, 27, hex_counts), &
     element_type('WEDGE6', wedge6, 3, 6, 5, 13, 6, 2, 8, [1, 2, 3, 6, 8, 18, 36, 0]), &
-    element_type('WEDGE15', wedge6, 3, 15, 5, 26, 18, 2, 18, [8, 9, 18, 36, 0, 0, 0, 0])]
+    element_type('WEDGE15', wedge6, 3, 15, 5, 26, 18, 2, 18, [8, 9, 18, 36, 0, 0, 0, 0]), &
+    element_type('QUAD9', quad4, 2, 9, 4, 28, 10, 5, 9, quad_counts)]
 
 contains
 

@@ -1,9 +1,9 @@
-!> Shape functions of the 4-node and the 8-node (serendipity) quadrilateral and their derivatives
+!> Shape functions of the 4-node, the 8-node (serendipity) and the 9-node quadrilateral and their derivatives
 !> by (xi, eta).
 !>
 !> With the corner signs s and p = s1 xi, q = s2 eta. Linear: N = (1+p)(1+q)/4. Quadratic:
 !> N = (1+p)(1+q)(p+q-1)/4 at the corners, N = (1-xi^2)(1+q)/2 on the edges along xi,
-!> N = (1-eta^2)(1+p)/2 on the edges along eta.
+!> N = (1-eta^2)(1+p)/2 on the edges along eta. Biquadratic: products of the polynomials of Lagrange through -1, 0, 1.
 module qsmpm_shape_quad
   use qsmpm_kinds, only: wp
   use qsmpm_element_tables, only: corners => quad_corners
@@ -15,6 +15,9 @@ module qsmpm_shape_quad
   !> Axis along which the edge of a mid node runs, and its place on the other axis.
   integer, parameter :: along(4) = [1, 2, 1, 2]
   real(wp), parameter :: side(4) = [-1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp]
+
+  !> Which of -1, 0, 1 each node of the biquadratic element has for xi and eta.
+  integer, parameter :: third(2, 9) = reshape([1, 1, 3, 1, 3, 3, 1, 3, 2, 1, 3, 2, 2, 3, 1, 2, 2, 2], [2, 9])
 
 contains
 
@@ -29,6 +32,8 @@ contains
       call quad4_shape(local, shape)
     case (8)
       call quad8_shape(local, shape)
+    case (9)
+      call quad9_shape(local, shape)
     end select
   end subroutine quad_shape
 
@@ -43,6 +48,8 @@ contains
       call quad4_gradients(local, gradients)
     case (8)
       call quad8_gradients(local, gradients)
+    case (9)
+      call quad9_gradients(local, gradients)
     end select
   end subroutine quad_gradients
 
@@ -57,6 +64,8 @@ contains
       call quad4_second(second)
     case (8)
       call quad8_second(local, second)
+    case (9)
+      call quad9_second(local, second)
     end select
   end subroutine quad_second
 
@@ -166,4 +175,54 @@ contains
     end do
     second(2, 1, 1:8) = second(1, 2, 1:8)
   end subroutine quad8_second
+
+  !> Polynomials of Lagrange through -1, 0, 1, their first and second derivatives (polynomial, order from 0).
+  pure function lagrange(x) result(l)
+    real(wp), intent(in) :: x
+    real(wp) :: l(3, 0:2)
+
+    l(:, 0) = [0.5_wp*x*(x - 1.0_wp), 1.0_wp - x*x, 0.5_wp*x*(x + 1.0_wp)]
+    l(:, 1) = [x - 0.5_wp, -2.0_wp*x, x + 0.5_wp]
+    l(:, 2) = [1.0_wp, -2.0_wp, 1.0_wp]
+  end function lagrange
+
+  !> Values of the biquadratic functions.
+  pure subroutine quad9_shape(local, shape)
+    real(wp), intent(in) :: local(:)
+    !> One value a node (9).
+    real(wp), intent(out) :: shape(:)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
+
+    a = lagrange(local(1))
+    b = lagrange(local(2))
+    shape(:9) = a(third(1, :), 0)*b(third(2, :), 0)
+  end subroutine quad9_shape
+
+  !> Derivatives of the biquadratic functions.
+  pure subroutine quad9_gradients(local, gradients)
+    real(wp), intent(in) :: local(:)
+    !> dN/dlocal (2, 9).
+    real(wp), intent(out) :: gradients(:, :)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
+
+    a = lagrange(local(1))
+    b = lagrange(local(2))
+    gradients(1, :9) = a(third(1, :), 1)*b(third(2, :), 0)
+    gradients(2, :9) = a(third(1, :), 0)*b(third(2, :), 1)
+  end subroutine quad9_gradients
+
+  !> Second derivatives of the biquadratic functions.
+  pure subroutine quad9_second(local, second)
+    real(wp), intent(in) :: local(:)
+    !> d2N/dlocal2 (2, 2, 9).
+    real(wp), intent(out) :: second(:, :, :)
+    real(wp) :: a(3, 0:2), b(3, 0:2)
+
+    a = lagrange(local(1))
+    b = lagrange(local(2))
+    second(1, 1, :9) = a(third(1, :), 2)*b(third(2, :), 0)
+    second(2, 2, :9) = a(third(1, :), 0)*b(third(2, :), 2)
+    second(1, 2, :9) = a(third(1, :), 1)*b(third(2, :), 1)
+    second(2, 1, :9) = second(1, 2, :9)
+  end subroutine quad9_second
 end module qsmpm_shape_quad

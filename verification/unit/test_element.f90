@@ -6,6 +6,7 @@ module test_element
     corner_count, local_dimension, vtk_type, linear_kind, element_order, local_nodes, &
     shape_functions, shape_gradients, shape_second_gradients, element_geometry, gauss_rule, &
     tri6, wedge15
+  use qsmpm_element_kinds, only: quad8, quad9
   use element_samples, only: sample_count, sample_place, affine_nodes, affine_determinant, &
     distorted_nodes
   implicit none
@@ -37,6 +38,7 @@ contains
       call check_quadratics(tests, kind)
       call check_patch(tests, kind)
     end do
+    call check_biquadratic(tests)
     call check_wedge15(tests)
   end subroutine collect_element
 
@@ -53,15 +55,31 @@ contains
     call tests%check('WEDGE15 is the name of wedge15', element_name(wedge15) == 'WEDGE15')
     ! VTK file formats, cell type numbers of the linear and quadratic cells.
     call tests%check('VTK types are those of the file format', &
-      all(vtk_type(kinds) == [5, 22, 9, 23, 10, 24, 12, 25, 13, 26]))
-    call tests%check('an element has a node a corner and, if quadratic, one an edge', &
-      all(node_count(kinds) == [3, 6, 4, 8, 4, 10, 8, 20, 6, 15]))
+      all(vtk_type(kinds) == [5, 22, 9, 23, 10, 24, 12, 25, 13, 26, 28]))
+    call tests%check('an element has a node a corner and, if quadratic, one an edge, QUAD9 one more', &
+      all(node_count(kinds) == [3, 6, 4, 8, 4, 10, 8, 20, 6, 15, 9]))
     call tests%check('the linear kind has the corners and order 1', &
       all(node_count(linear_kind(kinds)) == corner_count(kinds)) &
       .and. all(element_order(linear_kind(kinds)) == 1))
-    call tests%check('quadratic kinds have order 2', all(element_order(kinds(2::2)) == 2) &
+    call tests%check('quadratic kinds have order 2', all(element_order(kinds(2::2)) == 2) .and. element_order(quad9) == 2 &
       .and. element_order(tri6) == 2)
   end subroutine check_names
+
+  !> QUAD9 has every product of squares; QUAD8 lacks the highest one.
+  subroutine check_biquadratic(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: local(2) = [0.3_wp, -0.7_wp]
+    real(wp) :: nine(9), eight(8), nodes(2, 9)
+
+    nodes = local_nodes(quad9)
+    call shape_functions(quad9, local, nine)
+    call tests%close('QUAD9 has xi^2 eta^2', dot_product(nine, product(nodes, 1)**2), product(local)**2, 1.0e-15_wp)
+    call tests%close('QUAD9 has xi^2 eta', dot_product(nine, nodes(1, :)*product(nodes, 1)), local(1)*product(local), &
+      1.0e-15_wp)
+    nodes(:, :8) = local_nodes(quad8)
+    call shape_functions(quad8, local, eight)
+    call tests%check('QUAD8 has not', abs(dot_product(eight, product(nodes(:, :8), 1)**2) - product(local)**2) > 0.01_wp)
+  end subroutine check_biquadratic
 
   !> Partition of unity, Kronecker property, local coordinates as their own interpolant.
   subroutine check_values(tests, kind)

@@ -5,7 +5,7 @@ module test_gmsh_reader
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_mesh_sets, only: find_set
-  use qsmpm_element, only: tet10, hex20, wedge15
+  use qsmpm_element, only: element_from_name, tet10, hex20, wedge15
   use test_mesh_readers, only: read_text, check_refused, replaced
   use testing, only: tests_type
   implicit none
@@ -53,12 +53,15 @@ contains
   !> against edge middles in build_topology sees any other order.
   subroutine check_orders(tests)
     type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: square(3, 4) = reshape([real(wp) :: 0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0], [3, 4])
     real(wp), parameter :: tet(3, 4) = reshape([real(wp) :: 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0, 2], [3, 4])
     real(wp), parameter :: hex(3, 8) = reshape([real(wp) :: 0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0, &
       0, 0, 2, 2, 0, 2, 2, 2, 2, 0, 2, 2], [3, 8])
     real(wp), parameter :: wedge(3, 6) = reshape([real(wp) :: 0, 0, 0, 2, 0, 0, 0, 2, 0, &
       0, 0, 2, 2, 0, 2, 0, 2, 2], [3, 6])
 
+    call check_order(tests, 'a quadrilateral of nine nodes', 10, element_from_name('QUAD9'), square, &
+      [0, 1, 1, 2, 2, 3, 3, 0, 0, 2], 4.0_wp)
     call check_order(tests, 'a tetrahedron of ten nodes', 11, tet10, tet, &
       [0, 1, 1, 2, 0, 2, 0, 3, 2, 3, 1, 3], 4.0_wp/3.0_wp)
     call check_order(tests, 'a brick of twenty nodes', 17, hex20, hex, &

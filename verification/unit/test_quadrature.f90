@@ -154,7 +154,7 @@ contains
     integer, intent(in) :: count
 
     real(wp), parameter :: volumes(element_kind_count) = [0.5_wp, 0.5_wp, 4.0_wp, 4.0_wp, &
-      1.0_wp/6.0_wp, 1.0_wp/6.0_wp, 8.0_wp, 8.0_wp, 1.0_wp, 1.0_wp]
+      1.0_wp/6.0_wp, 1.0_wp/6.0_wp, 8.0_wp, 8.0_wp, 1.0_wp, 1.0_wp, 4.0_wp]
     type(error_type), allocatable :: error
     real(wp), allocatable :: points(:, :), weights(:)
     character(len=:), allocatable :: name
@@ -186,8 +186,8 @@ contains
   subroutine check_counts(tests)
     type(tests_type), intent(inout) :: tests
 
-    integer, parameter :: full(element_kind_count) = [1, 3, 4, 9, 1, 4, 8, 27, 6, 9]
-    integer, parameter :: defaults(element_kind_count) = [4, 12, 4, 9, 4, 14, 8, 27, 8, 18]
+    integer, parameter :: full(element_kind_count) = [1, 3, 4, 9, 1, 4, 8, 27, 6, 9, 9]
+    integer, parameter :: defaults(element_kind_count) = [4, 12, 4, 9, 4, 14, 8, 27, 8, 18, 9]
     type(error_type), allocatable :: error
     real(wp), allocatable :: points(:, :), weights(:)
     integer :: kind
