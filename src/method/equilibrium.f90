@@ -23,9 +23,9 @@ module qsmpm_equilibrium
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_limit_load, only: compliance_type
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix, linear_force
+  use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_term_share, only: solve_share_type
-  use qsmpm_term_sums, only: sum_transient, measure_shares, find_unusable
+  use qsmpm_term_sums, only: add_all_blocks, sum_transient, measure_shares, find_unusable
   implicit none
   private
 
@@ -255,7 +255,7 @@ contains
     end if
     if (.not. keep_factors) then
       call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, solution%displacement)
+      call add_all_blocks(step%terms, solution%displacement, step%equations, step%matrix)
       call turn_to(step%profile%watch, part_factorisation)
       call factorise_system(step%system, step%matrix, error)
     end if

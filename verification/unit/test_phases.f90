@@ -181,7 +181,7 @@ contains
     call run%to_end()
     call tests%check('a lost step is halved, grows again and comes back to multiples', &
       run%reached([0.125_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
-    call tests%check('the cut is told with its reason', index(run%listener%text, 'step cut: the script says no') > 0)
+    call tests%check('the cut is told with its reason', index(run%listener%text, 'increment cut back: the script says no') > 0)
     call tests%check('and left no trace but a solve', asked(run) == 8 .and. &
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
     run = new_run([lost(), lost(), answer_type(iterations=9)], '')
@@ -218,7 +218,7 @@ contains
     call tests%check('in the last accepted state', len(state_differences(before, run%model%state)) == 0)
     call tests%check('with the code of its cause', run%error%code == error_not_converged)
     call tests%check('phase, load, reason, residual and node are told: '//run%error%message, &
-      index(run%error%message, "phase 'first': equilibrium lost beyond load factor  2.000000E+00: the script says no; "// &
+      index(run%error%message, "phase 'first': no equilibrium beyond load factor  2.000000E+00: the script says no; "// &
       'out of balance  5.00E-01, most at node 7 at') == 1)
     broken = lost()
     broken%broken = .true.
@@ -292,7 +292,7 @@ contains
     run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
     call run%to_end()
     call tests%check('without a step too compliant it is no limit load', run%error%code == error_not_converged .and. &
-      index(run%error%message, 'equilibrium lost beyond load factor') > 0)
+      index(run%error%message, 'no equilibrium beyond load factor') > 0)
     call tests%check('and how far the compliance has come is told: '//run%error%message, &
       index(run%error%message, 'the last step was 4.0 times as compliant as the first one') > 0)
 
@@ -391,11 +391,11 @@ contains
     call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%listener%steps == 6)
     call tests%check('tells how much the first history has grown', index(run%listener%text, &
       'constant load test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
-    call tests%close('and puts the state back', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    call tests%close('and restores the state', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
     run = new_run([answer_type(), answer_type(), answer_type(), lost(), answer_type()], wanted)
     call run%to_end()
-    call tests%check('one that is lost is told', index(run%listener%text, 'lost at re-solve 2 (the script says no)') > 0)
-    call tests%close('and put back too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    call tests%check('one that is lost is told', index(run%listener%text, 'rejected at re-solve 2 (the script says no)') > 0)
+    call tests%close('and restored too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
     run = new_run([answer_type(), answer_type(), answer_type(), answer_type(fatal=.true.)], wanted)
     call run%to_end()
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
@@ -452,7 +452,7 @@ contains
     end function occurrences
   end subroutine check_summary
 
-  !> A prescribed set that the material does not follow: warned of once, then the step is put back and the run ends.
+  !> A prescribed set that the material does not follow: warned of once, then the state is restored and the run ends.
   subroutine check_lost_set(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
