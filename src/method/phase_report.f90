@@ -19,7 +19,7 @@ module qsmpm_phase_report
   implicit none
   private
 
-  public :: phase_report_type, begin_report, report_step, report_stabilisation, report_phase, warn_of_lag, &
+  public :: phase_report_type, report_step, report_stabilisation, report_phase, warn_of_lag, &
     warn_of_initial_strength, failure_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
@@ -39,14 +39,6 @@ module qsmpm_phase_report
   end type phase_report_type
 
 contains
-
-  !> Begin where a run stands.
-  subroutine begin_report(window, report)
-    type(window_type), intent(in) :: window
-    type(phase_report_type), intent(inout) :: report
-
-    report%window = window
-  end subroutine begin_report
 
   !> What an accepted step shows of solver, mesh and cut bodies.
   subroutine report_step(model, step, report, observer)
@@ -117,12 +109,13 @@ contains
 
   !> Warn once in a phase of material that does not follow a prescribed set.
   subroutine warn_of_lag(warning, report, observer)
-    !> Empty for none.
-    character(len=*), intent(in) :: warning
+    !> Empty or unallocated for none.
+    character(len=:), allocatable, intent(in) :: warning
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
 
-    if (len(warning) == 0 .or. report%lag_warned) return
+    if (.not. allocated(warning) .or. report%lag_warned) return
+    if (len(warning) == 0) return
     call observer%note(warning)
     report%lag_warned = .true.
   end subroutine warn_of_lag

@@ -9,18 +9,18 @@ module qsmpm_phases
   use qsmpm_hold_test, only: test_hold
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_text, note_accepted, note_refused
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_text
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phase_report, only: phase_report_type, begin_report, failure_text, report_phase, report_stabilisation, &
-    report_step, warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
+    warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_step_length, only: is_given_up, length_after_rejection, length_after_step, phase_is_complete, plan_step
+  use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
   use qsmpm_stopwatch, only: turn_to, part_control, part_output
@@ -58,7 +58,7 @@ contains
     type(march_type), intent(inout) :: march
 
     call begin_analysis(model, march%step%terms)
-    call begin_report(model%state%window, march%report)
+    march%report%window = model%state%window
     march%step%profile = profile
     march%begun = .false.
     march%told = .false.
@@ -205,58 +205,33 @@ contains
       call take_step(model, march%step, march%solver, phase, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) exit
-      call cut_back(model, march%step, phase, last, record, outcome, observer, error)
-      if (allocated(error)) return
+      call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
+      if (is_given_up(phase%controls, model%state%progress, outcome)) then
+        call fail(error, outcome%cause, failure_text(model, march%step, phase, outcome))
+        return
+      end if
+      call observer%note('increment cut back: '//outcome%reason)
     end do
-    model%state%progress%next_step = length_after_step(phase%controls, length, outcome)
-    call note_accepted(record%compliance, record%start, last, model%state%progress%limit)
-    if (allocated(outcome%warning)) call warn_of_lag(outcome%warning, march%report, observer)
-    call complete_step(model, march%step, phase, record)
+    call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
+    model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
+    march%step%profile%steps = march%step%profile%steps + 1
+    call complete_record(model, march%step, record)
+    call warn_of_lag(outcome%warning, march%report, observer)
     call notify_step(model, march, record, observer, error)
     if (.not. allocated(error)) call test_hold(model, march%step, march%solver, phase, observer, error)
   end subroutine reach_step
 
-  !> After a rejected step: a shorter one, or the end of the run.
-  subroutine cut_back(model, step, phase, last, record, outcome, observer, error)
-    type(model_type), intent(inout) :: model
+  !> Points, equations and histories at the end of an accepted step.
+  subroutine complete_record(model, step, record)
+    type(model_type), intent(in) :: model
     type(step_type), intent(in) :: step
-    type(phase_type), intent(in) :: phase
-    !> Load fraction that was to be reached.
-    real(wp), intent(in) :: last
-    type(step_record_type), intent(in) :: record
-    type(outcome_type), intent(in) :: outcome
-    class(observer_type), intent(inout) :: observer
-    type(error_type), allocatable, intent(out) :: error
-
-    associate (progress => model%state%progress)
-      if (outcome%at_limit) call note_refused(record%compliance, record%start, last, progress%limit)
-      progress%next_step = length_after_rejection(phase%controls, last - progress%fraction, outcome)
-      if (is_given_up(phase%controls, progress, outcome)) then
-        call fail(error, outcome%cause, failure_text(model, step, phase, outcome))
-      else
-        call observer%note('increment cut back: '//outcome%reason)
-      end if
-    end associate
-  end subroutine cut_back
-
-  !> Count an accepted step, and complete its record.
-  subroutine complete_step(model, step, phase, record)
-    type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
-    type(phase_type), intent(in) :: phase
     type(step_record_type), intent(inout) :: record
 
-    associate (progress => model%state%progress)
-      progress%step = progress%step + 1
-      progress%phase_steps = progress%phase_steps + 1
-      progress%load_factor = phase%load_factor*progress%fraction
-    end associate
-    step%profile%steps = step%profile%steps + 1
     record%inaccurate_points = inaccurate_points(step%terms)
     record%plastic_points = sum(model%state%points%plastic)
     record%equations = step%equations%count
     call take_histories(model, record%histories)
-  end subroutine complete_step
+  end subroutine complete_record
 
   !> Notify the observer of an accepted step.
   subroutine notify_step(model, march, record, observer, error)

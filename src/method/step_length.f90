@@ -4,14 +4,14 @@
 module qsmpm_step_length
   use qsmpm_analysis, only: controls_type
   use qsmpm_kinds, only: wp
-  use qsmpm_limit_load, only: limit_load_type, is_found, interpolate_knee
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, is_found, interpolate_knee, note_accepted, note_refused
   use qsmpm_model, only: progress_type
   use qsmpm_step_control, only: outcome_type
   implicit none
   private
 
   public :: first_length, is_too_short, plan_step, end_of_step, below_rejected, length_after_step
-  public :: length_after_rejection, is_given_up, phase_is_complete
+  public :: length_after_rejection, go_on, cut_back, is_given_up, phase_is_complete
 
   !> A step that a law rejects is cut back to this share of it at the most.
   real(wp), parameter :: largest_cut = 0.9_wp
@@ -110,6 +110,36 @@ contains
     if (outcome%too_long) next = max(smallest_length(controls), &
       length*length_ratio(outcome%step_error, controls%step_error))
   end function length_after_rejection
+
+  !> After an accepted step.
+  pure subroutine go_on(controls, compliance, start, length, outcome, progress)
+    type(controls_type), intent(in) :: controls
+    type(compliance_type), intent(in) :: compliance
+    !> Load fraction at its start, and its length as it was planned.
+    real(wp), intent(in) :: start, length
+    type(outcome_type), intent(in) :: outcome
+    !> At the end of the step.
+    type(progress_type), intent(inout) :: progress
+
+    progress%step = progress%step + 1
+    progress%phase_steps = progress%phase_steps + 1
+    progress%next_step = length_after_step(controls, length, outcome)
+    call note_accepted(compliance, start, progress%fraction, progress%limit)
+  end subroutine go_on
+
+  !> After a rejected step.
+  pure subroutine cut_back(controls, compliance, last, outcome, progress)
+    type(controls_type), intent(in) :: controls
+    type(compliance_type), intent(in) :: compliance
+    !> Load fraction that was to be reached.
+    real(wp), intent(in) :: last
+    type(outcome_type), intent(in) :: outcome
+    !> At the start of the step.
+    type(progress_type), intent(inout) :: progress
+
+    if (outcome%at_limit) call note_refused(compliance, progress%fraction, last, progress%limit)
+    progress%next_step = length_after_rejection(controls, last - progress%fraction, outcome)
+  end subroutine cut_back
 
   !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and falls with its
   !> length; a step is not to grow too fast, and a little margin saves steps that would be rejected.
