@@ -412,6 +412,7 @@ contains
     call lock()
     call run%to_end()
     call tests%check('locking is told at the end of each phase', occurrences(locks) == 2)
+    call tests%check('the points that yield are counted', run%listener%plastic_points == run%model%state%points%count)
     run = new_run([answer_type(), lost()], '')
     call lock()
     call run%to_end()
@@ -420,6 +421,13 @@ contains
     call run%to_end()
     call tests%check('so is what the stabilisation carried', &
       occurrences('the stabilisation carries more than 5.0 % of the forces in 1 of 1 steps') == 1)
+    run = new_run([answer_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1')
+    run%model%analysis%phases(2)%controls%stabilisation_share = 1.0_wp
+    call run%to_end()
+    call tests%check('that is counted phase by phase', occurrences('forces in 4 of 4 steps') == 1 .and. &
+      occurrences('forces in 2 of 2 steps') == 1)
+    call tests%check('and warned of where it begins', &
+      occurrences('the stabilisation carries 6.0 % of the forces at load factor 2.0000E+00') == 1)
 
   contains
 
@@ -457,6 +465,7 @@ contains
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
     type(state_type) :: before
+    integer :: k
 
     run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
     call march_step(run%model, run%march, run%listener, run%error)
@@ -474,6 +483,14 @@ contains
     call tests%check('one of a quarter ends the run', allocated(run%error))
     if (allocated(run%error)) call tests%check('as a step that is not taken', run%error%code == error_not_converged)
     call tests%check('with the state before the step', len(state_differences(before, run%model%state)) == 0)
+    run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    run%model%analysis%phases(2)%prescriptions = run%model%analysis%phases(1)%prescriptions
+    do k = 1, 5
+      call fall_behind(0.1_wp)
+      call march_step(run%model, run%march, run%listener, run%error)
+    end do
+    call tests%check('the next phase warns anew', index(run%listener%text, "phase 'first': the material in front") > 0 .and. &
+      index(run%listener%text, "phase 'second': the material in front") > 0)
 
   contains
 

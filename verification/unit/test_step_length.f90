@@ -3,11 +3,11 @@
 module test_step_length
   use qsmpm_analysis, only: controls_type
   use qsmpm_kinds, only: wp
-  use qsmpm_limit_load, only: limit_load_type
+  use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: progress_type
   use qsmpm_step_control, only: outcome_type
   use qsmpm_step_length, only: first_length, end_of_step, below_rejected, length_after_step, length_after_rejection, &
-    is_too_short, is_given_up, phase_is_complete, plan_step
+    is_too_short, cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use testing, only: tests_type
   implicit none
   private
@@ -31,6 +31,7 @@ contains
     call check_error(tests)
     call check_cuts(tests)
     call check_plan(tests)
+    call check_progress(tests)
     call check_ends_of_phases(tests)
   end subroutine collect_step_length
 
@@ -159,7 +160,34 @@ contains
     call tests%close('below it the limit load is found, at the knee', progress%limit%knee, 0.5_wp*(0.25_wp + 0.301_wp), &
       rounding)
     call tests%check('which ends the phase', phase_is_complete(progress))
+    progress%fraction = 0.9995_wp
+    progress%limit = limit_load_type(first=1.0_wp, last=5.0_wp, middle=0.95_wp)
+    call plan_step(controls, 1.0_wp, progress, length, last)
+    call tests%check('a rest of the phase below the smallest step is none without a rejected load', &
+      abs(last - 1.0_wp) <= 0.0_wp .and. .not. progress%limit%knee > 0.0_wp)
   end subroutine check_plan
+
+  !> What an accepted and a rejected step leave in the progress.
+  subroutine check_progress(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+    type(compliance_type), parameter :: three = compliance_type(6.0_wp, 2.0_wp)
+
+    progress%fraction = 0.3_wp
+    progress%next_step = 0.25_wp
+    call cut_back(ten, three, 0.4_wp, outcome_type(), progress)
+    call tests%check('a step that ends on a multiple is cut back from the length it had', &
+      abs(progress%next_step - 0.05_wp) <= rounding .and. .not. progress%limit%refused > 0.0_wp)
+    call cut_back(ten, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
+    call tests%check('one at the limit is remembered', abs(progress%limit%refused - 0.4_wp) + &
+      abs(progress%limit%refused_middle - 0.35_wp) + abs(progress%limit%refused_compliance - 3.0_wp) <= rounding)
+    progress%fraction = 0.35_wp
+    call go_on(ten, three, 0.3_wp, 0.05_wp, outcome_type(static_iterations=7), progress)
+    call tests%check('an accepted one is counted, and its like follows', progress%step == 1 .and. &
+      progress%phase_steps == 1 .and. abs(progress%next_step - 0.05_wp) <= rounding)
+    call tests%check('its compliance is that of the phase', abs(progress%limit%first - 3.0_wp) + &
+      abs(progress%limit%last - 3.0_wp) + abs(progress%limit%middle - 0.325_wp) <= rounding)
+  end subroutine check_progress
 
   !> When a phase is at its end, and when it is given up.
   subroutine check_ends_of_phases(tests)

@@ -385,6 +385,9 @@ contains
     call tests%check('so do those of sub-steps', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3)
     it = limited()
+    call it%go([lost(), damped(5.0e-4_wp), answer_type(compliance=21.0_wp)])
+    call tests%check('also where the load is carried without damping', it%is_restored() .and. it%outcome%at_limit)
+    it = limited()
     call it%go([answer_type(stabilisation_share=0.05_wp), lost(), answer_type(damping_share=0.4_wp, &
       undamped=0.4_wp, compliance=21.0_wp), answer_type()])
     call tests%check('also of those in a hold', it%is_restored() .and. it%outcome%at_limit .and. &
