@@ -52,7 +52,7 @@ contains
       deallocate (step%system%note)
     end if
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
-    call warn_of_cut_cells(model, step%bodies, step%cut, observer)
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step
 
