@@ -1,10 +1,11 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated, only bodies
-!> whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and the states
-!> that integration points take from the nearest material point cost a softening slope more than its outline gains.
+!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated it serves for
+!> that in bodies whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and
+!> the states that integration points take from the nearest material point cost a softening slope more than its outline
+!> gains. Elsewhere the outline only tells how far the integration is off (qsmpm_cut_cell_check).
 !>
-!> The vertices of an outline are tracers. At the start of every step the outline says which part of each cell its body
-!> holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays in
-!> equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
+!> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
+!> body holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays
+!> in equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -43,6 +44,8 @@ module qsmpm_outlines
   real(wp), parameter :: lost = 0.1_wp
   !> Parts of an outline make up a surface when their area is that of its points to this share.
   real(wp), parameter :: same_area = 1.0e-6_wp
+  !> Share of the size of a cell within which an edge touches it: more than seeding takes for touching.
+  real(wp), parameter :: touching = 0.02_wp
   !> No division nearer to another one than so many tolerances of sets.
   real(wp), parameter :: apart = 4.0_wp
 
@@ -66,13 +69,13 @@ contains
       size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
     end do
     do b = 1, size(model%shapes)
-      if (model%analysis%method%integration == integrate_cells .and. flows(model, b)) cycle
       if (.not. cuts_cells(model, volumes, b)) cycle
       call divide_bounds(model, b, longest(model%mesh%dimension)*size_of_cells, vertices, outline)
       if (size(vertices) == 0) cycle
       call add_tracers(model, vertices, placed)
       if (.not. placed) cycle
       outline%before = model%state%tracers%count - outline%count
+      outline%integrates = model%analysis%method%integration == integrate_cells .and. .not. flows(model, b)
       call find_surfaces(model, vertices, outline)
       model%outlines = [model%outlines, outline]
     end do
@@ -235,10 +238,12 @@ contains
   end function measures
 
   !> What the carried bodies hold of each cell, for the present place of their outlines.
-  subroutine find_bodies(model, volumes, bodies)
+  subroutine find_bodies(model, volumes, integrates, bodies)
     type(model_type), intent(in) :: model
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
+    !> Those that are integrated inside of their outlines, or the others.
+    logical, intent(in) :: integrates
     type(body_quadrature_type), intent(out) :: bodies
     type(body_shape_type) :: shape
     type(seed_list_type) :: list
@@ -249,6 +254,7 @@ contains
     carried = .false.
     do k = 1, size(model%outlines)
       associate (outline => model%outlines(k))
+        if (outline%integrates .neqv. integrates) cycle
         call shape_of_outline(outline, model%state%tracers%position(:, outline%before + 1:outline%before &
           + outline%count), shape)
         before = list%count
@@ -338,6 +344,8 @@ contains
     type(body_shape_type) :: shape
     type(carried_outline_type) :: loaded
     real(wp) :: vertices(model%mesh%dimension, outline%count)
+    real(wp), allocatable :: boxes(:, :)
+    integer, allocatable :: near(:)
     logical :: occupied(model%mesh%cell_count)
     integer :: c, i
 
@@ -352,13 +360,35 @@ contains
         [(i, i=1, size(parts))], list)
       return
     end if
+    call find_boxes(model%mesh, boxes)
     do i = 1, size(parts)
-      associate (ends => outline%corner(:, parts(i)))
-        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., &
-          [vertices(:, ends(1)), vertices(:, ends(2))], surface_degree(model), i, list)
+      associate (a => vertices(:, outline%corner(1, parts(i))), b => vertices(:, outline%corner(2, parts(i))))
+        near = pack([(c, c=1, size(occupied))], boxes(1, :) <= max(a(1), b(1)) .and. boxes(2, :) <= max(a(2), b(2)) &
+          .and. boxes(3, :) >= min(a(1), b(1)) .and. boxes(4, :) >= min(a(2), b(2)))
+        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., [a, b], &
+          surface_degree(model), i, list, near)
       end associate
     end do
   end subroutine seed_parts
+
+  !> Boxes around the cells of a plane mesh with what touches them: seeding looks at no other cell.
+  pure subroutine find_boxes(mesh, boxes)
+    type(mesh_type), intent(in) :: mesh
+    !> x and y of the lower corner, then of the upper one (4, cell_count).
+    real(wp), allocatable, intent(out) :: boxes(:, :)
+    real(wp) :: slack
+    integer :: c
+
+    allocate (boxes(4, mesh%cell_count))
+    do c = 1, mesh%cell_count
+      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
+        boxes(:2, c) = [minval(mesh%coordinates(1, nodes)), minval(mesh%coordinates(2, nodes))]
+        boxes(3:, c) = [maxval(mesh%coordinates(1, nodes)), maxval(mesh%coordinates(2, nodes))]
+      end associate
+      slack = touching*maxval(boxes(3:, c) - boxes(:2, c))
+      boxes(:, c) = boxes(:, c) + slack*[-1, -1, 1, 1]
+    end do
+  end subroutine find_boxes
 
   !> Put seeds in the place of the points of their surfaces.
   subroutine replace_points(model, list, surface, stretch)

@@ -48,6 +48,7 @@ program run_unit_tests
   use test_unusable_numbers, only: collect_unusable_numbers
   use test_stepping, only: collect_stepping
   use test_limit_load, only: collect_limit_load
+  use test_step_control, only: collect_step_control
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
   use test_energy, only: collect_energy
@@ -84,6 +85,7 @@ program run_unit_tests
   use test_unknowns, only: collect_unknowns
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
+  use test_model_tangent, only: collect_model_tangent
   use test_recommended_method, only: collect_recommended_method
   use test_locking_check, only: collect_locking_check
   use test_spline_axis, only: collect_spline_axis
@@ -159,6 +161,7 @@ program run_unit_tests
   call register('unusable_numbers', collect_unusable_numbers)
   call register('stepping', collect_stepping)
   call register('limit_load', collect_limit_load)
+  call register('step_control', collect_step_control)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
   call register('energy', collect_energy)
@@ -194,6 +197,7 @@ program run_unit_tests
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
+  call register('model_tangent', collect_model_tangent)
   call register('recommended_method', collect_recommended_method)
   call register('locking_check', collect_locking_check)
   call register('spline_axis', collect_spline_axis)
