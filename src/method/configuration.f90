@@ -2,7 +2,7 @@
 !> anew from the state; the terms of the equations look at it and nothing changes it until the step has ended.
 module qsmpm_configuration
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: axisymmetric, integrate_cells
+  use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
@@ -18,7 +18,7 @@ module qsmpm_configuration
 
   type :: configuration_type
     type(activation_type) :: activation
-    !> What bodies whose outline is carried hold of the cells; unallocated without.
+    !> What bodies that are integrated inside of their carried outlines hold of the cells; unallocated without.
     type(body_quadrature_type), allocatable :: bodies
     !> Domains of the points, where the space averages over them.
     type(domains_type) :: domains
@@ -59,10 +59,10 @@ contains
 
     associate (c => configuration)
       if (allocated(c%bodies)) deallocate (c%bodies)
-      if (size(model%outlines) > 0) then
+      if (any(model%outlines%integrates)) then
         allocate (c%bodies)
-        call find_bodies(model, c%volumes, c%bodies)
-        if (model%analysis%method%integration == integrate_cells) allocate (occupied, source=c%bodies%fill > 0.0_wp)
+        call find_bodies(model, c%volumes, .true., c%bodies)
+        allocate (occupied, source=c%bodies%fill > 0.0_wp)
       end if
       if (model%space%tensor) then
         call activate(model%mesh, c%volumes, model%state%points, c%activation, model%loading%open_edge)

@@ -1,6 +1,9 @@
 !> Whether the stresses that *INITIAL, TYPE=K0 gives are in equilibrium with the loads of the phase.
 !>
-!>   r = f_load - sum V sigma grad N,   u = K^-1 r,   u_w = K^-1 f_load        (free components, elastic K)
+!>   r = f_load - f_held - sum V sigma grad N,   u = K^-1 r,   u_w = K^-1 f_load        (free components, elastic K)
+!>
+!> where f_held is what all other internal terms resist before anything moves, as springs of a support do that an
+!> earlier phase has loaded.
 !>
 !> K0 stresses have no shear stress: they balance level layers and nothing else. Under a slope, or below an interface
 !> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
@@ -20,11 +23,10 @@ module qsmpm_initial_balance
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_points, only: points_type
-  use qsmpm_soil_points, only: soil_of, integration_of
+  use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
-  use qsmpm_term, only: role_external
-  use qsmpm_term_sums, only: set_loads, sum_forces, discard_terms
+  use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -89,25 +91,22 @@ contains
   subroutine measure_balance(model, step, balance)
     type(model_type), intent(in) :: model
     !> Scratch of the step, initialised.
-    type(step_type), intent(inout), target :: step
+    type(step_type), intent(inout) :: step
     type(balance_type), intent(out) :: balance
     type(error_type), allocatable :: error
-    type(integration_type), pointer :: integration
-    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, stressed, move
+    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: resistance, move
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
     move = 0.0_wp
-    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
-    call sum_forces(step%terms, role_external, move, load)
-    integration => integration_of(soil_of(step%terms), step%configuration_type)
-    call internal_force(integration, model%state%points, stressed)
-    call gather(step%equations, load, weight)
-    call gather(step%equations, load - stressed, residual)
     balance%position = model%mesh%bounds(:, 1)
-    if (.not. norm2(weight) > 0.0_wp) return
-    balance%residual = norm2(residual)/norm2(weight)
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
     call evaluate_step(model, step, move, tangent_elastic)
     if (step%failure%failed) return
+    call gather(step%equations, step%forces%external, weight)
+    if (.not. norm2(weight) > 0.0_wp) return
+    call force_before_law(model, step, resistance)
+    call gather(step%equations, step%forces%external - resistance, residual)
+    balance%residual = norm2(residual)/norm2(weight)
     call complete_matrix(step, move)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
@@ -117,6 +116,24 @@ contains
     balance%move = maxval(abs(by_residual))/max(maxval(abs(by_weight)), tiny(1.0_wp))
     balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move), 1), 1))
   end subroutine measure_balance
+
+  !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those
+  !> beyond the strength back, which is told apart from this.
+  subroutine force_before_law(model, step, force)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step, evaluated where nothing has moved.
+    type(step_type), intent(in), target :: step
+    !> (dimension, node_count)
+    real(wp), intent(out) :: force(:, :)
+    type(soil_type), pointer :: soil
+    real(wp), dimension(size(force, 1), size(force, 2)) :: by_law
+
+    soil => soil_of(step%terms)
+    by_law = 0.0_wp
+    call soil%add_force(by_law, by_law)
+    call internal_force(integration_of(soil, step%configuration_type), model%state%points, force)
+    force = force + (step%forces%internal - by_law)
+  end subroutine force_before_law
 
   !> Nodal force of the stresses at the start of the step.
   pure subroutine internal_force(integration, points, force)

@@ -4,7 +4,7 @@
 !> active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: integrate_cells, newton_modified
+  use qsmpm_analysis, only: newton_modified
   use qsmpm_configuration, only: configuration_type, find_configuration, forget_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
@@ -16,6 +16,7 @@ module qsmpm_initialisation
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
@@ -81,7 +82,7 @@ contains
   subroutine initialise_step(model, step, error)
     !> Loaded surfaces of bodies whose outline is carried are laid on it anew.
     type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
+    type(step_type), intent(inout), target :: step
     !> Failure of the ordering or of the solver's analysis.
     type(error_type), allocatable, intent(out) :: error
     type(patches_type) :: patches
@@ -93,14 +94,10 @@ contains
     step%window = model%state%window
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
-    if (allocated(step%bodies)) then
-      if (model%analysis%method%integration == integrate_cells) then
-        call lay_surfaces(model, step%bodies)
-      else
-        call measure_cut_cells(model, step%activation, step%bodies, step%at_points, step%cut)
-      end if
-    end if
+    if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
     call prepare_terms(model, step%configuration_type, step%terms, patches)
+    call measure_cut_cells(model, step%configuration_type, integration_of(soil_of(step%terms), &
+      step%configuration_type), step%cut)
     call find_unknowns(model, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)

@@ -347,7 +347,7 @@ contains
       step%profile%steps = step%profile%steps + 1
       call turn_to(step%profile%watch, part_output)
       if (step%window == model%state%window) call check_moving_mesh(model, step%activation, step%rows, observer)
-      call warn_of_cut_cells(model, step%bodies, step%cut, observer)
+      call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
       call tell_window(model, step, observer)
       call observer%accepted(model, record, error)
       call turn_to(step%profile%watch, part_control)

@@ -1,10 +1,11 @@
-!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated, only bodies
-!> whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and the states
-!> that integration points take from the nearest material point cost a softening slope more than its outline gains.
+!> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated it serves for
+!> that in bodies whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and
+!> the states that integration points take from the nearest material point cost a softening slope more than its outline
+!> gains. Elsewhere the outline only tells how far the integration is off (qsmpm_cut_cell_check).
 !>
-!> The vertices of an outline are tracers. At the start of every step the outline says which part of each cell its body
-!> holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays in
-!> equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
+!> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
+!> body holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays
+!> in equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -66,13 +67,13 @@ contains
       size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
     end do
     do b = 1, size(model%shapes)
-      if (model%analysis%method%integration == integrate_cells .and. flows(model, b)) cycle
       if (.not. cuts_cells(model, volumes, b)) cycle
       call divide_bounds(model, b, longest(model%mesh%dimension)*size_of_cells, vertices, outline)
       if (size(vertices) == 0) cycle
       call add_tracers(model, vertices, placed)
       if (.not. placed) cycle
       outline%before = model%state%tracers%count - outline%count
+      outline%integrates = model%analysis%method%integration == integrate_cells .and. .not. flows(model, b)
       call find_surfaces(model, vertices, outline)
       model%outlines = [model%outlines, outline]
     end do
@@ -235,10 +236,12 @@ contains
   end function measures
 
   !> What the carried bodies hold of each cell, for the present place of their outlines.
-  subroutine find_bodies(model, volumes, bodies)
+  subroutine find_bodies(model, volumes, integrates, bodies)
     type(model_type), intent(in) :: model
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
+    !> Those that are integrated inside of their outlines, or the others.
+    logical, intent(in) :: integrates
     type(body_quadrature_type), intent(out) :: bodies
     type(body_shape_type) :: shape
     type(seed_list_type) :: list
@@ -249,6 +252,7 @@ contains
     carried = .false.
     do k = 1, size(model%outlines)
       associate (outline => model%outlines(k))
+        if (outline%integrates .neqv. integrates) cycle
         call shape_of_outline(outline, model%state%tracers%position(:, outline%before + 1:outline%before &
           + outline%count), shape)
         before = list%count

@@ -16,6 +16,8 @@ module qsmpm_carried_outline
   type :: carried_outline_type
     !> Number of the body.
     integer :: body = 0
+    !> Its body is integrated inside of it; else it only tells how far what is integrated is off.
+    logical :: integrates = .false.
     !> Tracer before that of the first vertex, and vertices.
     integer :: before = 0, count = 0
     !> Vertices of each edge or facet (2 or 3, parts); those of a polygon in its order.

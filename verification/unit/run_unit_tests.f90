@@ -83,6 +83,7 @@ program run_unit_tests
   use test_unknowns, only: collect_unknowns
   use test_pressures, only: collect_pressures
   use test_locking_choice, only: collect_locking_choice
+  use test_model_tangent, only: collect_model_tangent
   use test_recommended_method, only: collect_recommended_method
   use test_locking_check, only: collect_locking_check
   use test_spline_axis, only: collect_spline_axis
@@ -192,6 +193,7 @@ program run_unit_tests
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)
+  call register('model_tangent', collect_model_tangent)
   call register('recommended_method', collect_recommended_method)
   call register('locking_check', collect_locking_check)
   call register('spline_axis', collect_spline_axis)

@@ -56,6 +56,7 @@ contains
     call check_divergence(tests, '3D', 'TET10', 4, 'BASIS=STANDARD', rounding)
     call check_divergence(tests, '3D', 'HEX8', 8, 'BASIS=GIMP', rounding)
     call check_points(tests)
+    call check_soil(tests)
     call check_part(tests)
     call check_uncut(tests)
     call check_lost(tests)
@@ -105,19 +106,23 @@ contains
   end subroutine check_facets
 
   !> A block that the grid cuts, all of its outline under pressure, deformed; the step from there is prepared.
-  subroutine deformed(kind, element, points, method, box, more, model, step)
+  subroutine deformed(kind, element, points, method, box, more, model, step, strength)
     !> Words of *MODEL, *GRID and *METHOD, points of an element, box of the surface (empty for all), further cards.
     character(len=*), intent(in) :: kind, element, method, box, more
     integer, intent(in) :: points
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Cards of the material's strength.
+    character(len=*), intent(in), optional :: strength
     character(len=:), allocatable :: text
     character(len=4) :: count
 
     write (count, '(i0)') points
     text = '*MODEL, TYPE='//kind//'|*GRID, ELEMENT='//element//'|X, 0, 3, 6|Y, -1, 2, 6|'
     if (kind == '3D') text = text//'Z, -1, 2, 6|'
-    text = text//'*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|'
+    text = text//'*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'
+    if (present(strength)) text = text//strength
+    text = text//'*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|'
     if (kind == '3D') then
       text = text//'0.63, 1.57, -0.12, 0.87, 0.07, 0.91|'
     else
@@ -146,12 +151,13 @@ contains
     if (allocated(error)) error stop 'the deck of the test is not good'
   end subroutine build
 
-  !> Prepare a step.
+  !> Prepare the next step.
   subroutine prepare(model, step)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     type(error_type), allocatable :: error
 
+    model%state%progress%step = model%state%progress%step + 1
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'the step of the test cannot be made'
   end subroutine prepare
@@ -267,6 +273,9 @@ contains
     type(step_type), target :: step
 
     call deformed('PLANE STRAIN', 'QUAD4', 4, 'BASIS=GIMP', '', '', model, step)
+    call tests%check('without stress nothing is out of balance', step%cut%share <= 0.0_wp)
+    model%state%points%stress(:3, :) = -7.0_wp
+    call prepare(model, step)
     call tests%check('points of a deformed block are off the divergence theorem', step%cut%share > 0.02_wp .and. &
       step%cut%share < 0.5_wp)
     call tests%check('most at a node beside the outline', norm2(step%cut%place - [1.1_wp, 0.4_wp]) < 1.2_wp .and. &
@@ -302,6 +311,31 @@ contains
       call tests%check('and its moment', norm2(moment - norm2(side)*middle) <= rounding)
     end associate
   end subroutine check_part
+
+  !> Where cells are integrated the outline of a body that can yield is carried, but its points are what is integrated,
+  !> off by what they are told to be; of two bodies the one that cannot yield alone is integrated inside of its outline.
+  subroutine check_soil(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: soil = '*MOHR COULOMB|1e6, 20, 0|'
+    type(model_type) :: model
+    type(step_type), target :: step
+
+    call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=CELL', '', '', model, step, soil)
+    call tests%check('the outline of a body that can yield is carried', size(model%outlines) == 1)
+    call tests%check('and nothing is integrated inside of it', .not. allocated(step%bodies))
+    model%state%points%stress(:3, :) = -7.0_wp
+    call prepare(model, step)
+    call tests%check('it tells how far the integration is off', step%cut%share > 0.02_wp .and. step%cut%share < 1.0_wp)
+    call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=POINTS', '', '', model, step)
+    call tests%check('with points that of any body only tells', .not. allocated(step%bodies) .and. &
+      size(model%outlines) == 1)
+    call build('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|*METHOD, INTEGRATION=CELL|'// &
+      '*MATERIAL, NAME=rock|*ELASTIC|1000, 0.3|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'//soil// &
+      '*BODY, NAME=a, MATERIAL=rock, SHAPE=BOX|0, 1.2, 0, 1|*BODY, NAME=b, MATERIAL=soil, SHAPE=BOX|2.2, 3, 0, 1|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|', model)
+    call tests%check('the rock beside the soil alone is integrated inside of its outline', &
+      all(model%outlines%integrates .eqv. [.true., .false.]))
+  end subroutine check_soil
 
   !> Nothing is carried for a body that ends on grid lines; the points of a support stay where they are.
   subroutine check_uncut(tests)

@@ -48,6 +48,7 @@ contains
     call check_layers(tests, 'bodies of cells', cell_layers(), 0.0_wp)
     call check_layers(tests, 'a section of a scene', reduced_layers(), 1.0_wp)
     call check_balance(tests)
+    call check_loaded_springs(tests)
   end subroutine collect_overburden
 
   !> A wedge below x + y = 1, 1 high, and a block on top of it along z, from three sides.
@@ -195,9 +196,28 @@ contains
     call tests%close('a level too high by 1', balance%move, 10.0_wp*4.0_wp/85.0_wp, 2.0e-2_wp)
   end subroutine check_balance
 
+  !> Springs under the ground that an earlier phase has loaded by its weight hold it up; those loaded twice as much lift
+  !> it by their surplus, and their own settlement is a part of that under the weight.
+  subroutine check_loaded_springs(tests)
+    type(tests_type), intent(inout) :: tests
+    type(balance_type) :: balance
+    character(len=:), allocatable :: deck
+
+    deck = changed(changed(cell_layers(), ' base, ALL|', ''), '*PHASE', &
+      '*SURFACE, NAME=rock, TYPE=SEGMENT| 0, 0, 2, 0|*PHASE')
+    deck = changed(deck, '*GRAVITY', '*SUPPORT, SURFACE=rock, TYPE=NORMAL|*GRAVITY')
+    balance = balance_of(deck, pressed=50.0_wp)
+    call tests%close('springs that carry the weight balance it', balance%residual, 0.0_wp, 1.0e-10_wp)
+    balance = balance_of(deck, pressed=100.0_wp)
+    call tests%check('springs pressed by twice the weight do not', balance%residual > 0.1_wp)
+    call tests%check('and lift the ground', balance%move > 1.0e-4_wp)
+  end subroutine check_loaded_springs
+
   !> Balance of the K0 stresses of a deck.
-  function balance_of(deck) result(balance)
+  function balance_of(deck, pressed) result(balance)
     character(len=*), intent(in) :: deck
+    !> Pressure that the springs of all supports carry already; 0 for none.
+    real(wp), intent(in), optional :: pressed
     type(balance_type) :: balance
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
@@ -209,7 +229,16 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the layers of the unit tests cannot be built'
     call start_phase(model)
+    if (present(pressed)) model%state%surface%position = model%state%surface%position &
+      + pressed/spring_stiffness(model)*model%state%surface%normal
     call initialise_step(model, step, error)
     if (.not. allocated(error)) call measure_balance(model, step, balance)
   end function balance_of
+
+  !> Stiffness of the springs of a support per area, E = 1e6 of the decks.
+  pure real(wp) function spring_stiffness(model)
+    type(model_type), intent(in) :: model
+
+    spring_stiffness = 1.0e3_wp*1.0e6_wp/model%cell_size
+  end function spring_stiffness
 end module test_overburden
