@@ -9,6 +9,7 @@ module qsmpm_deck_references
   use qsmpm_material_traits, only: has_soil_law
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -38,6 +39,7 @@ contains
     call check_surfaces(state)
     call check_prescriptions(state)
     call check_starts(state)
+    call check_limit_compliance(state)
   end subroutine check_references
 
   !> What every deck must have.

@@ -247,6 +247,7 @@ module qsmpm_analysis
 
   !> Step control and stopping rules of a phase.
   type :: controls_type
+    type(source_line_type) :: where
     !> Load steps the phase is first cut into.
     integer :: steps = 10
     integer :: newton = newton_full
