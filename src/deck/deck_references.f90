@@ -22,7 +22,6 @@ contains
 
   !> All checks between cards.
   subroutine check_references(state)
-    !> The deck, complete.
     type(deck_state_type), intent(inout) :: state
 
     call check_point_deck(state)
@@ -92,13 +91,9 @@ contains
     type(deck_state_type), intent(inout) :: state
     !> The name; an empty one has been reported already.
     character(len=*), intent(in) :: name
-    !> Names there are.
     type(string_type), intent(in) :: names(:)
-    !> Where the name is used.
     type(source_line_type), intent(in) :: where
-    !> Keyword that uses it.
     character(len=*), intent(in) :: keyword
-    !> What it names.
     character(len=*), intent(in) :: what
     integer :: i
 
@@ -113,15 +108,10 @@ contains
   !> A set exists, unless it may still come from a mesh file.
   subroutine check_set(state, name, sets, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
-    !> The name.
     character(len=*), intent(in) :: name
-    !> Sets there are.
     type(set_type), intent(in) :: sets(:)
-    !> Where the name is used.
     type(source_line_type), intent(in) :: where
-    !> Keyword that uses it.
     character(len=*), intent(in) :: keyword
-    !> What it names.
     character(len=*), intent(in) :: what
     type(string_type), allocatable :: names(:)
     integer :: i
@@ -157,7 +147,6 @@ contains
   !> A user's material has no other strength, and no start values without the material.
   subroutine check_user_material(state, material)
     type(deck_state_type), intent(inout) :: state
-    !> The material.
     type(material_type), intent(in) :: material
 
     if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
@@ -172,7 +161,6 @@ contains
   !> A material has one law, and a clay a stress to start from.
   subroutine check_law(state, material)
     type(deck_state_type), intent(inout) :: state
-    !> The material.
     type(material_type), intent(in) :: material
     integer :: laws
 
@@ -251,7 +239,6 @@ contains
   !> The body of an outline exists and has one.
   subroutine check_outline(state, number)
     type(deck_state_type), intent(inout) :: state
-    !> Number of the surface.
     integer, intent(in) :: number
     type(string_type), allocatable :: names(:)
     integer :: i
