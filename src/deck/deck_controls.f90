@@ -58,6 +58,8 @@ contains
     call fields%number('STEP ERROR', c%step_error, 'steps as long as this error allows: the share of stresses, or '// &
       'of displacements, by which a step differs from one walked in two halves; a phase then needs no more '// &
       'steps than that, STEPS says how long the first one is, and 0 leaves the steps as they are cut', range='[0, 1)')
+    call fields%number('LARGEST STEP', c%largest_step, 'largest step, as a share of the phase, to which STEP ERROR '// &
+      'lets steps grow; the first one is that of STEPS', range='(0, 1]')
     call fields%number('MAX DISPLACEMENT', c%largest_move, 'largest nodal displacement of a step in cell sizes', &
       range='(0, inf)')
   end subroutine step_fields
