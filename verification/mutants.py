@@ -44,7 +44,7 @@ ROOMS = {
     "equilibrium": ["method/equilibrium"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
     "convection": ["method/convection", "method/recovered_gradient", "points/house_keeping", "mesh/moving_rows"],
-    "phases": ["method/phases", "model/phase_start"],
+    "phases": ["method/phase", "model/phase_start"],
     "loads": ["method/loads", "method/supports", "model/model_surfaces"],
     "restart": ["output/restart", "output/hdf5_"],
 }

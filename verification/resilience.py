@@ -252,7 +252,7 @@ def follows(checks: Checks, folder: pathlib.Path) -> None:
                      controls="TOLERANCE=1E-6, MAX DISPLACEMENT=1, STABILISATION SHARE=1")
         deck = deck.replace("ELEMENT=QUAD4", "ELEMENT=" + element).replace("*RESTART", "*FIELD, EVERY=20\n*RESTART", 1)
         part = checks.run(here, deck, out=here / "window")
-        laid = (here / "window" / "job.log").read_text().count("looked at anew")
+        laid = (here / "window" / "job.log").read_text().count("active window rebuilt")
         checks.check(f"{name}: the run ends well", part.returncode == 0, part.stderr[-300:])
         checks.check(f"{name}: the part looked at has moved several times", laid >= 3, f"{laid} times")
         whole = checks.run(here, deck.replace("*GRID,", "*GRID, WINDOW=NO,"), out=here / "whole")
@@ -262,7 +262,7 @@ def follows(checks: Checks, folder: pathlib.Path) -> None:
         (here / "case.inp").write_text(deck)
         cut = here / "cut"
         code = interrupt(checks, here, cut, 110)
-        before = (cut / "job.log").read_text().count("looked at anew")
+        before = (cut / "job.log").read_text().count("active window rebuilt")
         checks.check(f"{name}: SIGTERM ends with exit 143 after the part has moved", code == 143 and before > 0, f"exit {code}, {before} times")
         rest = checks.run(here, deck, "--restart", str(cut / "restart.h5"), out=cut)
         same, why = same_results(here / "window", cut)

@@ -8,9 +8,10 @@ module qsmpm_simulation
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_phases, only: end_phase, phase_is_complete
+  use qsmpm_phases, only: end_phase
   use qsmpm_stages, only: append_stage, change_gravity, change_traction, change_pressure, change_displacement, &
     change_fixity, cut_stage
+  use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stepped_analysis, only: stepped_analysis_type, need_model
   use qsmpm_text, only: integer_text
   implicit none
@@ -96,11 +97,11 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     under_way = self%march%begun .or. self%model%state%progress%fraction > 0.0_wp
-    if (.not. under_way .or. (phase_is_complete(self%model) .and. .not. is_found(self%model%state%progress%limit))) then
-      call fail(error, error_other, 'no stage is under way')
-      return
-    end if
     associate (progress => self%model%state%progress)
+      if (.not. under_way .or. (phase_is_complete(progress) .and. .not. is_found(progress%limit))) then
+        call fail(error, error_other, 'no stage is under way')
+        return
+      end if
       call cut_stage(self%scene, progress%phase, progress%fraction)
       call self%adopt(error)
       if (allocated(error)) return

@@ -18,7 +18,7 @@ module qsmpm_stepped_analysis
   use qsmpm_model_builder, only: build_model
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, phase_is_complete
+  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
@@ -31,6 +31,7 @@ module qsmpm_stepped_analysis
   use qsmpm_scene, only: reduce_scene
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back, copy_phases
   use qsmpm_stages, only: adopt_stages
+  use qsmpm_step_length, only: phase_is_complete
   use qsmpm_stopwatch, only: turn_to, part_output, part_control
   use qsmpm_term, only: term_type
   use qsmpm_term_sums, only: share_names
@@ -262,7 +263,7 @@ contains
     call need_model(self, error)
     if (allocated(error)) return
     done = self%model%state%progress%fraction
-    if (phase_is_complete(self%model)) done = 0.0_wp
+    if (phase_is_complete(self%model%state%progress)) done = 0.0_wp
     if (.not. (share > done + closeness .and. share <= 1.0_wp)) then
       call fail(error, error_other, 'the share of the stage to reach is not above the present one, to 1')
       return
@@ -316,7 +317,7 @@ contains
       call fail(error, error_other, 'a term is added before the first step, and before results are written')
       return
     end if
-    call add_term(self%model, self%march%step, term)
+    call add_term(self%model, self%march%step%terms, term)
   end subroutine add_own_term
 
   !> From now on, write what a run of the command line writes.

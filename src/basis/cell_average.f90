@@ -28,21 +28,16 @@ contains
   !> Replace the points of full cells by Gauss points.
   subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
     inaccurate, bodies)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Volumes are per radian.
     logical, intent(in) :: is_axisymmetric
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> The material points.
     type(points_type), intent(in) :: points
-    !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
     !> Domains of the points; used when the space has them.
     type(domains_type), intent(in) :: domains
-    !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     !> Points of full cells that differ much from the fit.
     integer, intent(out) :: inaccurate

@@ -121,13 +121,11 @@ contains
 
   !> Aim the controls that a quantity leads.
   subroutine lead_ramps(test, lead, target, ramps, led)
-    !> The test.
     type(point_test_type), intent(in) :: test
     !> The quantity.
     integer, intent(in) :: lead
     !> Its value at the end.
     real(wp), intent(in) :: target
-    !> The controls.
     type(ramp_type), intent(inout) :: ramps(:)
     !> Which of them are led.
     logical, intent(inout) :: led(:)
@@ -135,74 +133,73 @@ contains
 
     select case (lead)
     case (lead_axial_strain)
-      call aim(2, 2, control_gradient, -target, .true.)
+      call aim(test, 2, 2, control_gradient, -target, .true., ramps, led)
     case (lead_axial_stress, lead_normal_stress)
-      call aim(2, 2, control_stress, -target, .false.)
+      call aim(test, 2, 2, control_stress, -target, .false., ramps, led)
     case (lead_deviator)
-      call aim(2, 2, control_stress, target, .false.)
+      call aim(test, 2, 2, control_stress, target, .false., ramps, led)
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
     case (lead_cell_pressure)
-      call aim(1, 1, control_stress, -target, .false.)
-      if (test%kind == test_drained) call aim(3, 3, control_stress, -target, .false.)
+      call aim(test, 1, 1, control_stress, -target, .false., ramps, led)
+      if (test%kind == test_drained) call aim(test, 3, 3, control_stress, -target, .false., ramps, led)
     case (lead_shear_strain)
-      call aim(1, 2, control_gradient, target, .false.)
+      call aim(test, 1, 2, control_gradient, target, .false., ramps, led)
     case (lead_shear_stress)
-      call aim(1, 2, control_stress, target, .false.)
+      call aim(test, 1, 2, control_stress, target, .false., ramps, led)
     case (lead_pressure)
       do i = 1, 3
-        call aim(i, i, control_stress, -target, .false.)
+        call aim(test, i, i, control_stress, -target, .false., ramps, led)
       end do
     case (lead_volumetric_strain)
-      call aim(1, 1, control_volume, -target, .true.)
+      call aim(test, 1, 1, control_volume, -target, .true., ramps, led)
       do i = 2, 3
-        call keep_ratio(i)
+        call keep_difference(component(test, i, i), component(test, 1, 1), ramps(component(test, i, i)))
       end do
     case default
       if (lead > lead_stress) then
-        call aim(lead_row(lead), lead_column(lead), control_stress, target, .false.)
+        call aim(test, lead_row(lead), lead_column(lead), control_stress, target, .false., ramps, led)
       else
-        call aim(lead_row(lead), lead_column(lead), control_gradient, target, &
-          lead > lead_strain .and. lead_row(lead) == lead_column(lead))
+        call aim(test, lead_row(lead), lead_column(lead), control_gradient, target, &
+          lead > lead_strain .and. lead_row(lead) == lead_column(lead), ramps, led)
       end if
     end select
-
-  contains
-
-    !> Lead one component.
-    subroutine aim(row, column, kind, value, strain)
-      !> Row and column.
-      integer, intent(in) :: row, column
-      !> Kind of the control.
-      integer, intent(in) :: kind
-      !> Its value at the end, tension positive.
-      real(wp), intent(in) :: value
-      !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
-      logical, intent(in) :: strain
-      integer :: k
-
-      k = component(test, row, column)
-      ramps(k)%control%kind = kind
-      ramps(k)%control%weight = 0.0_wp
-      ramps(k)%control%weight(k) = 1.0_wp
-      ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
-      ramps(k)%to = value
-      if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
-      led(k) = .true.
-    end subroutine aim
-
-    !> Keep the difference of a length from the first one.
-    subroutine keep_ratio(axis)
-      !> The axis.
-      integer, intent(in) :: axis
-      integer :: k
-
-      k = component(test, axis, axis)
-      ramps(k)%control%kind = control_gradient
-      ramps(k)%control%weight = 0.0_wp
-      ramps(k)%control%weight(k) = 1.0_wp
-      ramps(k)%control%weight(component(test, 1, 1)) = -1.0_wp
-    end subroutine keep_ratio
   end subroutine lead_ramps
+
+  !> Lead one component.
+  subroutine aim(test, row, column, kind, value, strain, ramps, led)
+    type(point_test_type), intent(in) :: test
+    integer, intent(in) :: row, column
+    !> Kind of the control.
+    integer, intent(in) :: kind
+    !> Its value at the end, tension positive.
+    real(wp), intent(in) :: value
+    !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
+    logical, intent(in) :: strain
+    type(ramp_type), intent(inout) :: ramps(:)
+    logical, intent(inout) :: led(:)
+    integer :: k
+
+    k = component(test, row, column)
+    ramps(k)%control%kind = kind
+    ramps(k)%control%weight = 0.0_wp
+    ramps(k)%control%weight(k) = 1.0_wp
+    ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
+    ramps(k)%to = value
+    if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
+    led(k) = .true.
+  end subroutine aim
+
+  !> Keep the difference of a length from the first one.
+  pure subroutine keep_difference(own, first, ramp)
+    !> Numbers of the component and of that of the first axis.
+    integer, intent(in) :: own, first
+    type(ramp_type), intent(inout) :: ramp
+
+    ramp%control%kind = control_gradient
+    ramp%control%weight = 0.0_wp
+    ramp%control%weight(own) = 1.0_wp
+    ramp%control%weight(first) = -1.0_wp
+  end subroutine keep_difference
 
   !> Values of the controls at a share of the stage.
   pure subroutine set_controls(ramps, share, controls)

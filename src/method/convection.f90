@@ -9,15 +9,17 @@ module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_analysis, only: basis_fem
-  use qsmpm_model, only: model_type
+  use qsmpm_integration, only: integration_type
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_space, only: place_type, value_at, refresh_space
+  use qsmpm_space, only: space_type, place_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, point_displacement
-  use qsmpm_points, only: carried_type
+  use qsmpm_points, only: carried_type, points_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
   use qsmpm_surface_basis, only: turn_areas
-  use qsmpm_house_keeping, only: relocate
+  use qsmpm_house_keeping, only: activation_type, relocate
   use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
@@ -33,9 +35,7 @@ contains
   !> Update what rides on the mesh, then reset the mesh. Stresses, states and volumes of the material
   !> points are taken last, when nothing can fail any more.
   subroutine convect(model, step, displacement, error)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout), target :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
@@ -43,21 +43,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(soil_type), pointer :: soil
     integer, allocatable :: source(:)
+    real(wp) :: areas(model%mesh%dimension, model%state%surface%count)
 
     soil => soil_of(step%terms)
     call find_point_results(soil, model, step%configuration_type, displacement, source, error)
     if (allocated(error)) return
-    call turn_areas(model, step%configuration_type, displacement)
-    call move_carried(model, step, displacement, model%state%surface)
-    call move_carried(model, step, displacement, model%state%tracers)
-    call move_carried(model, step, displacement, model%state%watched)
-    call move_points(model, step, displacement)
+    call turn_areas(model, step%configuration_type, displacement, areas)
+    if (model%state%surface%count > 0) model%state%surface%area_vector(:, :size(areas, 2)) = areas
+    associate (mesh => model%mesh, space => model%space, state => model%state)
+      call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
+      call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers)
+      call move_carried(mesh, space, step%activation, state%points, displacement, state%watched)
+      call move_points(step%at_points, displacement, state%points%position)
+    end associate
     if (model%analysis%method%basis == basis_fem) then
-      call carry_mesh(model, step, displacement, error)
+      call carry_mesh(step%activation, displacement, model%mesh, model%state%coordinates, error)
     else
       if (model%analysis%moving_mesh%active) call move_rows(model, displacement)
       call follow_material(model)
-      call find_again(model, error)
+      call find_again(model%mesh, model%cell_size, model%state, error)
     end if
     if (allocated(error)) return
     call take_point_results(soil, source, model%laws, model%state%points)
@@ -66,76 +70,74 @@ contains
   end subroutine convect
 
   !> Move material points.
-  subroutine move_points(model, step, displacement)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  subroutine move_points(at_points, displacement, position)
+    !> Basis at the material points.
+    type(integration_type), intent(in) :: at_points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
+    !> (dimension, points)
+    real(wp), intent(inout) :: position(:, :)
     real(wp) :: u(3)
     integer :: g, q, p, d
 
-    d = model%mesh%dimension
-    !$omp parallel do default(shared) private(q, p, u) if (step%at_points%point_count >= fewest_points)
-    do g = 1, step%at_points%group_count
-      do q = step%at_points%first(g), step%at_points%first(g + 1) - 1
-        p = step%at_points%source(q)
-        u = point_displacement(step%at_points, displacement, g, q)
-        model%state%points%position(:, p) = model%state%points%position(:, p) + u(:d)
+    d = size(position, 1)
+    !$omp parallel do default(shared) private(q, p, u) if (at_points%point_count >= fewest_points)
+    do g = 1, at_points%group_count
+      do q = at_points%first(g), at_points%first(g + 1) - 1
+        p = at_points%source(q)
+        u = point_displacement(at_points, displacement, g, q)
+        position(:, p) = position(:, p) + u(:d)
       end do
     end do
     !$omp end parallel do
   end subroutine move_points
 
-  !> Move surface points or tracers.
-  subroutine move_carried(model, step, displacement, carried)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  !> Move what rides on the mesh beside the material points.
+  subroutine move_carried(mesh, space, activation, points, displacement, carried)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
     type(place_type) :: place
     integer :: i
 
     do i = 1, carried%count
-      call basis_at(model%mesh, model%space, step%activation, model%state%points, carried, i, place)
+      call basis_at(mesh, space, activation, points, carried, i, place)
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
-  subroutine carry_mesh(model, step, displacement, error)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  subroutine carry_mesh(activation, displacement, mesh, coordinates, error)
+    type(activation_type), intent(in) :: activation
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
-    !> What went wrong, unallocated when nothing did.
+    type(mesh_type), intent(inout) :: mesh
+    !> Those of the state; unchanged with an error (dimension, node_count).
+    real(wp), intent(inout) :: coordinates(:, :)
+    !> The mesh is tangled.
     type(error_type), allocatable, intent(out) :: error
     character(len=100) :: text
     logical :: tangled
     integer :: k, c
 
-    model%mesh%coordinates = model%mesh%coordinates + displacement
-    do k = 1, step%activation%active_count
-      c = step%activation%active_cell(k)
-      call is_tangled(model%mesh, model%mesh%coordinates, c, tangled)
+    mesh%coordinates = mesh%coordinates + displacement
+    do k = 1, activation%active_count
+      c = activation%active_cell(k)
+      call is_tangled(mesh, mesh%coordinates, c, tangled)
       if (.not. tangled) cycle
-      write (text, '(a,i0,a)') 'the mesh is tangled: element ', model%mesh%cell_label(c), ' has turned inside out'
+      write (text, '(a,i0,a)') 'the mesh is tangled: element ', mesh%cell_label(c), ' has turned inside out'
       call fail(error, error_not_converged, trim(text))
       return
     end do
-    model%state%coordinates = model%mesh%coordinates
+    coordinates = mesh%coordinates
   end subroutine carry_mesh
 
-  !> The rows of a moving mesh follow the plate.
+  !> The rows of a moving mesh follow the plate: mesh and space, and what the state knows of them.
   subroutine move_rows(model, displacement)
-    !> The model.
     type(model_type), intent(inout) :: model
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
@@ -168,18 +170,19 @@ contains
   end function plate_displacement
 
   !> House-keeping: owner cells of everything that rides.
-  subroutine find_again(model, error)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> What went wrong, unallocated when nothing did.
+  subroutine find_again(mesh, cell_size, state, error)
+    type(mesh_type), intent(in) :: mesh
+    real(wp), intent(in) :: cell_size
+    type(state_type), intent(inout) :: state
+    !> Something has left the mesh.
     type(error_type), allocatable, intent(out) :: error
 
-    call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    call relocate(mesh, cell_size, state%points, 'material point', error)
     if (allocated(error)) return
-    call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
+    call relocate(mesh, cell_size, state%surface, 'surface point', error)
     if (allocated(error)) return
-    call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+    call relocate(mesh, cell_size, state%tracers, 'tracer', error)
     if (allocated(error)) return
-    call relocate(model%mesh, model%cell_size, model%state%watched, 'material in front of a prescribed set', error)
+    call relocate(mesh, cell_size, state%watched, 'material in front of a prescribed set', error)
   end subroutine find_again
 end module qsmpm_convection

@@ -23,9 +23,9 @@ module qsmpm_equilibrium
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration
   use qsmpm_limit_load, only: compliance_type
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix, linear_force
+  use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_term_share, only: solve_share_type
-  use qsmpm_term_sums, only: sum_transient, measure_shares, find_unusable
+  use qsmpm_term_sums, only: add_all_blocks, sum_transient, measure_shares, find_unusable
   implicit none
   private
 
@@ -103,15 +103,10 @@ contains
 
   !> Iterate to equilibrium.
   subroutine solve_equilibrium(model, step, goal, controls, solution)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> What is to be reached.
     type(target_type), intent(in) :: goal
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> What was reached.
     type(solution_type), intent(out) :: solution
     real(wp) :: residual(step%equations%count), correction(size(goal%prescribed, 1), size(goal%prescribed, 2))
     type(forecast_type) :: forecast
@@ -120,6 +115,39 @@ contains
 
     frozen = controls%newton == newton_modified
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
+    call evaluate_start(model, step, goal, tangent, residual, solution)
+    do while (.not. allocated(solution%reason))
+      if (solution%out_of_balance <= goal%tolerance .and. &
+        (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) then
+        solution%converged = .true.
+        step%usual_iterations = solution%iterations
+        call take_shares(step, residual, solution)
+        return
+      end if
+      if (solution%iterations >= controls%max_iterations) then
+        call give_up(step, 'no convergence in the iterations allowed', solution)
+        return
+      end if
+      if (.not. frozen .and. .not. forecast%has_tangent) &
+        call evaluate_step(model, step, solution%displacement, tangent)
+      call correct(step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
+      if (allocated(solution%reason)) return
+      solution%iterations = solution%iterations + 1
+      call count_iteration(step%profile, model%state%points%count)
+      call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
+    end do
+  end subroutine solve_equilibrium
+
+  !> Forces and tangent at the start of the step, with the force that prescribed displacements will call up.
+  subroutine evaluate_start(model, step, goal, tangent, residual, solution)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    integer, intent(in) :: tangent
+    !> Residual at the free components (equations).
+    real(wp), intent(out) :: residual(:)
+    type(solution_type), intent(inout) :: solution
+
     allocate (solution%displacement, mold=goal%prescribed)
     solution%displacement = 0.0_wp
     if (any(abs(goal%prescribed) > 0.0_wp)) then
@@ -133,35 +161,13 @@ contains
     end if
     call out_of_balance(step, goal, residual, solution)
     call check_forces(step, residual, solution)
-    if (allocated(solution%reason)) return
-    do
-      if (solution%out_of_balance <= goal%tolerance .and. &
-        (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) exit
-      if (solution%iterations >= controls%max_iterations) then
-        call give_up(step, 'no convergence in the iterations allowed', solution)
-        return
-      end if
-      if (.not. frozen .and. .not. forecast%has_tangent) &
-        call evaluate_step(model, step, solution%displacement, tangent)
-      call correct(step, goal, frozen .and. solution%iterations > 0, residual, correction, solution)
-      if (allocated(solution%reason)) return
-      solution%iterations = solution%iterations + 1
-      call count_iteration(step%profile, model%state%points%count)
-      call search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
-      if (allocated(solution%reason)) return
-    end do
-    solution%converged = .true.
-    step%usual_iterations = solution%iterations
-    call take_shares(step, residual, solution)
-  end subroutine solve_equilibrium
+  end subroutine evaluate_start
 
   !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
   subroutine give_up(step, reason, solution)
-    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Sentence.
     character(len=*), intent(in) :: reason
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
 
     solution%reason = reason
@@ -175,13 +181,10 @@ contains
 
   !> Residual at the free components and its size relative to the load (eq. 27).
   subroutine out_of_balance(step, goal, residual, solution)
-    !> Scratch of the step.
     type(step_type), intent(in) :: step
-    !> What is to be reached.
     type(target_type), intent(in) :: goal
     !> Residual at the free components (equations).
     real(wp), intent(out) :: residual(:)
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2)), load(size(residual))
 
@@ -213,11 +216,9 @@ contains
 
   !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
   subroutine check_forces(step, residual, solution)
-    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     character(len=:), allocatable :: name
     integer :: node
@@ -232,37 +233,26 @@ contains
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
   subroutine correct(step, goal, keep_factors, residual, correction, solution)
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> What is to be reached.
     type(target_type), intent(in) :: goal
     logical, intent(in) :: keep_factors
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
     !> Correction of the displacement (dimension, node_count).
     real(wp), intent(out) :: correction(:, :)
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
     integer :: factorised
 
     correction = 0.0_wp
+    if (solution%iterations == 0) correction = goal%prescribed
+    if (step%equations%count == 0) return
     factorised = step%system%factorisations
-    if (step%equations%count == 0) then
-      if (solution%iterations == 0) correction = goal%prescribed
-      return
-    end if
-    if (.not. keep_factors) then
-      call turn_to(step%profile%watch, part_assembly)
-      call complete_matrix(step, solution%displacement)
-      call turn_to(step%profile%watch, part_factorisation)
-      call factorise_system(step%system, step%matrix, error)
-    end if
+    if (.not. keep_factors) call factorise(step, solution%displacement, error)
     call turn_to(step%profile%watch, part_solves)
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
-      correction = goal%prescribed
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
@@ -274,15 +264,26 @@ contains
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
-      return
-    end if
-    if (.not. all_usable(size(x), x)) then
+    else if (.not. all_usable(size(x), x)) then
       solution%cause = error_singular
       call give_up(step, 'the equations have a solution'//unusable, solution)
-      return
+    else
+      call scatter(step%equations, x, correction)
     end if
-    call scatter(step%equations, x, correction)
   end subroutine correct
+
+  !> Complete the matrix and factorise it.
+  subroutine factorise(step, displacement, error)
+    type(step_type), intent(inout) :: step
+    !> Displacement that was evaluated (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    type(error_type), allocatable, intent(out) :: error
+
+    call turn_to(step%profile%watch, part_assembly)
+    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
+    call turn_to(step%profile%watch, part_factorisation)
+    call factorise_system(step%system, step%matrix, error)
+  end subroutine factorise
 
   !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step
   !> asks of the forces, and three digits where the next iteration corrects more than that anyway.
@@ -296,13 +297,9 @@ contains
 
   !> Take the correction, or as much of it as lowers the residual.
   subroutine search_line(model, step, goal, controls, tangent, correction, residual, forecast, solution)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> What is to be reached.
     type(target_type), intent(in) :: goal
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
@@ -310,18 +307,17 @@ contains
     real(wp), intent(in) :: correction(:, :)
     !> Residual at the free components (equations).
     real(wp), intent(inout) :: residual(:)
-    !> Course of the iterations.
     type(forecast_type), intent(inout) :: forecast
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: before, length, start(size(correction, 1), size(correction, 2))
-    logical :: frozen, whole
+    logical :: frozen, whole, searched
     integer :: halving
 
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
     start = solution%displacement
     whole = solution%iterations == 1 .and. any(abs(goal%prescribed) > 0.0_wp)
+    searched = controls%line_search .and. .not. (whole .or. frozen)
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &
       largest_correction*model%cell_size/max(maxval(abs(correction)), tiny(1.0_wp)))
@@ -332,7 +328,7 @@ contains
       call evaluate_step(model, step, solution%displacement, merge(tangent, tangent_none, forecast%has_tangent))
       if (.not. step%failure%failed) then
         call out_of_balance(step, goal, residual, solution)
-        if (whole .or. frozen .or. .not. controls%line_search) exit
+        if (.not. searched) exit
         if (solution%out_of_balance <= (1.0_wp - least_descent*length)*before) exit
         if (solution%out_of_balance <= goal%tolerance) exit
       else if (whole .or. step%failure%unrecoverable) then
@@ -342,6 +338,18 @@ contains
     end do
     forecast%previous = before
     forecast%halvings = halving
+    call judge_trial(step, residual, before, frozen, searched, solution)
+  end subroutine search_line
+
+  !> Give up where the trial that was taken leads nowhere.
+  subroutine judge_trial(step, residual, before, frozen, searched, solution)
+    type(step_type), intent(in) :: step
+    !> Residual at the free components (equations), and the out-of-balance of the iteration before.
+    real(wp), intent(in) :: residual(:), before
+    !> With the matrix of the start of the step; by a line search.
+    logical, intent(in) :: frozen, searched
+    type(solution_type), intent(inout) :: solution
+
     if (step%failure%failed) then
       call give_up(step, 'an element or point turns inside out', solution)
       return
@@ -350,17 +358,15 @@ contains
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
       call give_up(step, 'the iteration diverges', solution)
-    else if (.not. frozen .and. .not. whole .and. controls%line_search .and. &
-      solution%out_of_balance > most_growth*before) then
+    else if (searched .and. solution%out_of_balance > most_growth*before) then
       call give_up(step, 'the line search finds no lower residual', solution)
     end if
-  end subroutine search_line
+  end subroutine judge_trial
 
   !> Whether the tangent of a trial will be wanted: not when the last iteration has refused a trial of this
   !> length, nor when the residual should fall below the tolerance. It falls in proportion to its square
   !> once it does so; a hundredth of the tolerance, or the usual number of iterations, makes sure of that.
   pure logical function is_wanted(forecast, halving, residual, tolerance, iteration, usual) result(wanted)
-    !> Course of the iterations.
     type(forecast_type), intent(in) :: forecast
     !> Halvings of the trial.
     integer, intent(in) :: halving
@@ -380,11 +386,9 @@ contains
 
   !> Shares of the terms, the residual without transient ones, forces at the end, largest move.
   subroutine take_shares(step, residual, solution)
-    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
 

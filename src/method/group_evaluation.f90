@@ -120,26 +120,17 @@ contains
 
   !> A run of points of one material.
   subroutine evaluate_run(integration, points, slot, d, tangent, group, from, to, work, results, force, block, bad)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Law of the points.
     type(law_slot_type), intent(in) :: slot
-    !> 2 or 3.
-    integer, intent(in) :: d
-    !> Which tangent is wanted, the group, and the range of points.
-    integer, intent(in) :: tangent
-    integer, intent(in) :: group
-    integer, intent(in) :: from
-    integer, intent(in) :: to
+    !> Dimension, which tangent is wanted, the group, and the range of points.
+    integer, intent(in) :: d, tangent, group, from, to
     !> Work space with the displacement of the nodes.
     type(work_type), intent(inout) :: work
-    !> What the laws said.
     type(results_type), intent(inout) :: results
     !> Internal force and stiffness.
-    real(wp), intent(inout) :: force(:)
-    real(wp), intent(inout) :: block(:)
+    real(wp), intent(inout) :: force(:), block(:)
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
     integer :: n, m, b, count

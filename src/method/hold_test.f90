@@ -1,5 +1,5 @@
-!> Hold test: is it really equilibrium? The load is kept, the mesh reset and the step solved again a
-!> number of times; the growth of the first history is told and the state put back.
+!> Constant-load test: is it really equilibrium? The load is kept, the mesh reset and the step solved again a
+!> number of times; the growth of the first history is reported and the state restored.
 module qsmpm_hold_test
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -9,7 +9,8 @@ module qsmpm_hold_test
   use qsmpm_initialisation, only: step_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_model_window, only: restore
-  use qsmpm_step_solver, only: step_solver_type, attempt_type
+  use qsmpm_step_control, only: largest_move, static_attempt
+  use qsmpm_step_solver, only: step_solver_type
   use qsmpm_histories, only: take_histories
   implicit none
   private
@@ -18,18 +19,13 @@ module qsmpm_hold_test
 
 contains
 
-  !> Do the hold tests that are due at the present load factor.
+  !> Do the tests that are due at the present load factor.
   subroutine test_hold(model, step, solver, phase, observer, error)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
-    !> The phase.
     type(phase_type), intent(in) :: phase
-    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: due
 
@@ -40,18 +36,13 @@ contains
     call hold(model, step, solver, phase, observer, error)
   end subroutine test_hold
 
-  !> Re-solve at held load and report.
+  !> Solve again at constant load and report.
   subroutine hold(model, step, solver, phase, observer, error)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
-    !> The phase.
     type(phase_type), intent(in) :: phase
-    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
     type(solution_type) :: solution
@@ -63,8 +54,8 @@ contains
     before = model%state
     call take_histories(model, start)
     do repeat = 1, phase%hold_test%repeats
-      call solver%solve(model, step, phase%controls, attempt_type(model%state%progress%fraction, &
-        phase%controls%tolerance, largest_move=phase%controls%largest_move*model%cell_size), solution, error)
+      call solver%solve(model, step, phase%controls, static_attempt(phase%controls, before%progress%fraction, &
+        before%progress%fraction, largest_move(model, phase%controls)), solution, error)
       if (allocated(error)) exit
       if (.not. solution%converged) exit
     end do
@@ -78,7 +69,7 @@ contains
         100.0_wp*(final(1)/start(1) - 1.0_wp), ' %'
     else
       write (text, '(a,es10.3,a,i0,a)') 'constant load test at load factor ', before%progress%load_factor, &
-        ': lost at re-solve ', repeat, ' ('//solution%reason//')'
+        ': rejected at re-solve ', repeat, ' ('//solution%reason//')'
     end if
     call observer%note(trim(text))
   end subroutine hold

@@ -25,8 +25,8 @@ module qsmpm_initial_balance
   use qsmpm_points, only: points_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_space, only: node_position
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
-  use qsmpm_term_sums, only: set_loads, discard_terms
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -107,7 +107,7 @@ contains
     call force_before_law(model, step, resistance)
     call gather(step%equations, step%forces%external - resistance, residual)
     balance%residual = norm2(residual)/norm2(weight)
-    call complete_matrix(step, move)
+    call add_all_blocks(step%terms, move, step%equations, step%matrix)
     call factorise_system(step%system, step%matrix, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)

@@ -11,7 +11,6 @@ module qsmpm_initialisation
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_model, only: model_type
-  use qsmpm_moving_mesh_check, only: moving_mesh_check_type
   use qsmpm_node_graph, only: patches_type
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
@@ -48,10 +47,8 @@ module qsmpm_initialisation
     type(run_profile_type) :: profile
     !> Iterations of the last solution; it only says which trials get a tangent.
     integer :: usual_iterations = 0
-    !> Part of the grid that all this is for, and the one that the observer knows of.
-    type(window_type) :: window, told
-    !> What the rows of a moving mesh have done so far; outlives the step.
-    type(moving_mesh_check_type) :: rows
+    !> Part of the grid that all this is for.
+    type(window_type) :: window
     !> What the outlines of cut bodies have told so far; outlives the step.
     type(cut_cell_check_type) :: cut
   end type step_type
@@ -59,23 +56,23 @@ module qsmpm_initialisation
 contains
 
   !> Make the terms ready for an analysis: what they keep is laid into the state.
-  subroutine begin_analysis(model, step)
+  subroutine begin_analysis(model, terms)
     type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
+    type(term_slot_type), allocatable, intent(inout) :: terms(:)
 
-    if (.not. allocated(step%terms)) call standard_terms(step%terms)
-    call start_terms(step%terms, model)
+    if (.not. allocated(terms)) call standard_terms(terms)
+    call start_terms(terms, model)
   end subroutine begin_analysis
 
   !> Add a term of a program's own, before the first step.
-  subroutine add_term(model, step, term)
+  subroutine add_term(model, terms, term)
     type(model_type), intent(inout) :: model
-    type(step_type), intent(inout) :: step
+    type(term_slot_type), allocatable, intent(inout) :: terms(:)
     class(term_type), intent(in) :: term
 
-    if (.not. allocated(step%terms)) call standard_terms(step%terms)
-    call append_term(step%terms, term)
-    call begin_analysis(model, step)
+    if (.not. allocated(terms)) call standard_terms(terms)
+    call append_term(terms, term)
+    call begin_analysis(model, terms)
   end subroutine add_term
 
   !> Prepare a step from the state of the model.
@@ -90,7 +87,7 @@ contains
     logical :: changed
 
     call turn_to(step%profile%watch, part_initialisation)
-    if (.not. step%window == model%state%window) call forget(step)
+    if (.not. step%window == model%state%window) call forget(step%configuration_type, step%equations)
     step%window = model%state%window
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
@@ -110,7 +107,7 @@ contains
       model%mesh%dimension, error)
     if (allocated(error)) return
     call turn_to(step%profile%watch, part_initialisation)
-    call note_sizes(model, step)
+    call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
 
   !> What is unknown: the displacement, at the components that are not constrained.
@@ -135,26 +132,24 @@ contains
   end subroutine prepare_forces
 
   !> Remember the largest sizes for the profile of the run.
-  subroutine note_sizes(model, step)
-    !> The model.
-    type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
+  pure subroutine note_sizes(points, active_cells, equations, profile)
+    integer, intent(in) :: points, active_cells
+    type(equations_type), intent(in) :: equations
+    type(run_profile_type), intent(inout) :: profile
 
-    associate (profile => step%profile)
-      profile%points = max(profile%points, int(model%state%points%count, long))
-      profile%active_cells = max(profile%active_cells, int(step%activation%active_count, long))
-      profile%equations = max(profile%equations, int(step%equations%count, long))
-      profile%bandwidth = max(profile%bandwidth, int(step%equations%bandwidth, long))
-    end associate
+    profile%points = max(profile%points, int(points, long))
+    profile%active_cells = max(profile%active_cells, int(active_cells, long))
+    profile%equations = max(profile%equations, int(equations%count, long))
+    profile%bandwidth = max(profile%bandwidth, int(equations%bandwidth, long))
   end subroutine note_sizes
 
   !> Throw away what is as long as a mesh that is no more.
-  subroutine forget(step)
-    type(step_type), intent(inout) :: step
+  subroutine forget(configuration, equations)
+    class(configuration_type), intent(inout) :: configuration
+    type(equations_type), intent(inout) :: equations
 
-    call forget_configuration(step%configuration_type)
-    if (allocated(step%equations%number)) deallocate (step%equations%number)
+    call forget_configuration(configuration)
+    if (allocated(equations%number)) deallocate (equations%number)
   end subroutine forget
 
   !> Whether the matrices of this phase are symmetric: the frozen elastic one always is.

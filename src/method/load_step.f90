@@ -10,21 +10,23 @@ module qsmpm_load_step
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
-  use qsmpm_analysis, only: controls_type, newton_full
+  use qsmpm_analysis, only: controls_type
   use qsmpm_law, only: moment_type
+  use qsmpm_configuration, only: configuration_type
   use qsmpm_phase_times, only: phase_start_time
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_equilibrium, only: solution_type, target_type, solve_equilibrium
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
+  use qsmpm_step_control, only: has_length_error, is_too_long, retries_line_search
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect
   use qsmpm_pushed_material, only: note_push
-  use qsmpm_equations, only: gather
-  use qsmpm_term, only: increment_type, role_external
+  use qsmpm_equations, only: equations_type, gather
+  use qsmpm_term, only: increment_type, term_slot_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
   use qsmpm_text, only: integer_text
   use qsmpm_usable_state, only: check_state
@@ -39,21 +41,14 @@ module qsmpm_load_step
     procedure :: solve => load_step
   end type load_step_type
 
-  !> A step is the smallest one up to this factor of round-off.
-  real(wp), parameter :: slightly_more = 1.0_wp + 1.0e-9_wp
-
 contains
 
-  !> Go from the state of the model to equilibrium at a share of the phase. The terms hear once of how it ended.
+  !> Go from the state of the model to equilibrium at a load fraction of the phase. The terms hear once of how it ended.
   subroutine load_step(self, model, step, controls, attempt, solution, error)
     class(load_step_type), intent(inout) :: self
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> What is asked for.
     type(attempt_type), intent(in) :: attempt
     !> How it went; `converged` says whether the step was taken.
     type(solution_type), intent(out) :: solution
@@ -83,13 +78,16 @@ contains
     type(saved_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
+    logical :: undamped
 
     call turn_to(step%profile%watch, part_control)
-    call set_goal(model, step, attempt, force_before, goal, error)
+    call set_goal(model, step%configuration_type, attempt, step%terms, force_before, goal, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
-    call find_equilibrium(model, step, goal, controls, attempt, solution)
+    undamped = model%state%progress%whole_corrections
+    call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
+    model%state%progress%whole_corrections = undamped
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
@@ -97,8 +95,9 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
-    solution%compliance = compliance_in(step, goal%increment, solution%displacement)
-    call take_reactions_and_work(model, step, force_before, solution, error)
+    solution%compliance = compliance_in(step%equations, goal%increment, solution%displacement)
+    call take_reactions_and_work(model%loading%constrained, step%equations%active, force_before, solution, &
+      model%state%reactions, model%state%progress, error)
     call turn_to(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
     call turn_to(step%profile%watch, part_control)
@@ -106,70 +105,64 @@ contains
       call restore_places(before, model)
       call refuse(error, solution)
     else
-      call note_push(model, attempt%fraction - model%state%progress%fraction)
-      model%state%progress%fraction = attempt%fraction
+      associate (progress => model%state%progress)
+        call note_push(model%mesh, model%analysis%phases(progress%phase), attempt%fraction - progress%fraction, &
+          model%state%watched)
+        progress%fraction = attempt%fraction
+      end associate
     end if
   end subroutine solve_step
 
-  !> Equilibrium of the step. Where nothing yields and the line search does not get there, whole corrections are
-  !> tried: a slender body that bends is far out of balance on Newton's way, and a search that wants the
-  !> residual to fall makes it a long one. What has worked is tried first from then on.
-  subroutine find_equilibrium(model, step, goal, controls, attempt, solution)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Scratch of the step.
+  !> Equilibrium of the step, with the line search or without it (qsmpm_step_control). What has worked is tried first
+  !> from then on.
+  subroutine find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
+    type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
-    !> What is to be reached.
     type(target_type), intent(in) :: goal
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> What is asked for.
     type(attempt_type), intent(in) :: attempt
-    !> What was reached.
+    !> The line search that the deck asks for is left out; follows what works.
+    logical, intent(inout) :: undamped
     type(solution_type), intent(out) :: solution
     type(controls_type) :: tried
     integer :: lost
 
     tried = controls
-    tried%line_search = controls%line_search .and. .not. model%state%progress%whole_corrections
+    tried%line_search = controls%line_search .and. .not. undamped
     call solve_equilibrium(model, step, goal, tried, solution)
-    if (solution%converged .or. .not. controls%line_search .or. controls%newton /= newton_full) return
-    if (attempt%damping > 0.0_wp .or. solution%cause /= error_not_converged .or. solution%share > 0.0_wp) return
-    if (any(model%state%points%plastic > 0)) return
+    if (.not. retries_line_search(controls, attempt, solution, model%state%points%plastic)) return
     lost = solution%iterations
     tried%line_search = .not. tried%line_search
     call solve_equilibrium(model, step, goal, tried, solution)
     solution%lost_iterations = lost
-    if (solution%converged) model%state%progress%whole_corrections = .not. tried%line_search
+    if (solution%converged) undamped = .not. tried%line_search
   end subroutine find_equilibrium
 
   !> Loads in force, prescribed displacements to be reached, the loads of the start, and the time for the laws.
-  subroutine set_goal(model, step, attempt, force_before, goal, error)
-    !> The model.
+  subroutine set_goal(model, configuration, attempt, terms, force_before, goal, error)
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
-    type(step_type), intent(inout) :: step
-    !> What is asked for.
+    type(configuration_type), intent(in) :: configuration
     type(attempt_type), intent(in) :: attempt
+    type(term_slot_type), intent(inout) :: terms(:)
     !> External force at the start (dimension, node_count).
     real(wp), allocatable, intent(out) :: force_before(:, :)
-    !> What is to be reached.
     type(target_type), intent(inout) :: goal
     !> A load or a prescribed displacement is not a number.
     type(error_type), allocatable, intent(out) :: error
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, start_of_step
 
     associate (progress => model%state%progress)
-      call begin_terms(step%terms, increment_type(moment_type(phase=progress%phase, step=progress%step + 1, &
+      call begin_terms(terms, increment_type(moment_type(phase=progress%phase, step=progress%step + 1, &
         step_of_phase=progress%phase_steps + 1, start=progress%fraction, &
         duration=attempt%fraction - progress%fraction, &
         phase_start=phase_start_time(model%analysis%phases, progress%phase), &
         phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
       allocate (force_before, mold=load)
-      call put_in_force(model, step, progress%fraction, force_before)
+      call put_in_force(model, configuration, progress%fraction, terms, force_before)
       start_of_step = force_before
-      if (attempt%start < progress%fraction) call put_in_force(model, step, attempt%start, start_of_step)
-      call put_in_force(model, step, attempt%fraction, load)
+      if (attempt%start < progress%fraction) &
+        call put_in_force(model, configuration, attempt%start, terms, start_of_step)
+      call put_in_force(model, configuration, attempt%fraction, terms, load)
       goal%increment = load - start_of_step
       allocate (goal%prescribed, source=(attempt%fraction - progress%fraction)*model%loading%prescribed)
     end associate
@@ -180,29 +173,29 @@ contains
   end subroutine set_goal
 
   !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
-  subroutine put_in_force(model, step, fraction, load)
+  subroutine put_in_force(model, configuration, fraction, terms, load)
     type(model_type), intent(in) :: model
-    type(step_type), intent(inout) :: step
+    type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
+    type(term_slot_type), intent(inout) :: terms(:)
     !> (dimension, node_count)
     real(wp), intent(out) :: load(:, :)
     real(wp) :: still(size(load, 1), size(load, 2))
 
     still = 0.0_wp
-    call set_loads(step%terms, model, step%configuration_type, fraction)
-    call sum_forces(step%terms, role_external, still, load)
+    call set_loads(terms, model, configuration, fraction)
+    call sum_forces(terms, role_external, still, load)
   end subroutine put_in_force
 
   !> What a load increment does by a displacement, at the free components.
-  pure type(compliance_type) function compliance_in(step, increment, displacement)
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  pure type(compliance_type) function compliance_in(equations, increment, displacement)
+    type(equations_type), intent(in) :: equations
     !> (dimension, node_count)
     real(wp), intent(in) :: increment(:, :), displacement(:, :)
-    real(wp) :: load(step%equations%count), move(step%equations%count)
+    real(wp) :: load(equations%count), move(equations%count)
 
-    call gather(step%equations, increment, load)
-    call gather(step%equations, displacement, move)
+    call gather(equations, increment, load)
+    call gather(equations, displacement, move)
     compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
   end function compliance_in
 
@@ -239,15 +232,10 @@ contains
 
   !> Whether the step may be as long as it is: no node moves too far, and the error of its length is allowed.
   subroutine judge_length(model, step, controls, attempt, solution, error)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Step control of the phase.
     type(controls_type), intent(in) :: controls
-    !> What was asked for.
     type(attempt_type), intent(in) :: attempt
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
@@ -255,22 +243,20 @@ contains
     if (solution%largest_move > attempt%largest_move) then
       solution%converged = .false.
       solution%reason = 'the step moves a node too far'
-    else if (controls%step_error > 0.0_wp .and. .not. attempt%damping > 0.0_wp) then
-      call judge_error(model, step, controls, attempt%fraction, solution, error)
+    else if (has_length_error(controls, attempt)) then
+      call measure_length_error(model, step, solution, error)
+      if (allocated(error)) return
+      solution%too_long = is_too_long(controls, attempt%fraction - model%state%progress%fraction, solution%step_error)
+      if (.not. solution%too_long) return
+      solution%converged = .false.
+      solution%reason = 'the step is longer than its error allows'
     end if
   end subroutine judge_length
 
-  !> How far the step is off for its length; one that is too far off is not taken unless it is the smallest.
-  subroutine judge_error(model, step, controls, fraction, solution, error)
-    !> The model.
+  !> How far the step is off for its length.
+  subroutine measure_length_error(model, step, solution, error)
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
-    !> Step control of the phase.
-    type(controls_type), intent(in) :: controls
-    !> Share of the phase at the end of the step.
-    real(wp), intent(in) :: fraction
-    !> What was reached.
     type(solution_type), intent(inout) :: solution
     !> The equations could not be solved.
     type(error_type), allocatable, intent(out) :: error
@@ -279,14 +265,8 @@ contains
     call turn_to(step%profile%watch, part_step_error)
     call measure_step_error(model, step, solution%displacement, errors, error)
     call turn_to(step%profile%watch, part_control)
-    if (allocated(error)) return
-    solution%step_error = max(errors%path, errors%position)
-    solution%too_long = solution%step_error > controls%step_error .and. &
-      (fraction - model%state%progress%fraction)*controls%steps > controls%smallest_step*slightly_more
-    if (.not. solution%too_long) return
-    solution%converged = .false.
-    solution%reason = 'the step is longer than its error allows'
-  end subroutine judge_error
+    if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
+  end subroutine measure_length_error
 
   !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
   subroutine name_worst_node(model, solution)
@@ -302,31 +282,28 @@ contains
   end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
-  subroutine take_reactions_and_work(model, step, force_before, solution, error)
-    !> The model.
-    type(model_type), intent(inout) :: model
-    !> Scratch of the step.
-    type(step_type), intent(in) :: step
+  subroutine take_reactions_and_work(constrained, active, force_before, solution, reactions, progress, error)
+    !> Constrained components (dimension, node_count), nodes of the equations (node_count).
+    logical, intent(in) :: constrained(:, :), active(:)
     real(wp), intent(in) :: force_before(:, :)
-    !> What was reached.
     type(solution_type), intent(in) :: solution
+    !> Before, and after (dimension, node_count).
+    real(wp), intent(inout) :: reactions(:, :)
+    type(progress_type), intent(inout) :: progress
     !> A reaction or the work is not a number.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: reactions(size(force_before, 1), size(force_before, 2))
+    real(wp) :: new_reactions(size(force_before, 1), size(force_before, 2))
 
-    reactions = 0.0_wp
-    where (model%loading%constrained .and. spread(step%equations%active, 1, size(reactions, 1))) &
-      reactions = solution%internal_force - solution%external_force
-    associate (progress => model%state%progress)
-      progress%external_work = progress%external_work &
-        + sum(0.5_wp*(force_before + solution%external_force)*solution%displacement) &
-        + sum(0.5_wp*(model%state%reactions + reactions)*solution%displacement)
-      progress%internal_work = progress%internal_work &
-        + sum(0.5_wp*(force_before + model%state%reactions + solution%internal_force) &
-        *solution%displacement)
-      if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
-        call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
-    end associate
-    model%state%reactions = reactions
+    new_reactions = 0.0_wp
+    where (constrained .and. spread(active, 1, size(new_reactions, 1))) &
+      new_reactions = solution%internal_force - solution%external_force
+    progress%external_work = progress%external_work &
+      + sum(0.5_wp*(force_before + solution%external_force)*solution%displacement) &
+      + sum(0.5_wp*(reactions + new_reactions)*solution%displacement)
+    progress%internal_work = progress%internal_work &
+      + sum(0.5_wp*(force_before + reactions + solution%internal_force)*solution%displacement)
+    if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
+      call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
+    reactions = new_reactions
   end subroutine take_reactions_and_work
 end module qsmpm_load_step

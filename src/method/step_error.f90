@@ -20,7 +20,8 @@ module qsmpm_step_error
   use qsmpm_equations, only: gather
   use qsmpm_linear_system, only: solve_system
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_term_sums, only: add_all_blocks
+  use qsmpm_step_evaluation, only: evaluate_step
   implicit none
   private
 
@@ -96,7 +97,7 @@ contains
 
     if (step%system%solver%approximate) then
       call evaluate_step(model, step, displacement, tangent_consistent)
-      call complete_matrix(step, displacement)
+      call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
       call solve_system(step%system, step%matrix, residual, digits_of_move, move, error)
     else
       call step%system%solver%solve(residual, move, error)

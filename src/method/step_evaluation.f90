@@ -8,11 +8,11 @@ module qsmpm_step_evaluation
   use qsmpm_run_profile, only: count_evaluation
   use qsmpm_stopwatch, only: turn_to, part_control, part_evaluation
   use qsmpm_term, only: role_external, role_internal, role_numerical
-  use qsmpm_term_sums, only: evaluate_terms, sum_forces, add_all_blocks, linear_forces, evaluated_points
+  use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces, evaluated_points
   implicit none
   private
 
-  public :: evaluate_step, complete_matrix, linear_force
+  public :: evaluate_step, linear_force
 
 contains
 
@@ -38,15 +38,6 @@ contains
     call sum_forces(step%terms, role_internal, displacement, step%forces%internal)
     call sum_forces(step%terms, role_numerical, displacement, step%forces%numerical)
   end subroutine evaluate_step
-
-  !> Add the blocks that the last evaluation has not added; once, and only after one with a tangent.
-  subroutine complete_matrix(step, displacement)
-    type(step_type), intent(inout) :: step
-    !> Displacement that was evaluated (components, nodes).
-    real(wp), intent(in) :: displacement(:, :)
-
-    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
-  end subroutine complete_matrix
 
   !> Force that prescribed displacements call up at the free components; the first evaluation of the step was given
   !> them.

@@ -1,25 +1,24 @@
-!> Step control: how long the next attempt is, as a share of the phase.
-!>
-!>   after an accepted step   a hard one makes the next one smaller, an easy one lets it grow to the first
-!>                            length again, or to what the error of its length allows
-!>   after a lost one         half of it, or what a law or the error of its length asks for; below the
-!>                            smallest step the phase ends
-!> No step goes beyond the phase, and steps of the first length end on its multiples.
+!> Step control: length of the next step as a load fraction of the phase, and where a phase ends; the table of all rules
+!> heads qsmpm_step_control. No step goes beyond the phase, steps of the first length end on its multiples, and none
+!> reaches a load that was rejected for its compliance.
 module qsmpm_step_length
   use qsmpm_analysis, only: controls_type
   use qsmpm_kinds, only: wp
-  use qsmpm_stepping, only: outcome_type
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, is_found, interpolate_knee, note_accepted, note_refused
+  use qsmpm_model, only: progress_type
+  use qsmpm_step_control, only: outcome_type
   implicit none
   private
 
-  public :: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
+  public :: first_length, is_too_short, plan_step, end_of_step, below_rejected, length_after_step
+  public :: length_after_rejection, go_on, cut_back, is_given_up, phase_is_complete
 
-  !> A step that a law has refused is cut to this share of it at the most.
+  !> A step that a law rejects is cut back to this share of it at the most.
   real(wp), parameter :: largest_cut = 0.9_wp
   !> Bounds for the ratio of two steps in a row, and the part of the allowed error that is aimed at.
   real(wp), parameter :: least_growth = 0.2_wp, most_growth = 2.0_wp, margin = 0.7_wp
-  !> Lengths that are as near as this, as a share of the first one, are the same.
-  real(wp), parameter :: closeness = 1.0e-9_wp
+  !> Lengths as near as this share of the first one are the same, and so are these load fractions.
+  real(wp), parameter :: same_length = 1.0e-9_wp, same_fraction = 1.0e-12_wp
 
 contains
 
@@ -30,24 +29,65 @@ contains
     first_length = 1.0_wp/controls%steps
   end function first_length
 
+  !> The smallest step.
+  pure real(wp) function smallest_length(controls)
+    type(controls_type), intent(in) :: controls
+
+    smallest_length = controls%smallest_step*first_length(controls)
+  end function smallest_length
+
+  !> Whether a step is smaller than the phase allows.
+  pure logical function is_too_short(controls, length)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: length
+
+    is_too_short = length < smallest_length(controls)*(1.0_wp - same_length)
+  end function is_too_short
+
+  !> Length and end of the next step. Where no load is left below one that was rejected for its compliance the limit
+  !> load is found, and there is no next step.
+  pure subroutine plan_step(controls, furthest, progress, length, last)
+    type(controls_type), intent(in) :: controls
+    !> Load fraction that no step goes beyond.
+    real(wp), intent(in) :: furthest
+    type(progress_type), intent(inout) :: progress
+    real(wp), intent(out) :: length, last
+
+    if (.not. progress%next_step > 0.0_wp) progress%next_step = first_length(controls)
+    length = progress%next_step
+    last = below_rejected(progress%limit, progress%fraction, end_of_step(controls, progress%fraction, length))
+    if (progress%limit%refused > 0.0_wp .and. is_too_short(controls, last - progress%fraction)) &
+      call interpolate_knee(controls%limit_compliance, progress%limit)
+    last = min(furthest, last)
+  end subroutine plan_step
+
   !> End of the next step: on a multiple of the first length where one is near, and never beyond the phase.
   pure real(wp) function end_of_step(controls, fraction, length) result(last)
     type(controls_type), intent(in) :: controls
-    !> Share of the phase done, and length of the step.
+    !> Load fraction so far, and length of the step.
     real(wp), intent(in) :: fraction, length
     real(wp) :: first, whole
 
     first = first_length(controls)
     last = min(1.0_wp, fraction + length)
-    whole = (aint(fraction/first + closeness) + 1.0_wp)*first
-    if (last > whole - closeness*first .and. length <= first*(1.0_wp + closeness)) last = min(1.0_wp, whole)
-    if (last > 1.0_wp - closeness*first) last = 1.0_wp
+    whole = (aint(fraction/first + same_length) + 1.0_wp)*first
+    if (last > whole - same_length*first .and. length <= first*(1.0_wp + same_length)) last = min(1.0_wp, whole)
+    if (last > 1.0_wp - same_length*first) last = 1.0_wp
   end function end_of_step
+
+  !> The same below a load that was rejected for its compliance: halfway to it where it would be reached.
+  pure real(wp) function below_rejected(limit, fraction, last)
+    type(limit_load_type), intent(in) :: limit
+    !> Load fraction so far, and the end that is wanted.
+    real(wp), intent(in) :: fraction, last
+
+    below_rejected = last
+    if (limit%refused > 0.0_wp) below_rejected = min(last, 0.5_wp*(fraction + limit%refused))
+  end function below_rejected
 
   !> Length after an accepted step.
   pure real(wp) function length_after_step(controls, length, outcome) result(next)
     type(controls_type), intent(in) :: controls
-    !> Length of the step.
     real(wp), intent(in) :: length
     type(outcome_type), intent(in) :: outcome
 
@@ -59,10 +99,9 @@ contains
     next = max(next, smallest_length(controls))
   end function length_after_step
 
-  !> Length after a step that was not accepted.
-  pure real(wp) function length_after_loss(controls, length, outcome) result(next)
+  !> Length after a step that was rejected.
+  pure real(wp) function length_after_rejection(controls, length, outcome) result(next)
     type(controls_type), intent(in) :: controls
-    !> Length of the step.
     real(wp), intent(in) :: length
     type(outcome_type), intent(in) :: outcome
 
@@ -70,31 +109,62 @@ contains
     if (outcome%share > 0.0_wp) next = min(largest_cut, outcome%share)*length
     if (outcome%too_long) next = max(smallest_length(controls), &
       length*length_ratio(outcome%step_error, controls%step_error))
-  end function length_after_loss
+  end function length_after_rejection
 
-  !> Whether a step is smaller than the phase allows.
-  pure logical function is_too_short(controls, length)
+  !> After an accepted step.
+  pure subroutine go_on(controls, compliance, start, length, outcome, progress)
     type(controls_type), intent(in) :: controls
-    real(wp), intent(in) :: length
+    type(compliance_type), intent(in) :: compliance
+    !> Load fraction at its start, and its length as it was planned.
+    real(wp), intent(in) :: start, length
+    type(outcome_type), intent(in) :: outcome
+    !> At the end of the step.
+    type(progress_type), intent(inout) :: progress
 
-    is_too_short = length < smallest_length(controls)*(1.0_wp - closeness)
-  end function is_too_short
+    progress%step = progress%step + 1
+    progress%phase_steps = progress%phase_steps + 1
+    progress%next_step = length_after_step(controls, length, outcome)
+    call note_accepted(compliance, start, progress%fraction, progress%limit)
+  end subroutine go_on
 
-  !> The smallest step.
-  pure real(wp) function smallest_length(controls)
+  !> After a rejected step.
+  pure subroutine cut_back(controls, compliance, last, outcome, progress)
     type(controls_type), intent(in) :: controls
+    type(compliance_type), intent(in) :: compliance
+    !> Load fraction that was to be reached.
+    real(wp), intent(in) :: last
+    type(outcome_type), intent(in) :: outcome
+    !> At the start of the step.
+    type(progress_type), intent(inout) :: progress
 
-    smallest_length = controls%smallest_step*first_length(controls)
-  end function smallest_length
+    if (outcome%at_limit) call note_refused(compliance, progress%fraction, last, progress%limit)
+    progress%next_step = length_after_rejection(controls, last - progress%fraction, outcome)
+  end subroutine cut_back
 
-  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and
-  !> falls with its length; a step is not to grow too fast, and a little margin saves steps that would be
-  !> rejected.
+  !> By what a step is to be longer or shorter. The error is a share of the step's own displacements and falls with its
+  !> length; a step is not to grow too fast, and a little margin saves steps that would be rejected.
   pure real(wp) function length_ratio(step_error, allowed) result(ratio)
-    !> Error of the step and what is allowed, as shares.
     real(wp), intent(in) :: step_error, allowed
 
     ratio = most_growth
     if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
   end function length_ratio
+
+  !> Whether a phase ends without its load after a step was rejected and the next one cut back: the bisection of a limit
+  !> load ends elsewhere (plan_step).
+  pure logical function is_given_up(controls, progress, outcome)
+    type(controls_type), intent(in) :: controls
+    type(progress_type), intent(in) :: progress
+    type(outcome_type), intent(in) :: outcome
+
+    is_given_up = outcome%unrecoverable .or. &
+      (.not. progress%limit%refused > 0.0_wp .and. is_too_short(controls, progress%next_step))
+  end function is_given_up
+
+  !> Whether the present phase is at its end: its whole load is carried, or its limit load found.
+  pure logical function phase_is_complete(progress)
+    type(progress_type), intent(in) :: progress
+
+    phase_is_complete = .not. progress%fraction < 1.0_wp - same_fraction .or. is_found(progress%limit)
+  end function phase_is_complete
 end module qsmpm_step_length

@@ -128,12 +128,14 @@ contains
     end do
   end function gradient_of
 
-  !> Area vectors of all surface points follow a step that is taken.
-  subroutine turn_areas(model, configuration, displacement)
-    type(model_type), intent(inout) :: model
+  !> Area vectors of all surface points after a step that is taken.
+  subroutine turn_areas(model, configuration, displacement, areas)
+    type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     !> Displacement of the step (dimension, nodes).
     real(wp), intent(in) :: displacement(:, :)
+    !> (dimension, surface points)
+    real(wp), intent(out) :: areas(:, :)
     type(surface_basis_type) :: basis
     real(wp) :: a(3)
     integer :: i
@@ -141,7 +143,7 @@ contains
     call find_basis(model, configuration, [(i, i=1, model%state%surface%count)], basis)
     do i = 1, model%state%surface%count
       a = matmul(cofactor(gradient_of(basis, i, displacement)), basis%area(:, i))
-      model%state%surface%area_vector(:, i) = a(:model%mesh%dimension)
+      areas(:, i) = a(:model%mesh%dimension)
     end do
   end subroutine turn_areas
 end module qsmpm_surface_basis

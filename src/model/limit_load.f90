@@ -3,18 +3,18 @@
 !>   C = (df . U)/(df . df)
 !>
 !> df is the load increment of a step at the free components of the nodes, U the displacement of the step with its
-!> re-equilibrations. The first accepted step of the phase gives the reference; a step whose C is more than
-!> LIMIT COMPLIANCE times that is refused, and the load is bisected between the last accepted and the refused
-!> one. The knee is where C, interpolated in its logarithm between the middles of these two steps, is LIMIT COMPLIANCE
-!> times the reference. Without LIMIT COMPLIANCE C is only measured. docs/methods/limit_loads.md
+!> re-equilibrations. The first accepted step of the phase gives the reference; step control rejects a step whose C is
+!> more than LIMIT COMPLIANCE times that and bisects the load between the last accepted and the rejected one
+!> (qsmpm_step_control). The knee is where C, interpolated in its logarithm between the middles of these two steps, is
+!> LIMIT COMPLIANCE times the reference. Without LIMIT COMPLIANCE C is only measured. docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: real_text
   implicit none
   private
 
-  public :: compliance_type, limit_load_type, add_compliance, compliance_of, exceeds, note_accepted, note_refused
-  public :: below_refused, is_found, close_in, limit_loads, limit_text, relative_compliance
+  public :: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, note_refused
+  public :: is_found, interpolate_knee, limit_loads, limit_text, relative_compliance
 
   !> What the load increment of a step does.
   type :: compliance_type
@@ -28,7 +28,7 @@ module qsmpm_limit_load
     real(wp) :: first = 0.0_wp, last = 0.0_wp
     !> Middle of the last accepted step, as a share of the phase.
     real(wp) :: middle = 0.0_wp
-    !> Smallest share of the phase that was refused for its compliance, 0 for none; compliance and middle of that step.
+    !> Smallest share of the phase that was rejected for its compliance, 0 for none; compliance and middle of that step.
     real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
     !> Share of the phase at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
@@ -53,16 +53,6 @@ contains
     if (step%square > 0.0_wp) compliance_of = step%work/step%square
   end function compliance_of
 
-  !> Whether a step is too compliant to be accepted.
-  pure logical function exceeds(step, limit, allowed)
-    type(compliance_type), intent(in) :: step
-    type(limit_load_type), intent(in) :: limit
-    !> LIMIT COMPLIANCE, 0 for none.
-    real(wp), intent(in) :: allowed
-
-    exceeds = allowed > 0.0_wp .and. limit%first > 0.0_wp .and. compliance_of(step) > allowed*limit%first
-  end function exceeds
-
   !> Remember an accepted step.
   pure subroutine note_accepted(step, start, last, limit)
     type(compliance_type), intent(in) :: step
@@ -75,7 +65,7 @@ contains
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
   end subroutine note_accepted
 
-  !> Remember a step refused for its compliance.
+  !> Remember a step rejected for its compliance.
   pure subroutine note_refused(step, start, last, limit)
     type(compliance_type), intent(in) :: step
     !> Shares of the phase at its start and end.
@@ -87,16 +77,6 @@ contains
     limit%refused_middle = 0.5_wp*(start + last)
   end subroutine note_refused
 
-  !> End of the next step: halfway to the load that was refused where it would reach that.
-  pure real(wp) function below_refused(limit, fraction, last)
-    type(limit_load_type), intent(in) :: limit
-    !> Share of the phase done, and the end that step control wants.
-    real(wp), intent(in) :: fraction, last
-
-    below_refused = last
-    if (limit%refused > 0.0_wp) below_refused = min(last, 0.5_wp*(fraction + limit%refused))
-  end function below_refused
-
   !> Whether the phase has ended at its limit load.
   pure logical function is_found(limit)
     type(limit_load_type), intent(in) :: limit
@@ -105,7 +85,7 @@ contains
   end function is_found
 
   !> The limit load is found: interpolate the knee.
-  pure subroutine close_in(allowed, limit)
+  pure subroutine interpolate_knee(allowed, limit)
     !> LIMIT COMPLIANCE.
     real(wp), intent(in) :: allowed
     type(limit_load_type), intent(inout) :: limit
@@ -113,7 +93,7 @@ contains
 
     share = log(allowed*limit%first/limit%last)/log(limit%refused_compliance/limit%last)
     limit%knee = limit%middle + share*(limit%refused_middle - limit%middle)
-  end subroutine close_in
+  end subroutine interpolate_knee
 
   !> Load factors between which the limit load lies, carried and refused, and that of the knee; zeros until it is found.
   pure function limit_loads(limit, fraction, load_factor) result(loads)

@@ -122,15 +122,13 @@ contains
   !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
   !> have no control points: nothing may be asked of them.
   subroutine mark_constrained(model, boxes, constrained, faults)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Where the sets lie (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     !> (node sets)
     logical, intent(out) :: constrained(:)
-    !> Faults found so far.
     type(fault_list_type), intent(inout) :: faults
-    integer :: s, p, i
+    integer :: p, i
 
     constrained = .false.
     do p = 1, size(model%analysis%phases)
@@ -146,21 +144,12 @@ contains
     associate (moving => model%analysis%moving_mesh)
       if (moving%active) call constrain(moving%set, moving%where, '*MOVING MESH')
     end associate
-    do i = 1, size(model%analysis%histories)
-      associate (history => model%analysis%histories(i))
-        if (history%quantity /= quantity_reaction) cycle
-        s = find_set(model%mesh%node_sets, history%set)
-        if (s == 0) cycle
-        if (constrained(s) .or. boxes(s)%whole) cycle
-        call add_fault(faults, history%where, '*HISTORY', no_box(history%set))
-      end associate
-    end do
+    call check_reactions(model, boxes, constrained, faults)
 
   contains
 
-    !> Mark a set; one that is no box is told once.
+    !> Mark a set; one that is no box is named once.
     subroutine constrain(name, where, keyword)
-      !> Name of the set.
       character(len=*), intent(in) :: name
       !> Where it is named, and the card.
       type(source_line_type), intent(in) :: where
@@ -174,6 +163,26 @@ contains
       constrained(s) = .true.
     end subroutine constrain
   end subroutine mark_constrained
+
+  !> Sets whose reaction a history asks for are boxes; those that are constrained have been checked.
+  subroutine check_reactions(model, boxes, constrained, faults)
+    type(model_type), intent(in) :: model
+    !> Where the sets lie, and which of them carry constraints (node sets).
+    type(line_box_type), intent(in) :: boxes(:)
+    logical, intent(in) :: constrained(:)
+    type(fault_list_type), intent(inout) :: faults
+    integer :: i, s
+
+    do i = 1, size(model%analysis%histories)
+      associate (history => model%analysis%histories(i))
+        if (history%quantity /= quantity_reaction) cycle
+        s = find_set(model%mesh%node_sets, history%set)
+        if (s == 0) cycle
+        if (constrained(s) .or. boxes(s)%whole) cycle
+        call add_fault(faults, history%where, '*HISTORY', no_box(history%set))
+      end associate
+    end do
+  end subroutine check_reactions
 
   !> Why a set cannot be constrained.
   pure function no_box(name) result(message)

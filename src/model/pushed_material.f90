@@ -155,19 +155,19 @@ contains
   end subroutine add_place
 
   !> Add what a step prescribes to what has been prescribed so far.
-  subroutine note_push(model, share)
-    type(model_type), intent(inout) :: model
-    !> Share of the phase that the step is long.
+  subroutine note_push(mesh, phase, share, watched)
+    type(mesh_type), intent(in) :: mesh
+    type(phase_type), intent(in) :: phase
+    !> Load fraction of the phase that the step is long.
     real(wp), intent(in) :: share
+    type(watched_points_type), intent(inout) :: watched
     integer :: i, s
 
-    associate (phase => model%analysis%phases(model%state%progress%phase), watched => model%state%watched)
-      do i = 1, size(phase%prescriptions)
-        s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
-        where (watched%set == s .and. watched%component == phase%prescriptions(i)%component) &
-          watched%pushed = watched%pushed + share*phase%load_factor*phase%prescriptions(i)%value
-      end do
-    end associate
+    do i = 1, size(phase%prescriptions)
+      s = find_set(mesh%node_sets, phase%prescriptions(i)%set)
+      where (watched%set == s .and. watched%component == phase%prescriptions(i)%component) &
+        watched%pushed = watched%pushed + share*phase%load_factor*phase%prescriptions(i)%value
+    end do
   end subroutine note_push
 
   !> Lag of the material in front of the set of one watched place; 0 before it is pushed.

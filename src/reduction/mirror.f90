@@ -7,8 +7,8 @@
 !> taken unasked.
 module qsmpm_mirror
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, surface_type, traction_type, select_box, select_segment, select_list, &
-    mesh_grid, three_dimensional, basis_standard, basis_fem, integrate_cells, stabilise_ghost, &
+  use qsmpm_analysis, only: analysis_type, phase_type, surface_type, traction_type, select_box, select_segment, &
+    select_list, mesh_grid, three_dimensional, basis_standard, basis_fem, integrate_cells, stabilise_ghost, &
     diagonal_alternate, quantity_reaction
   use qsmpm_element, only: element_from_name, element_order
   use qsmpm_material_traits, only: may_soften, flow_is_associated
@@ -108,13 +108,26 @@ contains
 
   !> Gravity lies in the plane; every loaded or supported surface has an image with the mirrored load.
   pure subroutine prove_loads(analysis, axis, reason)
-    !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
     !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
-    integer :: p, i, s
+    integer :: p
+
+    call prove_surfaces(analysis, axis, reason)
+    if (allocated(reason)) return
+    do p = 1, size(analysis%phases)
+      call prove_phase(analysis, analysis%phases(p), axis, reason)
+    end do
+  end subroutine prove_loads
+
+  !> Every surface in use has an image, and no faces in the plane.
+  pure subroutine prove_surfaces(analysis, axis, reason)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: axis
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: s
 
     do s = 1, size(analysis%surfaces)
       associate (surface => analysis%surfaces(s))
@@ -125,41 +138,42 @@ contains
           place_text(surface%where)//' may have faces in the plane of symmetry')
       end associate
     end do
-    if (allocated(reason)) return
-    do p = 1, size(analysis%phases)
-      associate (phase => analysis%phases(p))
-        if (phase%gravity%given .and. abs(phase%gravity%vector(axis)) > 0.0_wp) call refuse(reason, &
-          "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' has a part along '//letters(axis))
-        do i = 1, size(phase%tractions)
-          if (.not. load_has_image(analysis, phase%tractions, phase%tractions(i), axis)) call refuse(reason, &
-            "the load on '"//phase%tractions(i)%surface//"'"//place_text(phase%tractions(i)%where)// &
-            ' has no mirror image')
-        end do
-        do i = 1, size(phase%supports)
-          s = surface_partner(analysis, surface_number(analysis, phase%supports(i)%surface), axis)
-          if (.not. support_is_given(s, i)) call refuse(reason, "*SUPPORT of '"//phase%supports(i)%surface// &
-            "'"//place_text(phase%supports(i)%where)//' has no mirror image')
-        end do
-      end associate
+  end subroutine prove_surfaces
+
+  !> Gravity, loads and supports of a phase.
+  pure subroutine prove_phase(analysis, phase, axis, reason)
+    type(analysis_type), intent(in) :: analysis
+    type(phase_type), intent(in) :: phase
+    integer, intent(in) :: axis
+    !> Why not.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: i, s
+
+    if (phase%gravity%given .and. abs(phase%gravity%vector(axis)) > 0.0_wp) call refuse(reason, &
+      "*GRAVITY of phase '"//phase%name//"'"//place_text(phase%where)//' has a part along '//letters(axis))
+    do i = 1, size(phase%tractions)
+      if (.not. load_has_image(analysis, phase%tractions, phase%tractions(i), axis)) call refuse(reason, &
+        "the load on '"//phase%tractions(i)%surface//"'"//place_text(phase%tractions(i)%where)//' has no mirror image')
     end do
+    do i = 1, size(phase%supports)
+      s = surface_partner(analysis, surface_number(analysis, phase%supports(i)%surface), axis)
+      if (.not. support_is_given(phase, analysis%surfaces(s)%name, phase%supports(i)%kind)) call refuse(reason, &
+        "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)//' has no mirror image')
+    end do
+  end subroutine prove_phase
 
-  contains
+  !> Whether a phase gives a surface a support of a kind.
+  pure logical function support_is_given(phase, surface, kind) result(given)
+    type(phase_type), intent(in) :: phase
+    character(len=*), intent(in) :: surface
+    integer, intent(in) :: kind
+    integer :: k
 
-    !> Whether the phase gives a surface the same support.
-    pure logical function support_is_given(surface, number) result(given)
-      !> Number of the surface, and of the support it is compared with.
-      integer, intent(in) :: surface, number
-      integer :: k
-
-      given = .false.
-      associate (supports => analysis%phases(p)%supports)
-        do k = 1, size(supports)
-          given = given .or. (supports(k)%surface == analysis%surfaces(surface)%name &
-            .and. supports(k)%kind == supports(number)%kind)
-        end do
-      end associate
-    end function support_is_given
-  end subroutine prove_loads
+    given = .false.
+    do k = 1, size(phase%supports)
+      given = given .or. (phase%supports(k)%surface == surface .and. phase%supports(k)%kind == kind)
+    end do
+  end function support_is_given
 
   !> Whether cutting at the plane may give a surface new faces: its box reaches the plane and is not
   !> flat along another axis, or it lies in the plane.

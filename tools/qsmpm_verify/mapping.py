@@ -24,7 +24,7 @@ HONEST = 0.5
 """Share of a true error that a run must state to have told it."""
 PASS, DEGRADED, TOLD, SILENT, NONE = "pass", "degraded", "fails and says so", "fails silently", "not for it"
 TELLING = re.compile(
-    r"^(?!phase \d).*(?:warning|step cut|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
+    r"^(?!phase \d).*(?:warning|increment cut back|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
 )
 
 

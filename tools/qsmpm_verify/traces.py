@@ -13,7 +13,7 @@ from qsmpm_verify.results import ResultError, read_cpu_seconds, read_curves
 
 Trace = Callable[..., float]
 
-HOLD = re.compile(r"constant load test at load factor\s+(\S+): (?:after .* has grown by\s+(\S+) %|lost at re-solve (\d+))")
+HOLD = re.compile(r"constant load test at load factor\s+(\S+): (?:after .* has grown by\s+(\S+) %|rejected at re-solve (\d+))")
 
 
 def knee(folder: Path, column: str, factor: float = 10.0, load: str = "load_factor") -> float:
@@ -68,7 +68,7 @@ def hold_growth(folder: Path, load_factor: float) -> float:
     for at, hit in tests.items():
         if abs(at - load_factor) <= 1e-3 * abs(load_factor):
             if hit[3]:
-                raise ResultError(f"{path}: constant load test at {at:g} lost at re-solve {hit[3]}")
+                raise ResultError(f"{path}: constant load test at {at:g} rejected at re-solve {hit[3]}")
             return float(hit[2]) / 100
     known = ", ".join(f"{at:g}" for at in tests) or "none"
     raise ResultError(f"{path}: no constant load test at load factor {load_factor:g}; there are {known}")

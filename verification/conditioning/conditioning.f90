@@ -33,9 +33,9 @@ program conditioning
   use qsmpm_house_keeping, only: relocate
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: begin_terms
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms
   use qsmpm_law, only: tangent_elastic
   implicit none
 
@@ -174,7 +174,7 @@ contains
     call begin_terms(step%terms, increment_type(stabilisation=fade))
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, still)
+    call add_all_blocks(step%terms, still, step%equations, step%matrix)
     call make_dense(step, matrix)
   end subroutine stiffness
 

@@ -14,7 +14,8 @@ module deck_matrices
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_equations, only: gather, scatter
   use qsmpm_soil_points, only: soil_type, soil_of
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_term_sums, only: add_all_blocks
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_law, only: tangent_elastic, tangent_consistent
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   implicit none
@@ -101,7 +102,7 @@ contains
     call end_system(step%system)
     allocate (still(model%mesh%dimension, model%space%node_count), source=0.0_wp)
     call evaluate_step(model, step, still, tangent_elastic)
-    call complete_matrix(step, still)
+    call add_all_blocks(step%terms, still, step%equations, step%matrix)
     still(2, :) = -step%lumped
     allocate (rhs(step%equations%count))
     call gather(step%equations, still, rhs)
@@ -136,7 +137,7 @@ contains
     if (step%failure%failed) error stop 'the block could not be evaluated'
     soil => soil_of(step%terms)
     yielding = sum(min(1, abs(soil%evaluation%results%plastic)))/real(step%at_points%point_count, wp)
-    call complete_matrix(step, sunk)
+    call add_all_blocks(step%terms, sunk, step%equations, step%matrix)
   end subroutine yielding_block
 
   !> Stop with the message of an error.

@@ -47,6 +47,7 @@ program run_unit_tests
   use test_unusable_numbers, only: collect_unusable_numbers
   use test_stepping, only: collect_stepping
   use test_limit_load, only: collect_limit_load
+  use test_step_control, only: collect_step_control
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
   use test_energy, only: collect_energy
@@ -158,6 +159,7 @@ program run_unit_tests
   call register('unusable_numbers', collect_unusable_numbers)
   call register('stepping', collect_stepping)
   call register('limit_load', collect_limit_load)
+  call register('step_control', collect_step_control)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
   call register('energy', collect_energy)

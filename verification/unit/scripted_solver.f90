@@ -56,6 +56,8 @@ module scripted_solver
     character(len=:), allocatable :: text
     !> Load fractions and load factors of accepted steps.
     real(wp), allocatable :: fraction(:), load_factor(:)
+    !> Points that yield in the last step.
+    integer :: plastic_points = 0
     !> Stop is requested after so many steps.
     integer :: stop_after = huge(1)
   contains
@@ -126,10 +128,9 @@ contains
     type(step_record_type), intent(in) :: record
     type(error_type), allocatable, intent(out) :: error
 
-    associate (unused => record)
-    end associate
     if (.not. allocated(self%fraction)) allocate (self%fraction(0), self%load_factor(0))
     self%steps = self%steps + 1
+    self%plastic_points = record%plastic_points
     self%fraction = [self%fraction, model%state%progress%fraction]
     self%load_factor = [self%load_factor, model%state%progress%load_factor]
   end subroutine accepted

@@ -114,7 +114,6 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (.not. allocated(error)) then
       call start_phase(model)
-      step%told = model%state%window
       do p = 1, model%state%points%count
         model%state%points%stress(:3, p) = -1.0_wp
         associate (law => model%laws(1)%law)

@@ -1,8 +1,8 @@
-!> Compliance of steps, the load that is refused for it, bisection, and the knee between the last two steps.
+!> Compliance of steps, and the knee between the last two steps.
 module test_limit_load
   use qsmpm_kinds, only: wp
-  use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, exceeds, note_accepted, &
-    note_refused, below_refused, is_found, close_in, limit_loads, limit_text, relative_compliance
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, &
+    note_refused, is_found, interpolate_knee, limit_loads, limit_text, relative_compliance
   use testing, only: tests_type
   implicit none
   private
@@ -27,38 +27,27 @@ contains
   subroutine check_compliance(tests)
     type(tests_type), intent(inout) :: tests
     type(compliance_type) :: step
-    type(limit_load_type) :: limit
 
     call tests%close('without a load there is no compliance', compliance_of(step), 0.0_wp, 0.0_wp)
     call add_compliance(compliance_type(6.0_wp, 2.0_wp), step)
     call tests%close('it is the work over the square of the increment', compliance_of(step), 3.0_wp, rounding)
     call add_compliance(compliance_type(4.0_wp, 50.0_wp), step)
     call tests%close('a re-equilibration adds displacement, not load', compliance_of(step), 5.0_wp, rounding)
-    call tests%check('without a first step none is too compliant', .not. exceeds(step, limit, 10.0_wp))
-    limit%first = 0.5_wp
-    call tests%check('ten times the first one is allowed', .not. exceeds(step, limit, 10.0_wp))
-    call add_compliance(compliance_type(1.0e-6_wp, 1.0_wp), step)
-    call tests%check('more is not', exceeds(step, limit, 10.0_wp))
-    call tests%check('unless nothing is asked for', .not. exceeds(step, limit, 0.0_wp))
   end subroutine check_compliance
 
-  !> Bisection and interpolation.
+  !> What is remembered of steps, and interpolation.
   subroutine check_knee(tests)
     type(tests_type), intent(inout) :: tests
     type(limit_load_type) :: limit
 
     call tests%close('a phase begins without a compliance', relative_compliance(limit), 0.0_wp, 0.0_wp)
-    call tests%close('a step ends where step control wants', below_refused(limit, 0.2_wp, 0.9_wp), 0.9_wp, 0.0_wp)
     call note_accepted(compliance_type(3.0_wp, 1.0_wp), 0.0_wp, 0.1_wp, limit)
     call note_accepted(compliance_type(12.0_wp, 1.0_wp), 0.2_wp, 0.4_wp, limit)
     call tests%close('the first step stays the reference', relative_compliance(limit), 4.0_wp, rounding)
     call note_refused(compliance_type(75.0_wp, 1.0_wp), 0.4_wp, 0.8_wp, limit)
-    call tests%close('a step ends halfway to the load that was refused', below_refused(limit, 0.4_wp, 0.8_wp), 0.6_wp, &
-      rounding)
-    call tests%close('or before it', below_refused(limit, 0.4_wp, 0.5_wp), 0.5_wp, rounding)
-    call tests%check('which is no limit load yet', .not. is_found(limit) .and. &
+    call tests%check('a load that was rejected is no limit load yet', .not. is_found(limit) .and. &
       all(abs(limit_loads(limit, 0.4_wp, 2.0_wp)) <= 0.0_wp))
-    call close_in(10.0_wp, limit)
+    call interpolate_knee(10.0_wp, limit)
     ! Compliance 4 at 0.3 and 25 at 0.6: ten, their geometric mean, is in the middle.
     call tests%close('the knee is where the logarithm of the compliance says', limit%knee, 0.45_wp, rounding)
     call tests%check('and the limit load is found', is_found(limit))

@@ -295,6 +295,6 @@ contains
     script%asked = script%asked(:0)
     call test_hold(model, step, script, model%analysis%phases(1), listener, error)
     call tests%check('a hold that is lost ends the test and is told', size(script%asked) == 2 .and. &
-      index(listener%text, 'lost at re-solve 2') > 0)
+      index(listener%text, 'rejected at re-solve 2') > 0)
   end subroutine check_hold_due
 end module test_load_step

@@ -70,7 +70,6 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (.not. allocated(error)) then
       call start_phase(model)
-      step%told = model%state%window
       call initialise_step(model, step, error)
     end if
     call tests%check(name//': the scene is good', .not. allocated(error))

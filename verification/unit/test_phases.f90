@@ -181,7 +181,7 @@ contains
     call run%to_end()
     call tests%check('a lost step is halved, grows again and comes back to multiples', &
       run%reached([0.125_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
-    call tests%check('the cut is told with its reason', index(run%listener%text, 'step cut: the script says no') > 0)
+    call tests%check('the cut is told with its reason', index(run%listener%text, 'increment cut back: the script says no') > 0)
     call tests%check('and left no trace but a solve', asked(run) == 8 .and. &
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
     run = new_run([lost(), lost(), answer_type(iterations=9)], '')
@@ -218,7 +218,7 @@ contains
     call tests%check('in the last accepted state', len(state_differences(before, run%model%state)) == 0)
     call tests%check('with the code of its cause', run%error%code == error_not_converged)
     call tests%check('phase, load, reason, residual and node are told: '//run%error%message, &
-      index(run%error%message, "phase 'first': equilibrium lost beyond load factor  2.000000E+00: the script says no; "// &
+      index(run%error%message, "phase 'first': no equilibrium beyond load factor  2.000000E+00: the script says no; "// &
       'out of balance  5.00E-01, most at node 7 at') == 1)
     broken = lost()
     broken%broken = .true.
@@ -292,7 +292,7 @@ contains
     run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
     call run%to_end()
     call tests%check('without a step too compliant it is no limit load', run%error%code == error_not_converged .and. &
-      index(run%error%message, 'equilibrium lost beyond load factor') > 0)
+      index(run%error%message, 'no equilibrium beyond load factor') > 0)
     call tests%check('and how far the compliance has come is told: '//run%error%message, &
       index(run%error%message, 'the last step was 4.0 times as compliant as the first one') > 0)
 
@@ -391,11 +391,11 @@ contains
     call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%listener%steps == 6)
     call tests%check('tells how much the first history has grown', index(run%listener%text, &
       'constant load test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
-    call tests%close('and puts the state back', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    call tests%close('and restores the state', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
     run = new_run([answer_type(), answer_type(), answer_type(), lost(), answer_type()], wanted)
     call run%to_end()
-    call tests%check('one that is lost is told', index(run%listener%text, 'lost at re-solve 2 (the script says no)') > 0)
-    call tests%close('and put back too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
+    call tests%check('one that is lost is told', index(run%listener%text, 'rejected at re-solve 2 (the script says no)') > 0)
+    call tests%close('and restored too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
     run = new_run([answer_type(), answer_type(), answer_type(), answer_type(fatal=.true.)], wanted)
     call run%to_end()
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
@@ -412,6 +412,7 @@ contains
     call lock()
     call run%to_end()
     call tests%check('locking is told at the end of each phase', occurrences(locks) == 2)
+    call tests%check('the points that yield are counted', run%listener%plastic_points == run%model%state%points%count)
     run = new_run([answer_type(), lost()], '')
     call lock()
     call run%to_end()
@@ -420,6 +421,13 @@ contains
     call run%to_end()
     call tests%check('so is what the stabilisation carried', &
       occurrences('the stabilisation carries more than 5.0 % of the forces in 1 of 1 steps') == 1)
+    run = new_run([answer_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1')
+    run%model%analysis%phases(2)%controls%stabilisation_share = 1.0_wp
+    call run%to_end()
+    call tests%check('that is counted phase by phase', occurrences('forces in 4 of 4 steps') == 1 .and. &
+      occurrences('forces in 2 of 2 steps') == 1)
+    call tests%check('and warned of where it begins', &
+      occurrences('the stabilisation carries 6.0 % of the forces at load factor 2.0000E+00') == 1)
 
   contains
 
@@ -452,11 +460,12 @@ contains
     end function occurrences
   end subroutine check_summary
 
-  !> A prescribed set that the material does not follow: warned of once, then the step is put back and the run ends.
+  !> A prescribed set that the material does not follow: warned of once, then the state is restored and the run ends.
   subroutine check_lost_set(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
     type(state_type) :: before
+    integer :: k
 
     run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
     call march_step(run%model, run%march, run%listener, run%error)
@@ -474,6 +483,14 @@ contains
     call tests%check('one of a quarter ends the run', allocated(run%error))
     if (allocated(run%error)) call tests%check('as a step that is not taken', run%error%code == error_not_converged)
     call tests%check('with the state before the step', len(state_differences(before, run%model%state)) == 0)
+    run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    run%model%analysis%phases(2)%prescriptions = run%model%analysis%phases(1)%prescriptions
+    do k = 1, 5
+      call fall_behind(0.1_wp)
+      call march_step(run%model, run%march, run%listener, run%error)
+    end do
+    call tests%check('the next phase warns anew', index(run%listener%text, "phase 'first': the material in front") > 0 .and. &
+      index(run%listener%text, "phase 'second': the material in front") > 0)
 
   contains
 

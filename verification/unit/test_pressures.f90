@@ -11,7 +11,8 @@ module test_pressures
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_equations, only: gather
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_term_sums, only: add_all_blocks
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_sparse_matrix, only: multiply
   use qsmpm_space, only: node_position
   use qsmpm_pressures, only: pressures_type
@@ -189,11 +190,11 @@ contains
     allocate (part(step%equations%count), x(step%equations%count), without(step%equations%count))
     call gather(step%equations, direction, x)
     call evaluate_step(model, step, displacement, tangent_consistent)
-    call complete_matrix(step, displacement)
+    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
     call multiply(step%matrix, x, part)
     call set_pressures(step, 0.0_wp)
     call evaluate_step(model, step, displacement, tangent_consistent)
-    call complete_matrix(step, displacement)
+    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
     call multiply(step%matrix, x, without)
     call set_pressures(step, pressure)
     part = part - without

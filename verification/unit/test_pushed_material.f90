@@ -61,6 +61,14 @@ contains
     call start_phase(model)
   end function begun
 
+  !> A share of the present phase is pushed.
+  subroutine push(model, share)
+    type(model_type), intent(inout) :: model
+    real(wp), intent(in) :: share
+
+    call note_push(model%mesh, model%analysis%phases(model%state%progress%phase), share, model%state%watched)
+  end subroutine push
+
   !> The lag is the mean over the faces; 4 % are nothing, 6 % are warned of, 21 % refused.
   subroutine check_lag(tests, model)
     type(tests_type), intent(inout) :: tests
@@ -69,7 +77,7 @@ contains
     type(error_type), allocatable :: error
 
     call tests%close('before the push there is no lag', lag_of(model%state%watched, 1), 0.0_wp, 0.0_wp)
-    call note_push(model, 0.1_wp)
+    call push(model, 0.1_wp)
     call follow([0.1_wp, 0.092_wp])
     call tests%close('the lag is that of the mean', lag_of(model%state%watched, 1), 0.04_wp, 1.0e-12_wp)
     call check_following(model, model%analysis%phases(1), warning, error)
@@ -98,15 +106,15 @@ contains
     type(model_type) :: model
 
     model = begun('top, Y, -1', '', 'top, Y, -2')
-    call note_push(model, 1.0_wp)
+    call push(model, 1.0_wp)
     model%state%watched%position(2, :) = 0.5_wp
     model%state%progress%phase = 2
     call start_phase(model)
     call tests%close('a push that goes on keeps its lag', lag_of(model%state%watched, 1), 0.5_wp, 1.0e-12_wp)
-    call note_push(model, 0.5_wp)
+    call push(model, 0.5_wp)
     call tests%close('and adds to it', lag_of(model%state%watched, 2), 0.75_wp, 1.0e-12_wp)
     model = begun('top, Y, -1', '', 'top, Y, 2')
-    call note_push(model, 1.0_wp)
+    call push(model, 1.0_wp)
     model%state%progress%phase = 2
     call start_phase(model)
     call tests%check('one that turns back is not watched', model%state%watched%count == 0)

@@ -3,8 +3,11 @@
 module test_step_length
   use qsmpm_analysis, only: controls_type
   use qsmpm_kinds, only: wp
-  use qsmpm_step_length, only: first_length, end_of_step, length_after_step, length_after_loss, is_too_short
-  use qsmpm_stepping, only: outcome_type
+  use qsmpm_limit_load, only: compliance_type, limit_load_type
+  use qsmpm_model, only: progress_type
+  use qsmpm_step_control, only: outcome_type
+  use qsmpm_step_length, only: first_length, end_of_step, below_rejected, length_after_step, length_after_rejection, &
+    is_too_short, cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use testing, only: tests_type
   implicit none
   private
@@ -27,6 +30,9 @@ contains
     call check_growth(tests)
     call check_error(tests)
     call check_cuts(tests)
+    call check_plan(tests)
+    call check_progress(tests)
+    call check_ends_of_phases(tests)
   end subroutine collect_step_length
 
   !> Where steps end.
@@ -104,24 +110,104 @@ contains
       rounding)
     outcome = outcome_type(too_long=.true.)
     outcome%step_error = 0.02_wp
-    call tests%close('a step too long is cut to what is allowed', length_after_loss(controls, 0.2_wp, outcome), 0.07_wp, &
+    call tests%close('a step too long is cut to what is allowed', length_after_rejection(controls, 0.2_wp, outcome), 0.07_wp, &
       rounding)
     outcome%step_error = 1.0_wp
-    call tests%close('but not below a fifth', length_after_loss(controls, 0.2_wp, outcome), 0.04_wp, rounding)
-    call tests%close('nor below the smallest step', length_after_loss(controls, 0.002_wp, outcome), 0.001_wp, rounding)
+    call tests%close('but not below a fifth', length_after_rejection(controls, 0.2_wp, outcome), 0.04_wp, rounding)
+    call tests%close('nor below the smallest step', length_after_rejection(controls, 0.002_wp, outcome), 0.001_wp, rounding)
   end subroutine check_error
 
   !> What a lost step is followed by.
   subroutine check_cuts(tests)
     type(tests_type), intent(inout) :: tests
 
-    call tests%close('a lost step is halved', length_after_loss(ten, 0.04_wp, outcome_type()), 0.02_wp, rounding)
-    call tests%close('or cut as a law asks', length_after_loss(ten, 0.04_wp, outcome_type(share=0.25_wp)), 0.01_wp, &
+    call tests%close('a lost step is halved', length_after_rejection(ten, 0.04_wp, outcome_type()), 0.02_wp, rounding)
+    call tests%close('or cut as a law asks', length_after_rejection(ten, 0.04_wp, outcome_type(share=0.25_wp)), 0.01_wp, &
       rounding)
-    call tests%close('by a tenth at least', length_after_loss(ten, 0.04_wp, outcome_type(share=0.99_wp)), 0.036_wp, &
+    call tests%close('by a tenth at least', length_after_rejection(ten, 0.04_wp, outcome_type(share=0.99_wp)), 0.036_wp, &
       rounding)
     call tests%check('the smallest step is tried', .not. is_too_short(ten, 0.001_wp))
     call tests%check('also a hair below', .not. is_too_short(ten, 0.001_wp*(1.0_wp - 1.0e-10_wp)))
     call tests%check('a smaller one is not', is_too_short(ten, 0.00099_wp))
   end subroutine check_cuts
+
+  !> Length and end of the next step, and where a limit load is found.
+  subroutine check_plan(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+    type(limit_load_type) :: limit
+    type(controls_type) :: controls
+    real(wp) :: length, last
+
+    call tests%close('a step ends where its length says', below_rejected(limit, 0.2_wp, 0.9_wp), 0.9_wp, 0.0_wp)
+    limit%refused = 0.8_wp
+    call tests%close('but halfway to a load that was rejected', below_rejected(limit, 0.4_wp, 0.8_wp), 0.6_wp, rounding)
+    call tests%close('or before it', below_rejected(limit, 0.4_wp, 0.5_wp), 0.5_wp, rounding)
+    call plan_step(ten, 1.0_wp, progress, length, last)
+    call tests%check('a phase begins with its first length', abs(length - 0.1_wp) <= rounding .and. &
+      abs(last - 0.1_wp) <= rounding .and. abs(progress%next_step - 0.1_wp) <= rounding)
+    progress%fraction = 0.3_wp
+    progress%next_step = 0.05_wp
+    call plan_step(ten, 0.32_wp, progress, length, last)
+    call tests%check('a host may end it before its length', abs(length - 0.05_wp) <= 0.0_wp .and. &
+      abs(last - 0.32_wp) <= 0.0_wp)
+    controls = ten
+    controls%limit_compliance = 10.0_wp
+    progress%limit = limit_load_type(first=1.0_wp, last=5.0_wp, middle=0.25_wp, refused=0.302_wp, &
+      refused_compliance=20.0_wp, refused_middle=0.301_wp)
+    call plan_step(controls, 1.0_wp, progress, length, last)
+    call tests%check('a load that was rejected is bisected down to the smallest step', abs(last - 0.301_wp) <= rounding &
+      .and. .not. phase_is_complete(progress))
+    progress%limit%refused = 0.3019_wp
+    call plan_step(controls, 1.0_wp, progress, length, last)
+    call tests%close('below it the limit load is found, at the knee', progress%limit%knee, 0.5_wp*(0.25_wp + 0.301_wp), &
+      rounding)
+    call tests%check('which ends the phase', phase_is_complete(progress))
+    progress%fraction = 0.9995_wp
+    progress%limit = limit_load_type(first=1.0_wp, last=5.0_wp, middle=0.95_wp)
+    call plan_step(controls, 1.0_wp, progress, length, last)
+    call tests%check('a rest of the phase below the smallest step is none without a rejected load', &
+      abs(last - 1.0_wp) <= 0.0_wp .and. .not. progress%limit%knee > 0.0_wp)
+  end subroutine check_plan
+
+  !> What an accepted and a rejected step leave in the progress.
+  subroutine check_progress(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+    type(compliance_type), parameter :: three = compliance_type(6.0_wp, 2.0_wp)
+
+    progress%fraction = 0.3_wp
+    progress%next_step = 0.25_wp
+    call cut_back(ten, three, 0.4_wp, outcome_type(), progress)
+    call tests%check('a step that ends on a multiple is cut back from the length it had', &
+      abs(progress%next_step - 0.05_wp) <= rounding .and. .not. progress%limit%refused > 0.0_wp)
+    call cut_back(ten, three, 0.4_wp, outcome_type(at_limit=.true.), progress)
+    call tests%check('one at the limit is remembered', abs(progress%limit%refused - 0.4_wp) + &
+      abs(progress%limit%refused_middle - 0.35_wp) + abs(progress%limit%refused_compliance - 3.0_wp) <= rounding)
+    progress%fraction = 0.35_wp
+    call go_on(ten, three, 0.3_wp, 0.05_wp, outcome_type(static_iterations=7), progress)
+    call tests%check('an accepted one is counted, and its like follows', progress%step == 1 .and. &
+      progress%phase_steps == 1 .and. abs(progress%next_step - 0.05_wp) <= rounding)
+    call tests%check('its compliance is that of the phase', abs(progress%limit%first - 3.0_wp) + &
+      abs(progress%limit%last - 3.0_wp) + abs(progress%limit%middle - 0.325_wp) <= rounding)
+  end subroutine check_progress
+
+  !> When a phase is at its end, and when it is given up.
+  subroutine check_ends_of_phases(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+
+    call tests%check('a phase is not complete before its load', .not. phase_is_complete(progress_type(fraction=1.0_wp &
+      - 1.0e-11_wp)))
+    call tests%check('but up to rounding', phase_is_complete(progress_type(fraction=1.0_wp - 1.0e-13_wp)))
+    progress%next_step = 0.001_wp
+    call tests%check('the smallest step is not given up', .not. is_given_up(ten, progress, outcome_type()))
+    call tests%check('unless none helps', is_given_up(ten, progress, outcome_type(unrecoverable=.true.)))
+    progress%next_step = 0.0005_wp
+    call tests%check('a smaller one is', is_given_up(ten, progress, outcome_type()))
+    progress%limit%refused = 0.5_wp
+    call tests%check('below a load rejected for its compliance the bisection goes on', &
+      .not. is_given_up(ten, progress, outcome_type()))
+    call tests%check('but not where none helps', is_given_up(ten, progress, outcome_type(unrecoverable=.true.)))
+  end subroutine check_ends_of_phases
 end module test_step_length

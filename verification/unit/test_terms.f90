@@ -18,10 +18,10 @@ module test_terms
   use qsmpm_model_window, only: restore
   use qsmpm_phase_start, only: start_phase
   use qsmpm_sparse_matrix, only: multiply
-  use qsmpm_step_evaluation, only: evaluate_step, complete_matrix
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, role_internal
-  use qsmpm_term_sums, only: begin_terms, set_loads, linear_forces, sum_forces
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads, linear_forces, sum_forces
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
   use spring_term, only: spring_type, new_spring, position_reached
@@ -71,7 +71,7 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the terms suite is broken'
     call start_phase(model)
-    call add_term(model, step, new_spring(model%state%points%count, along, stiffness, viscosity))
+    call add_term(model, step%terms, new_spring(model%state%points%count, along, stiffness, viscosity))
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'a step of the terms suite cannot be made'
     call begin_terms(step%terms, increment_type(moment_type(duration=0.25_wp, phase_time=2.0_wp), damping=30.0_wp))
@@ -131,7 +131,7 @@ contains
     allocate (x(step%equations%count), product(step%equations%count))
     call gather(step%equations, v, x)
     call evaluate_step(model, step, u, tangent_consistent)
-    call complete_matrix(step, u)
+    call add_all_blocks(step%terms, u, step%equations, step%matrix)
     call multiply(step%matrix, x, product)
     allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
     ! The springs of the support are the stiffest by far; what is left of the difference is little beside the weakest.

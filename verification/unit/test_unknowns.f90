@@ -104,7 +104,7 @@ contains
     call add_field(unknowns, 'scalar', 1, model%space%node_count)
     diffusion%name = 'flow of the scalar'
     diffusion%unknowns = unknowns
-    call add_term(model, both, diffusion)
+    call add_term(model, both%terms, diffusion)
     call initialise_both(model, both)
     allocate (u(2, all_nodes(unknowns)), source=0.0_wp)
     call prescribe_ends(model, unknowns, u)

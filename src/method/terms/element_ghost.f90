@@ -86,7 +86,6 @@ contains
 
   !> Penalty matrix of one face.
   subroutine face_penalty(mesh, face, volumes, factor, nodes, matrix)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell, local face, cell beyond, its local face.
     integer, intent(in) :: face(4)
@@ -109,11 +108,11 @@ contains
       places, weights)
     area = 0.0_wp
     do q = 1, size(weights)
-      call normal_at(places(:, q), normal, size_of_face)
+      call normal_at(mesh, face, places(:, q), normal, size_of_face)
       area = area + weights(q)*size_of_face
     end do
     do q = 1, size(weights)
-      call normal_at(places(:, q), normal, size_of_face)
+      call normal_at(mesh, face, places(:, q), normal, size_of_face)
       first_jump = 0.0_wp
       second_jump = 0.0_wp
       call add_jumps(mesh, face(1), places(:, q), normal, 1.0_wp, nodes, first_jump, second_jump, x)
@@ -126,22 +125,23 @@ contains
         end do
       end associate
     end do
-
-  contains
-
-    !> Unit normal and area per reference area.
-    subroutine normal_at(local, normal, size_of_face)
-      !> Local coordinates (dimension).
-      real(wp), intent(in) :: local(:)
-      real(wp), intent(out) :: normal(:), size_of_face
-
-      call face_area_vector(mesh%cell_kind(face(1)), face(2), local, &
-        mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(face(1)): &
-        mesh%cell_first(face(1) + 1) - 1)), normal)
-      size_of_face = norm2(normal)
-      normal = normal/size_of_face
-    end subroutine normal_at
   end subroutine face_penalty
+
+  !> Unit normal of a face, and its area per reference area.
+  subroutine normal_at(mesh, face, local, normal, size_of_face)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: face(4)
+    !> Local coordinates (dimension).
+    real(wp), intent(in) :: local(:)
+    real(wp), intent(out) :: normal(:), size_of_face
+
+    associate (c => face(1))
+      call face_area_vector(mesh%cell_kind(c), face(2), local, &
+        mesh%coordinates(:, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1)), normal)
+    end associate
+    size_of_face = norm2(normal)
+    normal = normal/size_of_face
+  end subroutine normal_at
 
   !> Add one side's normal derivatives of first and (quadratic elements) second order to the jumps.
   subroutine add_jumps(mesh, cell, local, normal, sign_of_side, nodes, first_jump, second_jump, x)

@@ -127,7 +127,7 @@ contains
     end do
   end subroutine sum_transient
 
-  !> Add the blocks that the evaluation has not added.
+  !> Add the blocks that the evaluation has not added; once, and only after one with a tangent.
   subroutine add_all_blocks(terms, displacement, equations, matrix)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).

@@ -156,7 +156,7 @@ class Map(unittest.TestCase):
             with self.subTest(case):
                 self.assertEqual(str(stated_error(log, kind)), str(float("nan") if stated is None else stated))
         self.assertTrue(warns_of_stress(line + "\n" + warning))
-        self.assertFalse(warns_of_stress(line + "\nwarning: step cut"))
+        self.assertFalse(warns_of_stress(line + "\nwarning: increment cut back"))
         (self.rows / "S01.toml").write_text(ROW.replace("good", 'states = "largest"\ngood'))
         test = load_rows(self.rows, self.folder, ["S1"])[1][0]
         for figure, told, stated, outcome in (

@@ -16,7 +16,7 @@ from qsmpm_verify.traces import hold_growth, jitter, knee, limit_load, log_lines
 
 LOG = """qsmpm
 constant load test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
-constant load test at load factor  1.000E+02: lost at re-solve 4 (no convergence)
+constant load test at load factor  1.000E+02: rejected at re-solve 4 (no convergence)
 """
 
 
@@ -70,7 +70,7 @@ class Traces(unittest.TestCase):
         self.assertAlmostEqual(hold_growth(self.folder, 30.0), 0.00932, places=12)
 
     def test_a_hold_test_lost_or_not_made_is_an_error(self) -> None:
-        with self.assertRaisesRegex(ResultError, "lost at re-solve 4"):
+        with self.assertRaisesRegex(ResultError, "rejected at re-solve 4"):
             hold_growth(self.folder, 100.0)
         with self.assertRaisesRegex(ResultError, "there are 30, 100"):
             hold_growth(self.folder, 50.0)

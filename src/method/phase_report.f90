@@ -1,0 +1,195 @@
+!> What the log says of the steps of a phase beside the steps themselves: warnings of the stabilisation, of material
+!> that a prescribed set leaves behind and of initial stresses, the active window, and why no equilibrium was found.
+!> Nothing here decides anything.
+module qsmpm_phase_report
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
+  use qsmpm_grid_window, only: window_type, cells_of, operator(==)
+  use qsmpm_initial_strength, only: count_beyond_strength
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_limit_load, only: relative_compliance
+  use qsmpm_locking_check, only: check_locking
+  use qsmpm_loose_pieces, only: describe_loose_pieces
+  use qsmpm_model, only: model_type
+  use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
+  use qsmpm_observer, only: observer_type
+  use qsmpm_step_control, only: outcome_type
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: phase_report_type, report_step, report_stabilisation, report_phase, warn_of_lag, &
+    warn_of_initial_strength, failure_text
+
+  !> A stabilisation that carries more than this is warned of, whatever the deck allows.
+  real(wp), parameter :: much = 5.0e-2_wp
+
+  !> What has been reported so far.
+  type :: phase_report_type
+    !> Warned that the material does not follow a set of the present phase.
+    logical :: lag_warned = .false.
+    !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
+    integer :: stiff_steps = 0
+    real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
+    !> Active window that the observer knows of.
+    type(window_type) :: window
+    !> What the rows of a moving mesh have done.
+    type(moving_mesh_check_type) :: rows
+  end type phase_report_type
+
+contains
+
+  !> What an accepted step shows of solver, mesh and cut bodies.
+  subroutine report_step(model, step, report, observer)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    if (allocated(step%system%note)) then
+      call observer%note(step%system%note)
+      deallocate (step%system%note)
+    end if
+    if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call report_window(model, report, observer)
+  end subroutine report_step
+
+  !> Report a change of the active window.
+  subroutine report_window(model, report, observer)
+    type(model_type), intent(in) :: model
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    associate (window => model%state%window, d => model%mesh%dimension)
+      if (report%window == window) return
+      report%window = window
+      call observer%note('active window rebuilt around the material: '//integer_text(product(cells_of(window)))// &
+        ' cells of the grid, from cell '//index_text(window%first(:d))//' to '//index_text(window%last(:d)))
+    end associate
+  end subroutine report_window
+
+  !> Warn of the first step of a phase in which the stabilisation carries much, and remember the worst.
+  subroutine report_stabilisation(load_factor, share, report, observer)
+    real(wp), intent(in) :: load_factor
+    !> Share of the stabilisation in the step.
+    real(wp), intent(in) :: share
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    if (.not. share > much) return
+    if (report%stiff_steps == 0) call observer%note('warning: the stabilisation carries '//percent_text(share)// &
+      ' of the forces at load factor '//factor_text(load_factor)//': the body is too stiff '// &
+      'by about as much; lower FACTOR of *METHOD or STABILISATION SHARE of *CONTROLS')
+    report%stiff_steps = report%stiff_steps + 1
+    if (.not. share > report%worst_share) return
+    report%worst_share = share
+    report%worst_load_factor = load_factor
+  end subroutine report_stabilisation
+
+  !> What a phase has to say of its results where it ends.
+  subroutine report_phase(model, cut, report, observer)
+    type(model_type), intent(in) :: model
+    type(cut_cell_check_type), intent(inout) :: cut
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
+      if (report%stiff_steps > 0) call observer%note("warning: phase '"//phase%name// &
+        "': the stabilisation carries more than "//percent_text(much)//' of the forces in '// &
+        integer_text(report%stiff_steps)//' of '//integer_text(progress%phase_steps)//' steps, '// &
+        percent_text(report%worst_share)//' at the most, at load factor '//factor_text(report%worst_load_factor))
+      report%stiff_steps = 0
+      report%worst_share = 0.0_wp
+      call end_cut_cell_check(phase%name, cut, observer)
+    end associate
+    call check_locking(model, observer)
+  end subroutine report_phase
+
+  !> Warn once in a phase of material that does not follow a prescribed set.
+  subroutine warn_of_lag(warning, report, observer)
+    !> Empty or unallocated for none.
+    character(len=:), allocatable, intent(in) :: warning
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+
+    if (.not. allocated(warning) .or. report%lag_warned) return
+    if (len(warning) == 0) return
+    call observer%note(warning)
+    report%lag_warned = .true.
+  end subroutine warn_of_lag
+
+  !> Warn of initial stresses that the soil cannot carry.
+  subroutine warn_of_initial_strength(model, observer)
+    type(model_type), intent(in) :: model
+    class(observer_type), intent(inout) :: observer
+    integer :: beyond
+
+    beyond = count_beyond_strength(model)
+    if (beyond > 0) call observer%note('warning: the initial stress of '//integer_text(beyond)//' of '// &
+      integer_text(model%state%points%count)//' material points lies beyond their strength; the first step '// &
+      'brings it back and moves them: change k0 of *INITIAL')
+  end subroutine warn_of_initial_strength
+
+  !> Why a phase ends without its load: pieces without support where there are any, else the residual of the last solve.
+  function failure_text(model, step, phase, outcome) result(message)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(in) :: step
+    type(phase_type), intent(in) :: phase
+    type(outcome_type), intent(in) :: outcome
+    character(len=:), allocatable :: message
+    character(len=200) :: text
+    character(len=:), allocatable :: loose
+
+    write (text, '(a,es13.6,a)') "': no equilibrium beyond load factor ", model%state%progress%load_factor, ': '
+    message = "phase '"//phase%name//trim(text)//' '//outcome%reason
+    call describe_loose_pieces(model, step, loose)
+    if (len(loose) > 0) then
+      message = message//'; '//loose
+    else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
+      ! Without a stress there is no residual, and none is named where equilibrium was found.
+      write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &
+        outcome%worst_label, ' at', outcome%worst_place(:model%mesh%dimension)
+      message = message//trim(text)
+    end if
+    if (phase%controls%limit_compliance > 0.0_wp) then
+      write (text, '(a,f0.1,a)') '; the last step was ', relative_compliance(model%state%progress%limit), &
+        ' times as compliant as the first one'
+      message = message//trim(text)
+    end if
+  end function failure_text
+
+  !> A share in percent.
+  pure function percent_text(share) result(text)
+    real(wp), intent(in) :: share
+    character(len=:), allocatable :: text
+    character(len=12) :: buffer
+
+    write (buffer, '(f8.1)') min(100.0_wp*share, 99999.0_wp)
+    text = trim(adjustl(buffer))//' %'
+  end function percent_text
+
+  !> A load factor.
+  pure function factor_text(load_factor) result(text)
+    real(wp), intent(in) :: load_factor
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+
+    write (buffer, '(es11.4)') load_factor
+    text = trim(adjustl(buffer))
+  end function factor_text
+
+  !> Indices in parentheses.
+  pure function index_text(indices) result(text)
+    integer, intent(in) :: indices(:)
+    character(len=:), allocatable :: text
+    integer :: a
+
+    text = '('//integer_text(indices(1))
+    do a = 2, size(indices)
+      text = text//', '//integer_text(indices(a))
+    end do
+    text = text//')'
+  end function index_text
+end module qsmpm_phase_report

@@ -1,0 +1,350 @@
+!> Step control: every rule by which a load step is accepted, damped, re-equilibrated, cut back or grown, and by which
+!> a phase ends. This file holds those of one step, qsmpm_step_length those of the next one's length. Done by them: a
+!> solve in qsmpm_load_step, a step in qsmpm_stepping, step after step in qsmpm_phases.
+!>
+!> ds: length of a step as a load fraction of the phase, ds_1 = 1/STEPS: that of the first one; d = MAX DISPLACEMENT
+!> times the size of a cell; C, C_1: compliance of a step and of the first one (qsmpm_limit_load); e: error of a step by
+!> its length (qsmpm_step_error). Capitals: *CONTROLS.
+!>
+!>   converged    eq. 27 holds; no node moves beyond d, in a damped sub-step 1.5 d; e <= STEP ERROR or ds the smallest
+!>   retried      once with the line search switched, where the iterations fail and nothing yields (retries_line_search)
+!>   damped       in sub-steps, where a static solve is rejected, ds <= ds_1 (0.3 ds_1 under prescribed displacements)
+!>                and nothing asks for a shorter step (may_be_damped); the damping alpha is |f_int|/(d |W|) at first,
+!>                x 4 after a sub-step that is rejected, x 1/2 after an easy one below d/2, x 1.5 after one beyond d;
+!>                a static solve once it carries less than DAMPING SHARE, if rejected again at a tenth of that share
+!>   re-equilibrated   at constant load while the stabilisation carries more than STABILISATION SHARE, MAX
+!>                REEQUILIBRATIONS times at the most; damped where that is rejected (must_equilibrate)
+!>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE, C <= LIMIT COMPLIANCE C_1
+!>                (judge_...); otherwise the step is rejected and the state before it restored
+!>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection)
+!>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
+!>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
+!>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up)
+!>   phase ends   with its whole load or its limit load (phase_is_complete)
+!>
+!> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
+!> qsmpm_initial_balance, qsmpm_usable_state).
+module qsmpm_step_control
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: controls_type, basis_fem, newton_full
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_not_converged, error_singular
+  use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
+  use qsmpm_model, only: model_type
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_term_share, only: step_share_type, share_named, load_share_named, drag_share, stabilisation_share
+  implicit none
+  private
+
+  public :: outcome_type, damping_type
+  public :: largest_move, static_attempt, substep_attempt, hold_attempt, hold_controls
+  public :: has_length_error, is_too_long, retries_line_search
+  public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
+  public :: must_equilibrate, lacks_support, reject, reject_solve
+  public :: is_balanced, judge_stabilisation, judge_compliance, exceeds
+
+  !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
+  real(wp), parameter :: substep_residual = 1.0e-3_wp
+  !> Factors on the damping; share of the damping at which a static solve is tried again; damping beyond help.
+  real(wp), parameter :: damping_on_failure = 4.0_wp, damping_shrinks = 0.5_wp, damping_grows = 1.5_wp
+  real(wp), parameter :: next_static = 0.1_wp, largest_damping = 1.0e12_wp
+  !> Share of the largest move below which the damping may shrink, and above which a sub-step is rejected.
+  real(wp), parameter :: small_move = 0.5_wp, large_move = 1.5_wp
+  !> Length in ds_1 above which a step is not damped. Under prescribed displacements a shorter step is the better help.
+  real(wp), parameter :: longest_damped = 1.0_wp + 1.0e-9_wp, longest_damped_prescribed = 0.3_wp
+  !> Re-equilibration near a limit load takes more iterations; its stabilisation is not weaker than this share.
+  integer, parameter :: more_in_holds = 3
+  real(wp), parameter :: weakest = 1.0e-6_wp
+  !> The smallest step is so up to this share of it: round-off.
+  real(wp), parameter :: same_length = 1.0e-9_wp
+
+  !> How a step has gone so far.
+  type :: outcome_type
+    logical :: accepted = .false.
+    !> The static step was taken, without damping; its iterations.
+    logical :: static = .false.
+    integer :: static_iterations = 0
+    !> A smaller step will not help.
+    logical :: unrecoverable = .false.
+    !> Why it is rejected: code, sentence, and figures of the solve where there are any.
+    integer :: cause = error_not_converged
+    character(len=:), allocatable :: reason
+    real(wp) :: out_of_balance = 0.0_wp
+    integer :: worst_label = 0
+    real(wp) :: worst_place(3) = 0.0_wp
+    !> Error by the length of the static step, and whether it was rejected for it.
+    real(wp) :: step_error = 0.0_wp
+    logical :: too_long = .false.
+    !> Rejected for its compliance.
+    logical :: at_limit = .false.
+    !> Share of the step that a law asks for; 0 for none.
+    real(wp) :: share = 0.0_wp
+    !> Warning of an accepted step; unallocated for none.
+    character(len=:), allocatable :: warning
+  end type outcome_type
+
+  !> Damping of the sub-steps of a step.
+  type :: damping_type
+    !> alpha, force per volume and displacement.
+    real(wp) :: value = 0.0_wp
+    !> Share of the load that it carried in the last sub-step that converged, and below which it is left out.
+    real(wp) :: share = huge(1.0_wp)
+    real(wp) :: quiet = 0.0_wp
+  end type damping_type
+
+contains
+
+  !> Largest move of a node in a static step, d; a carried mesh has no cells to cross.
+  pure real(wp) function largest_move(model, controls) result(move)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+
+    move = controls%largest_move*model%cell_size
+    if (model%analysis%method%basis == basis_fem) move = huge(move)
+  end function largest_move
+
+  !> A step without damping from load fraction `start` of the phase to `fraction`.
+  pure type(attempt_type) function static_attempt(controls, fraction, start, move) result(attempt)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction, start
+    !> d
+    real(wp), intent(in) :: move
+
+    attempt = attempt_type(fraction, controls%tolerance, largest_move=move, start=start)
+  end function static_attempt
+
+  !> The same at constant load, with the stabilisation of the re-equilibration of this number.
+  pure type(attempt_type) function hold_attempt(controls, fraction, start, move, number) result(attempt)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction, start, move
+    integer, intent(in) :: number
+
+    attempt = static_attempt(controls, fraction, start, move)
+    attempt%stabilisation = max(weakest, controls%hold_fade**number)
+  end function hold_attempt
+
+  !> Controls of a re-equilibration.
+  pure type(controls_type) function hold_controls(controls)
+    type(controls_type), intent(in) :: controls
+
+    hold_controls = controls
+    hold_controls%max_iterations = more_in_holds*controls%max_iterations
+  end function hold_controls
+
+  !> The next sub-step: a static solve once the damping carries little. Its residual is that of the deck only where the
+  !> damping is nearly gone.
+  pure type(attempt_type) function substep_attempt(controls, damping, fraction, start, move) result(attempt)
+    type(controls_type), intent(in) :: controls
+    type(damping_type), intent(in) :: damping
+    real(wp), intent(in) :: fraction, start, move
+
+    attempt = static_attempt(controls, fraction, start, move)
+    if (is_static(damping)) return
+    if (damping%share >= controls%drag_share) attempt%tolerance = max(controls%tolerance, substep_residual)
+    attempt%damping = damping%value
+    attempt%largest_move = large_move*move
+  end function substep_attempt
+
+  !> Whether the error by the length of a step is measured: that of a static one, where the deck bounds it.
+  pure logical function has_length_error(controls, attempt)
+    type(controls_type), intent(in) :: controls
+    type(attempt_type), intent(in) :: attempt
+
+    has_length_error = controls%step_error > 0.0_wp .and. .not. attempt%damping > 0.0_wp
+  end function has_length_error
+
+  !> Whether a step is longer than its error allows; the smallest one never is.
+  pure logical function is_too_long(controls, length, step_error)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: length, step_error
+
+    is_too_long = step_error > controls%step_error .and. &
+      length*controls%steps > controls%smallest_step*(1.0_wp + same_length)
+  end function is_too_long
+
+  !> Whether a solve that has failed is tried again with the line search switched. Where nothing yields, a slender body
+  !> that bends is far out of balance on Newton's way, and a search that wants the residual to fall makes it a long one.
+  pure logical function retries_line_search(controls, attempt, solution, plastic) result(retries)
+    type(controls_type), intent(in) :: controls
+    type(attempt_type), intent(in) :: attempt
+    type(solution_type), intent(in) :: solution
+    !> Whether the material points yield (points).
+    integer, intent(in) :: plastic(:)
+
+    retries = .not. solution%converged .and. controls%line_search .and. controls%newton == newton_full .and. &
+      .not. attempt%damping > 0.0_wp .and. solution%cause == error_not_converged .and. .not. solution%share > 0.0_wp
+    if (retries) retries = .not. any(plastic > 0)
+  end function retries_line_search
+
+  !> Whether a static solve has found a body without support: singular before any step.
+  pure logical function lacks_support(cause, steps_taken)
+    integer, intent(in) :: cause, steps_taken
+
+    lacks_support = cause == error_singular .and. steps_taken == 0
+  end function lacks_support
+
+  !> Whether sub-steps are asked for and possible: a carried mesh cannot move on in them.
+  pure logical function is_dampable(model, controls)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+
+    is_dampable = controls%proximal .and. model%analysis%method%basis /= basis_fem
+  end function is_dampable
+
+  !> Whether sub-steps may help a static step to this load fraction that was rejected.
+  pure logical function may_be_damped(model, controls, fraction, outcome)
+    type(model_type), intent(in) :: model
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: fraction
+    type(outcome_type), intent(in) :: outcome
+
+    may_be_damped = is_dampable(model, controls) .and. &
+      (fraction - model%state%progress%fraction)*controls%steps <= &
+      merge(longest_damped_prescribed, longest_damped, any(abs(model%loading%prescribed) > 0.0_wp)) .and. &
+      .not. (outcome%unrecoverable .or. outcome%too_long .or. outcome%at_limit .or. outcome%share > 0.0_wp)
+  end function may_be_damped
+
+  !> Damping of the first sub-step: that of the step before, or one that balances the whole load at the largest move.
+  pure type(damping_type) function first_damping(controls, before, force, lumped, move) result(damping)
+    type(controls_type), intent(in) :: controls
+    !> alpha of the step before, 0 for none.
+    real(wp), intent(in) :: before
+    !> Internal force (dimension, nodes), lumped volume of the nodes (nodes), d.
+    real(wp), intent(in) :: force(:, :), lumped(:), move
+
+    damping = damping_type(before, quiet=controls%drag_share)
+    if (.not. before > 0.0_wp) damping%value = norm2(force)/(move*max(norm2(lumped), tiny(move)))
+  end function first_damping
+
+  !> Whether the damping carries little enough to be left out.
+  pure logical function is_static(damping)
+    type(damping_type), intent(in) :: damping
+
+    is_static = damping%share < damping%quiet
+  end function is_static
+
+  !> Whether no damping helps: without a force there is nothing to damp, and beyond the largest nothing moves.
+  pure logical function is_beyond_help(damping)
+    type(damping_type), intent(in) :: damping
+
+    is_beyond_help = .not. (damping%value > 0.0_wp .and. damping%value <= largest_damping)
+  end function is_beyond_help
+
+  !> After a sub-step that was rejected.
+  pure subroutine damp_more(damping)
+    type(damping_type), intent(inout) :: damping
+
+    if (is_static(damping)) then
+      damping%quiet = next_static*damping%share
+    else
+      damping%value = damping_on_failure*damping%value
+    end if
+  end subroutine damp_more
+
+  !> After a sub-step that converged.
+  pure subroutine adapt_damping(controls, solution, move, damping)
+    type(controls_type), intent(in) :: controls
+    type(solution_type), intent(in) :: solution
+    real(wp), intent(in) :: move
+    type(damping_type), intent(inout) :: damping
+
+    damping%share = load_share_named(solution%shares, drag_share)
+    if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*move) then
+      damping%value = damping_shrinks*damping%value
+    else if (solution%largest_move > move) then
+      damping%value = damping_grows*damping%value
+    end if
+  end subroutine adapt_damping
+
+  !> Whether a residual is one of equilibrium; what is not a number is not.
+  pure logical function is_balanced(controls, residual)
+    type(controls_type), intent(in) :: controls
+    !> Out-of-balance without damping.
+    real(wp), intent(in) :: residual
+
+    is_balanced = residual <= controls%tolerance
+  end function is_balanced
+
+  !> Whether the stabilisation carries little.
+  pure logical function is_quiet(controls, shares)
+    type(controls_type), intent(in) :: controls
+    type(step_share_type), allocatable, intent(in) :: shares(:)
+
+    is_quiet = share_named(shares, stabilisation_share) <= controls%stabilisation_share
+  end function is_quiet
+
+  !> Whether a step needs another re-equilibration at constant load and may have it.
+  pure logical function must_equilibrate(controls, shares, taken)
+    type(controls_type), intent(in) :: controls
+    type(step_share_type), allocatable, intent(in) :: shares(:)
+    !> Re-equilibrations so far.
+    integer, intent(in) :: taken
+
+    must_equilibrate = .not. is_quiet(controls, shares) .and. taken < controls%max_holds
+  end function must_equilibrate
+
+  !> Reject a step whose stabilisation carries too much.
+  pure subroutine judge_stabilisation(controls, shares, outcome)
+    type(controls_type), intent(in) :: controls
+    type(step_share_type), allocatable, intent(in) :: shares(:)
+    type(outcome_type), intent(inout) :: outcome
+    character(len=120) :: text
+
+    if (is_quiet(controls, shares)) return
+    write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(shares, stabilisation_share), &
+      ' of the forces and re-equilibration does not bring it below ', controls%stabilisation_share
+    call reject(trim(text), outcome)
+  end subroutine judge_stabilisation
+
+  !> Reject a step that is more compliant than LIMIT COMPLIANCE allows.
+  pure subroutine judge_compliance(controls, step, limit, outcome)
+    type(controls_type), intent(in) :: controls
+    type(compliance_type), intent(in) :: step
+    type(limit_load_type), intent(in) :: limit
+    type(outcome_type), intent(inout) :: outcome
+    character(len=80) :: text
+
+    if (.not. exceeds(step, limit, controls%limit_compliance)) return
+    write (text, '(a,es9.2,a)') 'the step is more than', controls%limit_compliance, &
+      ' times as compliant as the first one'
+    call reject(trim(text), outcome)
+    outcome%at_limit = .true.
+  end subroutine judge_compliance
+
+  !> Whether a step is too compliant to be accepted.
+  pure logical function exceeds(step, limit, allowed)
+    type(compliance_type), intent(in) :: step
+    type(limit_load_type), intent(in) :: limit
+    !> LIMIT COMPLIANCE, 0 for none.
+    real(wp), intent(in) :: allowed
+
+    exceeds = allowed > 0.0_wp .and. limit%first > 0.0_wp .and. compliance_of(step) > allowed*limit%first
+  end function exceeds
+
+  !> Reject what a solve has not reached.
+  pure subroutine reject_solve(solution, outcome)
+    type(solution_type), intent(in) :: solution
+    type(outcome_type), intent(inout) :: outcome
+
+    outcome%accepted = .false.
+    outcome%cause = solution%cause
+    outcome%unrecoverable = solution%broken
+    outcome%reason = solution%reason
+    outcome%out_of_balance = solution%out_of_balance
+    outcome%worst_label = solution%worst_label
+    outcome%worst_place = solution%worst_place
+    outcome%share = solution%share
+  end subroutine reject_solve
+
+  !> Reject what was solved: there is no residual to name, and no law has asked for less.
+  pure subroutine reject(reason, outcome)
+    character(len=*), intent(in) :: reason
+    type(outcome_type), intent(inout) :: outcome
+
+    outcome%accepted = .false.
+    outcome%cause = error_not_converged
+    outcome%reason = reason
+    outcome%worst_label = 0
+    outcome%share = 0.0_wp
+  end subroutine reject
+end module qsmpm_step_control

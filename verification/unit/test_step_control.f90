@@ -1,0 +1,214 @@
+!> Rules of one step that the scripted steps of test_stepping do not reach one by one: when a solve is retried, when its
+!> length is judged, when sub-steps and re-equilibrations are asked for, and compliance. Figures are those of
+!> docs/methods/proximal.md and of *CONTROLS.
+module test_step_control
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+  use qsmpm_analysis, only: basis_fem, controls_type, newton_modified
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_not_converged, error_singular
+  use qsmpm_kinds, only: wp
+  use qsmpm_limit_load, only: compliance_type, limit_load_type
+  use qsmpm_model, only: model_type
+  use qsmpm_step_control, only: damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
+    has_length_error, hold_attempt, hold_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
+    judge_compliance, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, substep_attempt
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_term_share, only: drag_share, solve_share_type, stabilisation_share, step_share_type
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_step_control
+
+  real(wp), parameter :: rounding = 1.0e-15_wp
+  type(controls_type), parameter :: four = controls_type(steps=4, tolerance=1.0e-6_wp, smallest_step=0.01_wp, &
+    few_iterations=5)
+
+contains
+
+  !> All tests.
+  subroutine collect_step_control(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('step_control')
+    call check_attempts(tests)
+    call check_retries(tests)
+    call check_lengths(tests)
+    call check_damping(tests)
+    call check_equilibration(tests)
+    call check_compliance(tests)
+  end subroutine collect_step_control
+
+  !> What is asked for.
+  subroutine check_attempts(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(attempt_type) :: attempt
+    type(controls_type) :: controls
+
+    model%cell_size = 0.5_wp
+    call tests%close('a node may move by a share of a cell', largest_move(model, four), 0.25_wp, rounding)
+    call tests%check('sub-steps are asked for', is_dampable(model, four))
+    model%analysis%method%basis = basis_fem
+    call tests%check('a carried mesh has none to cross', largest_move(model, four) > 1.0e300_wp)
+    call tests%check('and is not damped', .not. is_dampable(model, four))
+    attempt = static_attempt(four, 0.5_wp, 0.25_wp, 0.1_wp)
+    call tests%check('a static step has no damping and the whole stabilisation', .not. attempt%damping > 0.0_wp .and. &
+      abs(attempt%stabilisation - 1.0_wp) <= 0.0_wp)
+    call tests%check('it goes from its start to its end', abs(attempt%fraction - 0.5_wp) + abs(attempt%start - 0.25_wp) &
+      <= 0.0_wp)
+    call tests%check('within the move and the tolerance', abs(attempt%largest_move - 0.1_wp) + &
+      abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
+    controls = four
+    controls%hold_fade = 0.5_wp
+    attempt = hold_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3)
+    call tests%close('the stabilisation fades from hold to hold', attempt%stabilisation, 0.125_wp, 0.0_wp)
+    controls = hold_controls(four)
+    call tests%check('a hold may take three times the iterations', controls%max_iterations == 3*four%max_iterations)
+    attempt = substep_attempt(four, damping_type(2.0_wp, 0.5_wp, 1.0e-3_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    call tests%check('a sub-step is damped, may move half as far again and be out of balance by 1e-3', &
+      abs(attempt%damping - 2.0_wp) + abs(attempt%largest_move - 0.15_wp) + abs(attempt%tolerance - 1.0e-3_wp) <= rounding)
+    attempt = substep_attempt(four, damping_type(2.0_wp, 0.9e-3_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    call tests%check('one whose damping is nearly gone is asked for the tolerance of the deck', attempt%damping > 0.0_wp &
+      .and. abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
+    attempt = substep_attempt(four, damping_type(2.0_wp, 0.9e-4_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    call tests%check('and a static solve follows', .not. attempt%damping > 0.0_wp .and. &
+      abs(attempt%largest_move - 0.1_wp) <= 0.0_wp)
+  end subroutine check_attempts
+
+  !> A solve that has failed is tried again with the line search switched.
+  subroutine check_retries(tests)
+    type(tests_type), intent(inout) :: tests
+    type(solution_type) :: solution
+    type(controls_type) :: controls
+    integer, parameter :: elastic(3) = 0, yields(3) = [0, 1, 0]
+
+    call tests%check('where nothing yields', retries_line_search(four, attempt_type(), solution, elastic))
+    call tests%check('not where a point does', .not. retries_line_search(four, attempt_type(), solution, yields))
+    call tests%check('not in a damped sub-step', .not. retries_line_search(four, attempt_type(damping=1.0_wp), solution, &
+      elastic))
+    controls = four
+    controls%line_search = .false.
+    call tests%check('not without one', .not. retries_line_search(controls, attempt_type(), solution, elastic))
+    controls = four
+    controls%newton = newton_modified
+    call tests%check('nor with a frozen matrix, which has none', .not. retries_line_search(controls, attempt_type(), &
+      solution, elastic))
+    solution%share = 0.5_wp
+    call tests%check('nor where a law asks for a shorter step', .not. retries_line_search(four, attempt_type(), solution, &
+      elastic))
+    solution%share = 0.0_wp
+    solution%cause = error_singular
+    call tests%check('nor where equations are singular', .not. retries_line_search(four, attempt_type(), solution, elastic))
+    solution%cause = error_not_converged
+    solution%converged = .true.
+    call tests%check('nor where it has converged', .not. retries_line_search(four, attempt_type(), solution, elastic))
+  end subroutine check_retries
+
+  !> The error of a step by its length, and a body without support.
+  subroutine check_lengths(tests)
+    type(tests_type), intent(inout) :: tests
+    type(controls_type) :: controls
+
+    controls = four
+    call tests%check('no error is measured that is not bounded', .not. has_length_error(controls, attempt_type()))
+    controls%step_error = 0.1_wp
+    call tests%check('that of a static step is', has_length_error(controls, attempt_type()))
+    call tests%check('that of a damped sub-step is not', .not. has_length_error(controls, attempt_type(damping=1.0_wp)))
+    call tests%check('an error at its bound is allowed', .not. is_too_long(controls, 0.1_wp, 0.1_wp))
+    call tests%check('one above is not', is_too_long(controls, 0.1_wp, 0.101_wp))
+    call tests%check('but for the smallest step', .not. is_too_long(controls, 0.0025_wp, 1.0_wp))
+    call tests%check('which a longer one is not', is_too_long(controls, 0.00251_wp, 1.0_wp))
+    call tests%check('singular equations before any step: no support', lacks_support(error_singular, 0))
+    call tests%check('later they are not', .not. lacks_support(error_singular, 1))
+    call tests%check('nor is another failure', .not. lacks_support(error_not_converged, 0))
+  end subroutine check_lengths
+
+  !> The damping of sub-steps.
+  subroutine check_damping(tests)
+    type(tests_type), intent(inout) :: tests
+    type(damping_type) :: damping
+    type(solution_type) :: solution
+    real(wp) :: force(2, 2)
+
+    force = 0.0_wp
+    force(:, 2) = [3.0_wp, 4.0_wp]
+    damping = first_damping(four, 0.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
+    call tests%close('the first damping balances the force at the largest move', damping%value, 5.0_wp, rounding)
+    call tests%close('it is left out below its share', damping%quiet, four%drag_share, 0.0_wp)
+    damping = first_damping(four, 7.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
+    call tests%close('or that of the step before', damping%value, 7.0_wp, 0.0_wp)
+    call tests%check('without a force no damping helps', is_beyond_help(damping_type(0.0_wp)))
+    call tests%check('nor beyond 1e12', is_beyond_help(damping_type(1.1e12_wp)) .and. &
+      .not. is_beyond_help(damping_type(1.0e12_wp)))
+    call damp_more(damping)
+    call tests%close('a rejected sub-step is damped four times as much', damping%value, 28.0_wp, rounding)
+    solution%shares = [solve_share_type(name=drag_share, load_share=5.0e-4_wp)]
+    solution%iterations = 5
+    solution%largest_move = 0.2_wp
+    call adapt_damping(four, solution, 0.5_wp, damping)
+    call tests%close('an easy and short one half as much', damping%value, 14.0_wp, rounding)
+    call tests%close('its share is remembered', damping%share, 5.0e-4_wp, 0.0_wp)
+    solution%largest_move = 0.5_wp
+    call adapt_damping(four, solution, 0.5_wp, damping)
+    call tests%close('one up to the largest move as much', damping%value, 14.0_wp, rounding)
+    solution%largest_move = 0.51_wp
+    call adapt_damping(four, solution, 0.5_wp, damping)
+    call tests%close('one beyond it half as much again', damping%value, 21.0_wp, rounding)
+    call damp_more(damping)
+    call tests%check('a rejected static solve leaves the damping and waits for a tenth of its share', &
+      abs(damping%value - 21.0_wp) <= rounding .and. abs(damping%quiet - 5.0e-5_wp) <= rounding)
+  end subroutine check_damping
+
+  !> Residual and stabilisation.
+  subroutine check_equilibration(tests)
+    type(tests_type), intent(inout) :: tests
+    type(step_share_type), allocatable :: shares(:)
+    type(controls_type) :: controls
+
+    call tests%check('a residual at the tolerance is balanced', is_balanced(four, 1.0e-6_wp))
+    call tests%check('one above is not', .not. is_balanced(four, 1.001e-6_wp))
+    controls = four
+    controls%stabilisation_share = 0.01_wp
+    controls%max_holds = 2
+    call tests%check('without stabilisation there is nothing to wait for', .not. must_equilibrate(controls, shares, 0))
+    allocate (shares(1))
+    shares(1)%name = stabilisation_share
+    shares(1)%share = 0.01_wp
+    call tests%check('nor with a share at its bound', .not. must_equilibrate(controls, shares, 0))
+    shares(1)%share = 0.011_wp
+    call tests%check('one above is brought down', must_equilibrate(controls, shares, 1))
+    call tests%check('as often as the deck allows', .not. must_equilibrate(controls, shares, 2))
+    call tests%put_off_traps()
+    shares(1)%share = ieee_value(1.0_wp, ieee_quiet_nan)
+    call tests%check('what is not a number is not little', must_equilibrate(controls, shares, 0) .and. &
+      .not. is_balanced(four, shares(1)%share))
+    call tests%trap_again()
+  end subroutine check_equilibration
+
+  !> Compliance of the step against that of the first one.
+  subroutine check_compliance(tests)
+    type(tests_type), intent(inout) :: tests
+    type(outcome_type) :: outcome
+    type(limit_load_type) :: limit
+    type(controls_type) :: controls
+
+    associate (five => compliance_type(10.0_wp, 2.0_wp), more => compliance_type(10.001_wp, 2.0_wp))
+      call tests%check('without a first step none is too compliant', .not. exceeds(five, limit, 10.0_wp))
+      limit%first = 0.5_wp
+      call tests%check('ten times the first one is allowed', .not. exceeds(five, limit, 10.0_wp))
+      call tests%check('more is not', exceeds(more, limit, 10.0_wp))
+      call tests%check('unless nothing is asked for', .not. exceeds(more, limit, 0.0_wp))
+      controls = four
+      controls%limit_compliance = 10.0_wp
+      outcome = outcome_type(accepted=.true., share=0.5_wp, worst_label=7)
+      call judge_compliance(controls, five, limit, outcome)
+      call tests%check('a step as compliant as that stays accepted', outcome%accepted .and. .not. outcome%at_limit)
+      call judge_compliance(controls, more, limit, outcome)
+      call tests%check('one more compliant is at the limit', outcome%at_limit .and. .not. outcome%accepted)
+      call tests%check('it has no residual to name and asks for no length', outcome%worst_label == 0 .and. &
+        .not. outcome%share > 0.0_wp .and. outcome%reason == &
+        'the step is more than 1.00E+01 times as compliant as the first one')
+    end associate
+  end subroutine check_compliance
+end module test_step_control
