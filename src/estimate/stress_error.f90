@@ -3,16 +3,18 @@
 !>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
 !>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
 !>   mismatch   t_i = |sigma*(x_i) n_i - t| / max(|t|, s(x_i)), its mean that of the surface where it is largest
+!>   reactions  |sum a_i sigma*(x_i) n_i - R| / max(|R|, sum a_i s(x_i)), of the held surface where it is largest
 !>
 !> sigma* is the smooth stress of qsmpm_smooth_stress and s the stress of the neighbourhood, nowhere less than a
 !> hundredth of the largest there is. Scatter is what the points of neighbouring cells do not agree on: cell crossing,
 !> cells cut by the outline, bands narrower than a cell. Its mean is weighted by where the error is: material around it
 !> whose stress is right changes nothing, however much of it there is. A stress that is off everywhere alike scatters
-!> nowhere, but it does not meet the traction at a loaded surface: that is the second measure. Limits beyond which a run
+!> nowhere, but it does not meet the traction at a loaded surface: that is the second measure; nor the reaction R of a
+!> surface that a support holds, by its resultant, since springs share it unevenly: the third. Limits beyond which a run
 !> warns, why the weights are these, and figures against true errors: docs/methods/stress_error.md.
 module qsmpm_stress_error
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: carrier_surface
+  use qsmpm_analysis, only: carrier_surface, support_none
   use qsmpm_element, only: element_order
   use qsmpm_model, only: model_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
@@ -40,7 +42,16 @@ module qsmpm_stress_error
     !> point, and that surface point (0: none is loaded).
     real(wp) :: surface_mean = 0.0_wp, surface_largest = 0.0_wp
     integer :: worst_surface = 0, worst_surface_point = 0
+    !> Largest mismatch of stress and reaction on a held surface, and that surface (0: none is held).
+    real(wp) :: reaction = 0.0_wp
+    integer :: worst_held = 0
   end type stress_error_type
+
+  !> Resultants on held surfaces: of the smooth stress, of loads and reactions (dimension, surfaces); the stress around
+  !> them times the area (surfaces).
+  type :: resultants_type
+    real(wp), allocatable :: stress(:, :), given(:, :), level(:)
+  end type resultants_type
 
 contains
 
@@ -52,6 +63,7 @@ contains
     type(stress_error_type), intent(out) :: estimate
     type(smooth_stress_type) :: smooth
     type(patches_type) :: patches
+    type(resultants_type) :: held
     integer, allocatable :: neighbour(:)
     real(wp), allocatable :: covered(:), mismatch(:)
     integer :: m, surfaces
@@ -63,15 +75,18 @@ contains
       call make_patches(model%mesh, points, patches)
       surfaces = 0
       if (model%state%surface%count > 0) surfaces = maxval(model%state%surface%surface)
-      allocate (covered(surfaces), mismatch(surfaces), source=0.0_wp)
+      allocate (covered(surfaces), mismatch(surfaces), held%level(surfaces), source=0.0_wp)
+      allocate (held%stress(model%mesh%dimension, surfaces), held%given(model%mesh%dimension, surfaces), source=0.0_wp)
       do m = 1, maxval(points%material)
         if (.not. any(points%material == m)) cycle
         call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, m, degree_of(model), smooth)
         call compare_points(model, smooth, estimate)
         call compare_surfaces(model, smooth, neighbour, estimate, mismatch, covered)
+        call add_resultants(model, smooth, neighbour, held)
       end do
       call sum_up(points%volume, estimate)
       call find_worst_surface(mismatch, covered, estimate)
+      call find_worst_held(held, estimate)
     end associate
   end subroutine estimate_stress_error
 
@@ -121,6 +136,22 @@ contains
     end do
   end subroutine find_worst_surface
 
+  !> The held surface whose stress meets its reaction worst.
+  pure subroutine find_worst_held(held, estimate)
+    type(resultants_type), intent(in) :: held
+    type(stress_error_type), intent(inout) :: estimate
+    real(wp) :: mismatch
+    integer :: s
+
+    do s = 1, size(held%level)
+      if (.not. held%level(s) > 0.0_wp) cycle
+      mismatch = norm2(held%stress(:, s) - held%given(:, s))/max(norm2(held%given(:, s)), held%level(s))
+      if (estimate%worst_held > 0 .and. mismatch <= estimate%reaction) cycle
+      estimate%worst_held = s
+      estimate%reaction = mismatch
+    end do
+  end subroutine find_worst_held
+
   !> Differences of the points of a material and the smooth stress.
   pure subroutine compare_points(model, smooth, estimate)
     !> The model.
@@ -142,7 +173,7 @@ contains
     end associate
   end subroutine compare_points
 
-  !> Material point next to each surface point of a loaded surface, 0 for those of surfaces without a load.
+  !> Material point next to each surface point of a loaded or held surface, 0 for those of others.
   subroutine find_neighbours(model, neighbour)
     !> The model.
     type(model_type), intent(in) :: model
@@ -157,10 +188,20 @@ contains
     call make_bins(model%state%points%position, bins)
     do i = 1, size(neighbour)
       call applied_traction(model, i, traction)
-      if (any(abs(traction) > 0.0_wp)) &
+      if (any(abs(traction) > 0.0_wp) .or. is_held(model, i)) &
         neighbour(i) = nearest_in_bins(bins, model%state%points%position, model%state%surface%position(:, i))
     end do
   end subroutine find_neighbours
+
+  !> Whether a support holds a surface point.
+  pure logical function is_held(model, i)
+    type(model_type), intent(in) :: model
+    !> The surface point.
+    integer, intent(in) :: i
+
+    is_held = allocated(model%loading%support)
+    if (is_held) is_held = model%loading%support(model%state%surface%surface(i)) /= support_none
+  end function is_held
 
   !> Traction at a surface point as the load stands, on its present area.
   pure subroutine applied_traction(model, i, traction)
@@ -192,7 +233,7 @@ contains
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
-    !> Material point next to each surface point, 0 for those without a load (surface points).
+    !> Material point next to each surface point, 0 for those without a load or support (surface points).
     integer, intent(in) :: neighbour(:)
     !> The estimate.
     type(stress_error_type), intent(inout) :: estimate
@@ -207,7 +248,7 @@ contains
       least = least_area*norm2(surface%area_vector)/sqrt(real(surface%count, wp))
       do i = 1, surface%count
         p = neighbour(i)
-        if (p == 0) cycle
+        if (p == 0 .or. is_held(model, i)) cycle
         area = norm2(surface%area_vector(:, i))
         if (points%material(p) /= smooth%material .or. area < least) cycle
         call smooth_stress_at(smooth, model%mesh, points%cell(p), points%local(:, p), surface%position(:, i), stress, &
@@ -223,11 +264,39 @@ contains
     end associate
   end subroutine compare_surfaces
 
+  !> Add what the smooth stress of a material, loads and supports do on held surfaces.
+  pure subroutine add_resultants(model, smooth, neighbour, held)
+    type(model_type), intent(in) :: model
+    !> Smooth stress of the material.
+    type(smooth_stress_type), intent(in) :: smooth
+    !> Material point next to each surface point (surface points).
+    integer, intent(in) :: neighbour(:)
+    type(resultants_type), intent(inout) :: held
+    real(wp) :: stress(size(model%state%points%stress, 1)), traction(model%mesh%dimension), level, area
+    integer :: i
+
+    associate (points => model%state%points, surface => model%state%surface)
+      do i = 1, surface%count
+        if (neighbour(i) == 0 .or. .not. is_held(model, i)) cycle
+        if (points%material(neighbour(i)) /= smooth%material) cycle
+        call smooth_stress_at(smooth, model%mesh, points%cell(neighbour(i)), points%local(:, neighbour(i)), &
+          surface%position(:, i), stress, level)
+        call applied_traction(model, i, traction)
+        area = norm2(surface%area_vector(:, i))
+        associate (s => surface%surface(i))
+          held%stress(:, s) = held%stress(:, s) + across(stress, surface%area_vector(:, i))
+          held%given(:, s) = held%given(:, s) + area*traction + surface%reaction(:, i)
+          held%level(s) = held%level(s) + area*level
+        end associate
+      end do
+    end associate
+  end subroutine add_resultants
+
   !> Stress vector on a plane.
   pure function across(stress, normal) result(vector)
     !> Components.
     real(wp), intent(in) :: stress(:)
-    !> Unit normal (dimension).
+    !> Unit normal, or area vector for the force (dimension).
     real(wp), intent(in) :: normal(:)
     real(wp) :: vector(size(normal))
 

@@ -44,6 +44,8 @@ module qsmpm_outlines
   real(wp), parameter :: lost = 0.1_wp
   !> Parts of an outline make up a surface when their area is that of its points to this share.
   real(wp), parameter :: same_area = 1.0e-6_wp
+  !> Share of the size of a cell within which an edge touches it: more than seeding takes for touching.
+  real(wp), parameter :: touching = 0.02_wp
   !> No division nearer to another one than so many tolerances of sets.
   real(wp), parameter :: apart = 4.0_wp
 
@@ -342,6 +344,8 @@ contains
     type(body_shape_type) :: shape
     type(carried_outline_type) :: loaded
     real(wp) :: vertices(model%mesh%dimension, outline%count)
+    real(wp), allocatable :: boxes(:, :)
+    integer, allocatable :: near(:)
     logical :: occupied(model%mesh%cell_count)
     integer :: c, i
 
@@ -356,13 +360,35 @@ contains
         [(i, i=1, size(parts))], list)
       return
     end if
+    call find_boxes(model%mesh, boxes)
     do i = 1, size(parts)
-      associate (ends => outline%corner(:, parts(i)))
-        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., &
-          [vertices(:, ends(1)), vertices(:, ends(2))], surface_degree(model), i, list)
+      associate (a => vertices(:, outline%corner(1, parts(i))), b => vertices(:, outline%corner(2, parts(i))))
+        near = pack([(c, c=1, size(occupied))], boxes(1, :) <= max(a(1), b(1)) .and. boxes(2, :) <= max(a(2), b(2)) &
+          .and. boxes(3, :) >= min(a(1), b(1)) .and. boxes(4, :) >= min(a(2), b(2)))
+        call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, .true., [a, b], &
+          surface_degree(model), i, list, near)
       end associate
     end do
   end subroutine seed_parts
+
+  !> Boxes around the cells of a plane mesh with what touches them: seeding looks at no other cell.
+  pure subroutine find_boxes(mesh, boxes)
+    type(mesh_type), intent(in) :: mesh
+    !> x and y of the lower corner, then of the upper one (4, cell_count).
+    real(wp), allocatable, intent(out) :: boxes(:, :)
+    real(wp) :: slack
+    integer :: c
+
+    allocate (boxes(4, mesh%cell_count))
+    do c = 1, mesh%cell_count
+      associate (nodes => mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))
+        boxes(:2, c) = [minval(mesh%coordinates(1, nodes)), minval(mesh%coordinates(2, nodes))]
+        boxes(3:, c) = [maxval(mesh%coordinates(1, nodes)), maxval(mesh%coordinates(2, nodes))]
+      end associate
+      slack = touching*maxval(boxes(3:, c) - boxes(:2, c))
+      boxes(:, c) = boxes(:, c) + slack*[-1, -1, 1, 1]
+    end do
+  end subroutine find_boxes
 
   !> Put seeds in the place of the points of their surfaces.
   subroutine replace_points(model, list, surface, stretch)

@@ -28,8 +28,9 @@ contains
     text = 'stress error, estimated: none, there is no stress'
     if (estimate%worst_point == 0) return
     text = 'stress error, estimated: mean '//percent(estimate%mean)//', '//worst_point_text(model, estimate)
-    if (estimate%worst_surface == 0) return
-    text = text//'; on loaded surface '//worst_surface_text(model, estimate)
+    if (estimate%worst_surface > 0) text = text//'; on loaded surface '//worst_surface_text(model, estimate)
+    if (estimate%worst_held > 0) text = text//"; off the reaction on held surface '"// &
+      model%analysis%surfaces(estimate%worst_held)%name//"' by "//percent(estimate%reaction)
   end function error_line
 
   !> What is to be said against the stresses; empty when nothing.

@@ -83,7 +83,7 @@ contains
 
   !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
   !> right-hand side of the segment.
-  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, degree, surface, list)
+  pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, degree, surface, list, cells)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
@@ -100,12 +100,18 @@ contains
     integer, intent(in) :: surface
     !> The seeds.
     type(seed_list_type), intent(inout) :: list
+    !> Cells that may hold parts of it, in rising order; all when absent.
+    integer, intent(in), optional :: cells(:)
     real(wp) :: piece(2), box(2, 2)
-    integer :: c, owner
+    integer :: c, k, owner, count
 
     box(:, 1) = min(segment(:2), segment(3:))
     box(:, 2) = max(segment(:2), segment(3:))
-    do c = 1, mesh%cell_count
+    count = mesh%cell_count
+    if (present(cells)) count = size(cells)
+    do k = 1, count
+      c = k
+      if (present(cells)) c = cells(k)
       if (is_far(corners_of(mesh, c), box)) cycle
       call piece_in_cell(mesh, occupied, follow, c, segment, piece, owner)
       if (owner > 0) call seed_piece(mesh, axisymmetric, owner, segment, piece, degree, surface, list)

@@ -4,7 +4,7 @@ module test_stress_error
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_error_report, only: error_line, error_warning
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, support_normal
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
@@ -49,6 +49,7 @@ contains
     call check_far_field(tests, -0.02_wp)
     call check_surface(tests)
     call check_words(tests)
+    call check_reaction(tests)
     call check_few_points(tests)
     call check_threads(tests)
     call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
@@ -263,6 +264,28 @@ contains
     call tests%check('three tenths of the traction are: '//warning, &
       index(warning, "warning: stresses are off the traction on surface 'top' mean 30 %") == 1)
   end subroutine check_words
+
+  !> A support holds the loaded top: its reaction, however its springs share it, and the load are what the stress must
+  !> carry in all; points of the surface are not looked at one by one.
+  subroutine check_reaction(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(stress_error_type) :: estimate
+
+    call build('QUAD4', 'STANDARD', '0, 0.93, 0, 0.81', model)
+    model%state%points%stress = 0.0_wp
+    model%state%points%stress(2, :) = -1.2_wp
+    model%loading%support = support_normal
+    model%state%surface%reaction(2, 2) = -0.5_wp*0.93_wp
+    call estimate_stress_error(model, estimate)
+    call tests%close('a stress of 1.2 for a load of 1 and a reaction of 0.5', estimate%reaction, 0.3_wp/1.5_wp, rounding)
+    call tests%check('the points of the surface are not compared', estimate%worst_surface == 0)
+    call tests%check('the line says so', index(error_line(model, estimate), &
+      "; off the reaction on held surface 'top' by 20 %") > 0)
+    model%state%surface%reaction(2, 2) = -0.2_wp*0.93_wp
+    call estimate_stress_error(model, estimate)
+    call tests%close('a stress that carries both', estimate%reaction, 0.0_wp, rounding)
+  end subroutine check_reaction
 
   !> A uniform stress that does not carry the load has no scatter and is found at the loaded surface.
   subroutine check_surface(tests)
