@@ -8,7 +8,8 @@ module qsmpm_card_check
   use qsmpm_cards, only: card_type, row_type, parameter_type
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_renamed_words, only: renamed_parameter, by_converter
-  use qsmpm_card_items, only: item_type, data_type, in_range, holds, kind_word, kind_integer, kind_real, kind_flag
+  use qsmpm_card_items, only: item_type, data_type, in_range, holds, value_text, kind_word, kind_integer, kind_real, &
+    kind_flag
   use qsmpm_keyword_table, only: keyword_type
   implicit none
   private
@@ -19,11 +20,9 @@ contains
 
   !> Check a card and fill in its defaults.
   subroutine check_card(entry, card, state)
-    !> Its entry in the table.
     type(keyword_type), intent(in) :: entry
     !> The card; it and its rows learn whether they are good.
     type(card_type), intent(inout) :: card
-    !> Gains the errors.
     type(deck_state_type), intent(inout) :: state
 
     call check_names(entry, card, state)
@@ -65,9 +64,7 @@ contains
 
   !> What is said of a parameter that the entry does not have.
   pure function unknown_parameter(keyword, name, known) result(sentence)
-    !> The keyword and the parameter.
     character(len=*), intent(in) :: keyword, name
-    !> Its parameters.
     type(string_type), intent(in) :: known(:)
     character(len=:), allocatable :: sentence
 
@@ -107,7 +104,7 @@ contains
         if (item%kind == kind_flag) then
           if (parameter%has_value) problem = item%name//' takes no value'
         else if (len(parameter%value) == 0) then
-          problem = item%name//' wants a value: '//item%name//'='//wanted(item)
+          problem = item%name//' wants a value: '//item%name//'='//value_text(item)
         else
           problem = value_problem(item, parameter%value)
         end if
@@ -118,28 +115,9 @@ contains
     end do
   end subroutine check_values
 
-  !> What stands for a value in a message.
-  pure function wanted(item) result(text)
-    type(item_type), intent(in) :: item
-    character(len=:), allocatable :: text
-
-    select case (item%kind)
-    case (kind_word)
-      text = item%allowed
-    case (kind_integer)
-      text = 'whole number'
-    case (kind_real)
-      text = 'number'
-    case default
-      text = 'name'
-    end select
-  end function wanted
-
   !> What is wrong with a value, empty when nothing is.
   pure function value_problem(item, value) result(problem)
-    !> What it should be.
     type(item_type), intent(in) :: item
-    !> The value as written.
     character(len=*), intent(in) :: value
     character(len=:), allocatable :: problem
     type(string_type), allocatable :: words(:)
@@ -291,7 +269,6 @@ contains
   subroutine check_row(lines, card, i, state)
     type(data_type), intent(in) :: lines
     type(card_type), intent(inout) :: card
-    !> Number of the line.
     integer, intent(in) :: i
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
@@ -382,7 +359,6 @@ contains
   !> Report an error of a data line.
   subroutine bad_row(card, i, state, sentence)
     type(card_type), intent(inout) :: card
-    !> Number of the line.
     integer, intent(in) :: i
     type(deck_state_type), intent(inout) :: state
     character(len=*), intent(in) :: sentence

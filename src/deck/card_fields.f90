@@ -184,8 +184,11 @@ contains
     call make_item(self, item, name, kind_real, sentence, none, range, needs, required)
     if (present(third)) item%third = third
     text = ''
-    if (in_range(value, item%range)) text = real_text(value)
-    if (present(none) .and. value >= huge(value)) text = none
+    if (present(none) .and. value >= huge(value)) then
+      text = none
+    else if (in_range(value, item%range)) then
+      text = real_text(value)
+    end if
     if (present(given)) then
       if (.not. given) text = ''
     end if

@@ -8,7 +8,7 @@ module qsmpm_card_items
   implicit none
   private
 
-  public :: item_type, data_type, append_item, append_data, in_range, holds
+  public :: item_type, data_type, append_item, append_data, value_text, in_range, holds
 
   !> What a value is.
   integer, parameter, public :: kind_word = 1, kind_name = 2, kind_file = 3, kind_integer = 4, kind_real = 5, &
@@ -78,6 +78,28 @@ contains
     longer(size(longer)) = data
     call move_alloc(longer, list)
   end subroutine append_data
+
+  !> What the value of a parameter may be.
+  pure function value_text(item) result(text)
+    type(item_type), intent(in) :: item
+    character(len=:), allocatable :: text
+
+    select case (item%kind)
+    case (kind_word)
+      text = item%allowed
+    case (kind_name)
+      text = 'name'
+    case (kind_file)
+      text = 'file'
+    case (kind_integer)
+      text = 'whole number'
+    case (kind_real)
+      text = 'number'
+    case default
+      text = ''
+    end select
+    if (item%kind /= kind_word .and. len(item%allowed) > 0) text = text//'|'//item%allowed
+  end function value_text
 
   !> Whether a number is in a range.
   pure logical function in_range(value, range)

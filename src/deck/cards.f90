@@ -46,8 +46,6 @@ module qsmpm_cards
     procedure :: has
     procedure :: value
     procedure :: word
-    procedure :: whole
-    procedure :: number
     procedure :: is_right
   end type card_type
 
@@ -56,9 +54,7 @@ contains
   !> Cut lines into cards.
   pure subroutine make_cards(lines, cards, messages)
     type(line_list_type), intent(in) :: lines
-    !> Its cards in order.
     type(card_type), allocatable, intent(inout) :: cards(:)
-    !> Gains the errors of lines that are no part of a card.
     type(message_list_type), intent(inout) :: messages
     integer :: i, c, last, starts
 
@@ -223,24 +219,6 @@ contains
 
     word = upper(squeezed(self%value(name)))
   end function word
-
-  !> Value of a parameter as a whole number, 0 when it is none.
-  pure integer function whole(self, name)
-    class(card_type), intent(in) :: self
-    character(len=*), intent(in) :: name
-    integer :: outcome
-
-    call read_integer(self%value(name), whole, outcome)
-  end function whole
-
-  !> Value of a parameter as a real, 0 when it is none.
-  pure real(wp) function number(self, name)
-    class(card_type), intent(in) :: self
-    character(len=*), intent(in) :: name
-    integer :: outcome
-
-    call read_real(self%value(name), number, outcome)
-  end function number
 
   !> Whether nothing is wrong in its data lines, and there are some.
   pure logical function is_right(self)

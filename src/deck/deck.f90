@@ -55,7 +55,6 @@ contains
   subroutine parse_deck(path, text, analysis, messages, error)
     !> Its path, for messages, the name of the job and the start of relative paths.
     character(len=*), intent(in) :: path
-    !> Its text.
     character(len=*), intent(in) :: text
     !> What it describes; not to be used when there is an error.
     type(analysis_type), intent(out) :: analysis
@@ -169,7 +168,6 @@ contains
 
   !> What is said of a keyword that the table does not have.
   pure function unknown_keyword(keyword, names) result(sentence)
-    !> The keyword, and those that there are.
     character(len=*), intent(in) :: keyword
     type(string_type), intent(in) :: names(:)
     character(len=:), allocatable :: sentence
@@ -185,7 +183,6 @@ contains
   !> Check one card and use it when it stands where it may.
   subroutine take_card(table, k, card, seen, state)
     type(table_type), intent(in) :: table
-    !> Number of its entry.
     integer, intent(in) :: k
     type(card_type), intent(inout) :: card
     !> Line of each keyword's last card in the deck, phase or material; 0 for none.
@@ -236,7 +233,6 @@ contains
   !> Whether there is no mesh yet, or one that grows by cards.
   pure logical function may_bring_mesh(keyword, kind)
     character(len=*), intent(in) :: keyword
-    !> Kind of the mesh there is.
     integer, intent(in) :: kind
 
     may_bring_mesh = kind == mesh_none .or. (kind == mesh_inline .and. (keyword == 'NODE' .or. keyword == 'ELEMENT'))

@@ -193,7 +193,6 @@ contains
   !> The element of a mesh whose element the deck tells allows the number.
   subroutine check_count(state, i)
     type(deck_state_type), intent(inout) :: state
-    !> Number of the request.
     integer, intent(in) :: i
     integer, allocatable :: counts(:)
     character(len=:), allocatable :: list

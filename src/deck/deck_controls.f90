@@ -1,7 +1,7 @@
 !> Cards of a phase that say how it is stepped: *CONTROLS, *CONSTANT LOAD TEST.
 module qsmpm_deck_controls
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: controls_type
+  use qsmpm_analysis, only: controls_type, phase_type
   use qsmpm_text, only: integer_text, real_text
   use qsmpm_cards, only: card_type, number_at
   use qsmpm_card_fields, only: card_fields_type
@@ -10,7 +10,7 @@ module qsmpm_deck_controls
   implicit none
   private
 
-  public :: add_control_keywords
+  public :: add_control_keywords, check_limit_compliance
 
 contains
 
@@ -32,6 +32,7 @@ contains
     type(deck_state_type), intent(inout) :: deck
 
     associate (controls => deck%analysis%phases(deck%phase)%controls)
+      call fields%line(controls%where)
       call step_fields(fields, controls)
       call equilibrium_fields(fields, controls)
     end associate
@@ -57,6 +58,8 @@ contains
     call fields%number('STEP ERROR', c%step_error, 'steps as long as this error allows: the share of stresses, or '// &
       'of displacements, by which a step differs from one walked in two halves; a phase then needs no more '// &
       'steps than that, STEPS says how long the first one is, and 0 leaves the steps as they are cut', range='[0, 1)')
+    call fields%number('LARGEST STEP', c%largest_step, 'largest step, as a share of the phase, to which STEP ERROR '// &
+      'lets steps grow; the first one is that of STEPS', range='(0, 1]')
     call fields%number('MAX DISPLACEMENT', c%largest_move, 'largest nodal displacement of a step in cell sizes', &
       range='(0, inf)')
   end subroutine step_fields
@@ -96,6 +99,45 @@ contains
         integer_text(c%many_iterations))
     end associate
   end subroutine check_controls
+
+  !> A limit load is one of forces: a phase that asks for it has some that grow.
+  subroutine check_limit_compliance(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    associate (phases => state%analysis%phases)
+      do p = 1, size(phases)
+        if (.not. phases(p)%controls%limit_compliance > 0.0_wp .or. phases(p)%gravity%given .or. &
+          size(phases(p)%tractions) > 0 .or. releases(phases, p)) cycle
+        call state%fault_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
+          phases(p)%name//"': no gravity, traction or pressure is given in it and nothing held is freed, and a "// &
+          'prescribed displacement has no compliance; leave it out, and watch *HISTORY, QUANTITY=REACTION')
+      end do
+    end associate
+  end subroutine check_limit_compliance
+
+  !> Whether a phase frees what an earlier one holds: the forces that held it act then.
+  pure logical function releases(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer :: p, i, k
+
+    releases = .false.
+    do p = 1, number - 1
+      do k = 1, size(phases(p)%fixities)
+        do i = 1, size(phases(number)%fixities)
+          if (phases(number)%fixities(i)%set == phases(p)%fixities(k)%set) releases = releases .or. &
+            any(phases(p)%fixities(k)%fixed .and. .not. phases(number)%fixities(i)%fixed)
+        end do
+      end do
+      do k = 1, size(phases(p)%supports)
+        do i = 1, size(phases(number)%supports)
+          if (phases(number)%supports(i)%surface == phases(p)%supports(k)%surface) releases = releases .or. &
+            phases(number)%supports(i)%kind < phases(p)%supports(k)%kind
+        end do
+      end do
+    end do
+  end function releases
 
   !> *CONSTANT LOAD TEST.
   subroutine constant_load_fields(fields, deck)

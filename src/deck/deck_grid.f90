@@ -107,9 +107,7 @@ contains
 
   !> The element belongs to models of this dimension.
   subroutine check_element_dimension(card, state)
-    !> Card of the mesh, whose element is known.
     type(card_type), intent(in) :: card
-    !> Gains the error.
     type(deck_state_type), intent(inout) :: state
     integer :: kind
 
@@ -218,10 +216,8 @@ contains
 
   !> Coordinates whose spacings grow by a constant factor; the ends are exact.
   pure subroutine graded(first, last, n, ratio, values)
-    !> Ends.
     real(wp), intent(in) :: first
     real(wp), intent(in) :: last
-    !> Number of intervals.
     integer, intent(in) :: n
     !> Last spacing over first spacing.
     real(wp), intent(in) :: ratio

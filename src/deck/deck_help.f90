@@ -2,7 +2,7 @@
 module qsmpm_deck_help
   use qsmpm_text, only: string_type, upper, squeezed
   use qsmpm_deck_state, only: did_you_mean
-  use qsmpm_card_items, only: item_type, data_type, kind_word, kind_name, kind_file, kind_integer, kind_real, kind_flag
+  use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
   use qsmpm_deck_reference_head, only: reference_head
@@ -52,7 +52,6 @@ contains
 
   !> All keywords, one a line, with what they are for.
   subroutine keyword_list_text(text)
-    !> The list.
     character(len=:), allocatable, intent(out) :: text
     !> Column at which the sentences begin.
     integer, parameter :: column = 24
@@ -70,7 +69,6 @@ contains
 
   !> The first sentence of several.
   pure function first_sentence(sentences) result(text)
-    !> Sentences.
     character(len=*), intent(in) :: sentences
     character(len=:), allocatable :: text
     integer :: stop_at
@@ -81,7 +79,6 @@ contains
 
   !> The whole deck reference as Markdown.
   subroutine deck_markdown(text)
-    !> The page.
     character(len=:), allocatable, intent(out) :: text
     type(table_type) :: table
     integer :: k
@@ -96,7 +93,6 @@ contains
 
   !> One keyword: what it is for, where it stands, parameters, data lines, example.
   pure function explanation(entry, bullet, quote) result(text)
-    !> The keyword.
     type(keyword_type), intent(in) :: entry
     !> Before each parameter.
     character(len=*), intent(in) :: bullet
@@ -173,28 +169,6 @@ contains
       item%default//quote
   end function item_text
 
-  !> What the value of a parameter may be.
-  pure function value_text(item) result(text)
-    type(item_type), intent(in) :: item
-    character(len=:), allocatable :: text
-
-    select case (item%kind)
-    case (kind_word)
-      text = item%allowed
-    case (kind_name)
-      text = 'name'
-    case (kind_file)
-      text = 'file'
-    case (kind_integer)
-      text = 'whole number'
-    case (kind_real)
-      text = 'number'
-    case default
-      text = ''
-    end select
-    if (item%kind /= kind_word .and. len(item%allowed) > 0) text = text//'|'//item%allowed
-  end function value_text
-
   !> Data lines of a keyword.
   pure function data_text(data, bullet, quote) result(text)
     type(data_type), intent(in) :: data
@@ -227,7 +201,6 @@ contains
 
   !> The example: indented on a terminal, fenced in the reference.
   pure function example_text(example, quote) result(text)
-    !> Lines of a deck.
     character(len=*), intent(in) :: example, quote
     character(len=:), allocatable :: text
     integer :: i

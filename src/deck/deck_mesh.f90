@@ -207,11 +207,9 @@ contains
 
   !> Labels of the last data lines of a list are not there before.
   subroutine check_unique(card, labels, what, state)
-    !> The card.
     type(card_type), intent(in) :: card
     !> All labels; those of the card at the end.
     integer, intent(in) :: labels(:)
-    !> Noun for the message.
     character(len=*), intent(in) :: what
     type(deck_state_type), intent(inout) :: state
     integer :: i, k
@@ -226,7 +224,6 @@ contains
 
   !> A mesh in the deck has nodes and elements, and every node of an element is there.
   subroutine check_inline_mesh(state)
-    !> The deck.
     type(deck_state_type), intent(inout) :: state
     integer :: e, k
 

@@ -185,7 +185,6 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: list
-    !> Noun for the message.
     character(len=*), intent(in) :: what
     character(len=:), allocatable :: name
     integer :: i, last

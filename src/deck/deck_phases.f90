@@ -126,12 +126,19 @@ contains
   subroutine fix_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    type(fixity_type), allocatable :: list(:)
+
+    call fix_rows(fields, deck%analysis%phases(deck%phase)%fixities, deck%dimension)
+  end subroutine fix_fields
+
+  !> Rows of the card.
+  subroutine fix_rows(fields, list, dimension)
+    class(card_fields_type), intent(inout) :: fields
+    type(fixity_type), allocatable, intent(inout) :: list(:)
+    integer, intent(in) :: dimension
     type(string_type), allocatable :: components(:)
     logical :: given
     integer :: i, n
 
-    call move_alloc(deck%analysis%phases(deck%phase)%fixities, list)
     n = size(list)
     given = n > 0
     call fields%given(given)
@@ -146,10 +153,9 @@ contains
       call fields%name('set', list(i)%set, 'node set')
       components = words_of(list(i))
       call fields%words('component', components, fix_words, 'components held; FREE frees all')
-      if (fields%reading) call hold(list(i), components, deck%dimension)
+      if (fields%reading) call hold(list(i), components, dimension)
     end do
-    call move_alloc(list, deck%analysis%phases(deck%phase)%fixities)
-  end subroutine fix_fields
+  end subroutine fix_rows
 
   !> Components that are held, as words.
   pure function words_of(fixity) result(words)
@@ -227,11 +233,17 @@ contains
   subroutine prescribe_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
-    type(prescription_type), allocatable :: list(:)
+
+    call prescribe_rows(fields, deck%analysis%phases(deck%phase)%prescriptions)
+  end subroutine prescribe_fields
+
+  !> Rows of the card.
+  subroutine prescribe_rows(fields, list)
+    class(card_fields_type), intent(inout) :: fields
+    type(prescription_type), allocatable, intent(inout) :: list(:)
     logical :: given
     integer :: i, n
 
-    call move_alloc(deck%analysis%phases(deck%phase)%prescriptions, list)
     n = size(list)
     given = n > 0
     call fields%given(given)
@@ -247,8 +259,7 @@ contains
       call fields%choice('component', list(i)%component, bar_list(axis_words), 'direction')
       call fields%number('value', list(i)%value, 'displacement per unit of load factor')
     end do
-    call move_alloc(list, deck%analysis%phases(deck%phase)%prescriptions)
-  end subroutine prescribe_fields
+  end subroutine prescribe_rows
 
   !> Each component of a set is prescribed once.
   subroutine check_prescriptions(card, state)

@@ -66,7 +66,6 @@ contains
   !> Where a stage was written.
   pure function stage_place(state, number) result(where)
     type(deck_state_type), intent(in) :: state
-    !> Number of the stage.
     integer, intent(in) :: number
     type(source_line_type) :: where
 
@@ -121,7 +120,6 @@ contains
   !> Read the table of a stage.
   subroutine read_table(state, number)
     type(deck_state_type), intent(inout) :: state
-    !> Number of the stage.
     integer, intent(in) :: number
     character(len=:), allocatable :: text
     type(error_type), allocatable :: error
@@ -152,7 +150,6 @@ contains
   !> What a stage leads can be led together in this kind of test.
   subroutine check_stage(state, number)
     type(deck_state_type), intent(inout) :: state
-    !> Number of the stage.
     integer, intent(in) :: number
     integer :: i, k
 
@@ -188,11 +185,9 @@ contains
 
   !> Whether a kind of test leads a quantity.
   pure logical function may_lead(kind, dimension, lead)
-    !> Kind of test.
     integer, intent(in) :: kind
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The quantity.
     integer, intent(in) :: lead
 
     select case (kind)
@@ -214,11 +209,8 @@ contains
 
   !> Whether targets of a strain leave a length.
   pure logical function in_reach(lead, strain, targets)
-    !> The quantity.
     integer, intent(in) :: lead
-    !> Measure of strain.
     integer, intent(in) :: strain
-    !> Its targets.
     real(wp), intent(in) :: targets(:)
 
     in_reach = .true.
@@ -234,7 +226,6 @@ contains
 
   !> What two quantities must not share: the component they lead.
   pure integer function place(lead)
-    !> The quantity.
     integer, intent(in) :: lead
 
     select case (lead)

@@ -23,7 +23,6 @@ contains
 
   !> Lines with newlines.
   pure function page(lines) result(text)
-    !> The lines.
     character(len=*), intent(in) :: lines(:)
     character(len=:), allocatable :: text
     integer :: i

@@ -10,6 +10,7 @@ module qsmpm_deck_references
   use qsmpm_material_traits, only: traits_of
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -22,7 +23,6 @@ contains
 
   !> All checks between cards.
   subroutine check_references(state)
-    !> The deck, complete.
     type(deck_state_type), intent(inout) :: state
 
     call check_point_deck(state)
@@ -39,6 +39,7 @@ contains
     call check_surfaces(state)
     call check_prescriptions(state)
     call check_starts(state)
+    call check_limit_compliance(state)
   end subroutine check_references
 
   !> What every deck must have.
@@ -91,13 +92,9 @@ contains
     type(deck_state_type), intent(inout) :: state
     !> The name; an empty one has been reported already.
     character(len=*), intent(in) :: name
-    !> Names there are.
     type(string_type), intent(in) :: names(:)
-    !> Where the name is used.
     type(source_line_type), intent(in) :: where
-    !> Keyword that uses it.
     character(len=*), intent(in) :: keyword
-    !> What it names.
     character(len=*), intent(in) :: what
     integer :: i
 
@@ -112,15 +109,10 @@ contains
   !> A set exists, unless it may still come from a mesh file.
   subroutine check_set(state, name, sets, where, keyword, what)
     type(deck_state_type), intent(inout) :: state
-    !> The name.
     character(len=*), intent(in) :: name
-    !> Sets there are.
     type(set_type), intent(in) :: sets(:)
-    !> Where the name is used.
     type(source_line_type), intent(in) :: where
-    !> Keyword that uses it.
     character(len=*), intent(in) :: keyword
-    !> What it names.
     character(len=*), intent(in) :: what
     type(string_type), allocatable :: names(:)
     integer :: i
@@ -156,7 +148,6 @@ contains
   !> A user's material has no other strength, and no start values without the material.
   subroutine check_user_material(state, material)
     type(deck_state_type), intent(inout) :: state
-    !> The material.
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
 
@@ -172,7 +163,6 @@ contains
   !> A material has one law, and a clay a stress to start from.
   subroutine check_law(state, material)
     type(deck_state_type), intent(inout) :: state
-    !> The material.
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
     logical :: elastic
@@ -254,7 +244,6 @@ contains
   !> The body of an outline exists and has one.
   subroutine check_outline(state, number)
     type(deck_state_type), intent(inout) :: state
-    !> Number of the surface.
     integer, intent(in) :: number
     type(string_type), allocatable :: names(:)
     integer :: i

@@ -71,9 +71,7 @@ contains
   !> Report an error of an item of the analysis.
   pure subroutine fault_from(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
-    !> Where the item was written.
     type(source_line_type), intent(in) :: where
-    !> Its keyword without the star.
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: sentence
 
@@ -83,9 +81,7 @@ contains
   !> Warn of an item of the analysis.
   pure subroutine warn(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
-    !> Where the item was written.
     type(source_line_type), intent(in) :: where
-    !> Its keyword without the star.
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: sentence
 
@@ -95,7 +91,6 @@ contains
   !> The place of an item: its first occurrence, for a file included twice.
   pure function place_of(self, where) result(place)
     type(deck_state_type), intent(in) :: self
-    !> Where the item was written.
     type(source_line_type), intent(in) :: where
     type(place_type) :: place
     integer :: i

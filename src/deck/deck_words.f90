@@ -58,7 +58,6 @@ contains
 
   !> Words with bars between them, as the keyword table wants them.
   pure function bar_list(words) result(text)
-    !> The words.
     character(len=*), intent(in) :: words(:)
     character(len=:), allocatable :: text
     integer :: i
@@ -71,9 +70,7 @@ contains
 
   !> Position of a word in a list from 1, 0 when it is not there.
   pure integer function position_of(word, words) result(position)
-    !> The word, as capitals.
     character(len=*), intent(in) :: word
-    !> The list.
     character(len=*), intent(in) :: words(:)
     integer :: i
 

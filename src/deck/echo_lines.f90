@@ -25,7 +25,6 @@ contains
   !> Write a line.
   pure subroutine line(self, text)
     class(echo_type), intent(inout) :: self
-    !> The line.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: longer
     integer :: needed

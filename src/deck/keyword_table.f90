@@ -11,7 +11,7 @@ module qsmpm_keyword_table
   implicit none
   private
 
-  public :: table_type, keyword_type, finish_interface
+  public :: table_type, keyword_type
 
   !> Where a card may stand.
   integer, parameter, public :: in_model = 1, in_material = 2, in_phase = 3, anywhere = 4

@@ -12,7 +12,7 @@ module qsmpm_deck_lines
   implicit none
   private
 
-  public :: line_type, line_list_type, read_lines, cut_lines, read_whole_file, unquoted
+  public :: line_type, line_list_type, cut_lines, read_whole_file, unquoted
 
   character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
@@ -45,31 +45,12 @@ module qsmpm_deck_lines
 
 contains
 
-  !> Read the lines of a deck.
-  subroutine read_lines(path, lines, messages, found)
-    !> Path of the deck.
-    character(len=*), intent(in) :: path
-    !> Its lines.
-    type(line_list_type), intent(out) :: lines
-    !> Gains the errors of includes and continuations.
-    type(message_list_type), intent(inout) :: messages
-    !> False when the deck itself cannot be read.
-    logical, intent(out) :: found
-    character(len=:), allocatable :: text
-
-    call read_whole_file(path, text, found)
-    if (found) call cut_lines(path, text, lines, messages)
-  end subroutine read_lines
-
   !> The lines of a deck that is at hand as text.
   subroutine cut_lines(path, text, lines, messages)
     !> Path of the deck, for messages and as the start of relative paths.
     character(len=*), intent(in) :: path
-    !> Its text.
     character(len=*), intent(in) :: text
-    !> Its lines.
     type(line_list_type), intent(out) :: lines
-    !> Gains the errors of includes and continuations.
     type(message_list_type), intent(inout) :: messages
 
     allocate (lines%items(64), lines%open(deepest))
@@ -84,11 +65,9 @@ contains
   !> Cut one file, and the files it includes.
   recursive subroutine cut_file(lines, path, chain, text, messages)
     type(line_list_type), intent(inout) :: lines
-    !> Path of the file.
     character(len=*), intent(in) :: path
     !> How it came into the deck.
     character(len=*), intent(in) :: chain
-    !> Its text.
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
     type(place_type) :: place
@@ -115,7 +94,6 @@ contains
 
   !> A line without the carriage return of CRLF.
   pure function without_return(text) result(line)
-    !> Bytes of the line.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: line
 
@@ -129,7 +107,6 @@ contains
   !> Take one line: skip, include, join or append.
   recursive subroutine take_line(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
-    !> Where it was written.
     type(place_type), intent(in) :: place
     !> The line, stripped.
     character(len=*), intent(in) :: text
@@ -158,7 +135,6 @@ contains
 
   !> Length of the longest item of a line.
   pure integer function longest_between_commas(text) result(longest)
-    !> The line.
     character(len=*), intent(in) :: text
     integer :: i, before
 
@@ -175,7 +151,6 @@ contains
 
   !> Keyword of a keyword line, as capitals without its star.
   pure function keyword_of(text) result(keyword)
-    !> The line.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: keyword
 
@@ -185,7 +160,6 @@ contains
   !> A continuation that does not come; its comma goes.
   subroutine end_continuation(lines, what, messages)
     type(line_list_type), intent(inout) :: lines
-    !> What comes instead.
     character(len=*), intent(in) :: what
     type(message_list_type), intent(inout) :: messages
 
@@ -200,9 +174,7 @@ contains
   !> Read an included file in place of its card.
   recursive subroutine include_file(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
-    !> Where the card was written.
     type(place_type), intent(in) :: place
-    !> The card.
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
@@ -272,9 +244,7 @@ contains
   !> Append a line.
   pure subroutine append(lines, place, text)
     type(line_list_type), intent(inout) :: lines
-    !> Where it was written.
     type(place_type), intent(in) :: place
-    !> The line.
     character(len=*), intent(in) :: text
     type(line_type), allocatable :: longer(:)
     integer :: i
@@ -297,9 +267,7 @@ contains
 
   !> Read a file as bytes.
   subroutine read_whole_file(path, text, found)
-    !> The file.
     character(len=*), intent(in) :: path
-    !> All of it.
     character(len=:), allocatable, intent(out) :: text
     !> False when it cannot be read.
     logical, intent(out) :: found
@@ -322,7 +290,6 @@ contains
 
   !> A value without the double quotes around it.
   pure function unquoted(value) result(inner)
-    !> The value.
     character(len=*), intent(in) :: value
     character(len=:), allocatable :: inner
     integer :: n

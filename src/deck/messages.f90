@@ -6,7 +6,7 @@ module qsmpm_messages
   implicit none
   private
 
-  public :: message_type, message_list_type, place_type, message_text
+  public :: message_list_type, place_type, message_text
 
   integer, parameter, public :: severity_warning = 1, severity_error = 2
 
@@ -46,11 +46,9 @@ contains
     class(message_list_type), intent(inout) :: self
     !> severity_warning or severity_error.
     integer, intent(in) :: severity
-    !> The line it is about.
     type(place_type), intent(in) :: place
     !> Keyword without its star, empty when there is none.
     character(len=*), intent(in) :: keyword
-    !> The sentence.
     character(len=*), intent(in) :: sentence
     character(len=:), allocatable :: text
 
@@ -102,7 +100,6 @@ contains
   pure subroutine move_item(from, to)
     !> Left without text.
     type(message_type), intent(inout) :: from
-    !> Takes it.
     type(message_type), intent(inout) :: to
 
     to%severity = from%severity
@@ -120,7 +117,6 @@ contains
 
   !> All sentences, one a line.
   pure function message_text(messages) result(text)
-    !> What the reader had to say.
     type(message_list_type), intent(in) :: messages
     !> Empty when it had nothing to say.
     character(len=:), allocatable :: text

@@ -93,7 +93,7 @@ contains
 
     next = length
     if (outcome%static_iterations <= controls%few_iterations) next = min(first_length(controls), 2.0_wp*length)
-    if (controls%step_error > 0.0_wp .and. outcome%static) next = min(1.0_wp, &
+    if (controls%step_error > 0.0_wp .and. outcome%static) next = min(controls%largest_step, &
       length*length_ratio(outcome%step_error, controls%step_error))
     if (outcome%static_iterations > controls%many_iterations) next = min(0.5_wp*length, next)
     next = max(next, smallest_length(controls))

@@ -246,6 +246,7 @@ module qsmpm_analysis
 
   !> Step control and stopping rules of a phase.
   type :: controls_type
+    type(source_line_type) :: where
     !> Load steps the phase is first cut into.
     integer :: steps = 10
     integer :: newton = newton_full
@@ -261,6 +262,8 @@ module qsmpm_analysis
     !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
     !> steps as they are cut.
     real(wp) :: step_error = 0.0_wp
+    !> Largest step as a share of the phase.
+    real(wp) :: largest_step = 1.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
     !> Share of the load that stabilisation may carry; a step is held until it is below.

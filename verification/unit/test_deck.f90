@@ -215,6 +215,8 @@ contains
     call silent(block//'*PHASE, NAME=two|*CONSTANT LOAD TEST, REPEATS=2| 1|*END PHASE|')
     call warned('', ' 0, -1|', ' 0, 1|', 'GRAVITY', 'gravity points upwards: it is the vector of the force, 0, -1 for weight')
     call silent(changed(joined(block), ' 0, -1|', ' 1, 0|'))
+    call silent(block//'*PHASE, NAME=two|*FIX| base, X|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
+    call silent(block//'*PHASE, NAME=two|*GRAVITY| 0, -2|*CONTROLS, LIMIT COMPLIANCE=10|*END PHASE|')
     call warned('', '45, 0, 1|', '45, 0, 1.01|', 'MOHR COULOMB', &
       'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
     call warned('', 'SCALE=-1', 'SCALE=0', 'HISTORY', "SCALE=0: the column 'u' will be zero throughout")
@@ -261,6 +263,11 @@ contains
       "d/test.inp:18: *CONTROLS: unknown parameter 'TOLERENCE' (did you mean TOLERANCE?)")
     call expect(tests, 'an unknown keyword is told', with_line('*GRAVTIY', '*END'), &
       'd/test.inp:18: *GRAVTIY: unknown keyword (did you mean GRAVITY?)')
+    call expect(tests, 'a limit load of displacements is told, also where what is held is held again', &
+      with_line('*END PHASE|*PHASE, NAME=two|*FIX| base, ALL|*CONTROLS, LIMIT COMPLIANCE=9', &
+      '*END'), "d/test.inp:22: *CONTROLS: LIMIT COMPLIANCE never ends phase 'two': no gravity, traction or "// &
+      'pressure is given in it and nothing held is freed, and a prescribed displacement has no compliance; '// &
+      'leave it out, and watch *HISTORY, QUANTITY=REACTION')
     call expect(tests, 'a value out of its range is told', with_line('*CONTROLS, STEPS=0', &
       '*END'), 'd/test.inp:18: *CONTROLS: STEPS = 0 is outside [1, 1000000]')
     call expect(tests, 'a second card is told', with_line('*GRAVITY| 0, -2', '*END'), &

@@ -96,6 +96,9 @@ contains
     call tests%close('none lets it grow twice as long, beyond the first length', length_after_step(controls, 0.2_wp, &
       outcome), 0.4_wp, rounding)
     call tests%close('but not beyond the phase', length_after_step(controls, 0.7_wp, outcome), 1.0_wp, rounding)
+    controls%largest_step = 0.3_wp
+    call tests%close('nor beyond the largest step', length_after_step(controls, 0.2_wp, outcome), 0.3_wp, rounding)
+    controls%largest_step = 1.0_wp
     outcome%step_error = 0.0_wp
     call tests%close('no error at all does the same', length_after_step(controls, 0.2_wp, outcome), 0.4_wp, rounding)
     outcome%static_iterations = 13
