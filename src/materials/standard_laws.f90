@@ -14,8 +14,9 @@ contains
 
   !> All of them, with their default parameters.
   subroutine standard_laws(laws)
-    type(law_parameters_slot_type), allocatable, intent(out) :: laws(:)
+    type(law_parameters_slot_type), allocatable, intent(inout) :: laws(:)
 
+    if (allocated(laws)) deallocate (laws)
     allocate (laws(0))
     call add(laws, cam_clay_parameters_type())
     call add(laws, hardening_soil_parameters_type())
