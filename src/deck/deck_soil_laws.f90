@@ -42,7 +42,7 @@ contains
       if (allocated(material%soil_law)) then
         other = material%soil_law%describe()
         given = other%keyword == fields%keyword
-        if (fields%reading) call deck%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+        if (fields%reading) call deck%error_from(material%where, 'MATERIAL', "material '"//material%name// &
           "' has more than one law: *"//other%keyword//' and *'//fields%keyword)
       end if
       if (given) then
@@ -80,6 +80,6 @@ contains
 
     if (.not. card%is_right()) return
     call state%analysis%materials(state%material)%soil_law%make_model(model, error)
-    if (allocated(error)) call state%fault_at(card, card%rows(1), error%message)
+    if (allocated(error)) call state%error_at(card, card%rows(1), error%message)
   end subroutine check_soil_law
 end module qsmpm_deck_soil_laws

@@ -24,7 +24,6 @@ contains
     integer, intent(in) :: degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
@@ -54,7 +53,6 @@ contains
     integer, intent(in) :: kind
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)

@@ -20,7 +20,7 @@ module qsmpm_jaumann_plane
   public :: update_plane
 
   !> A step of a point up to its trial. Nothing is set before: hot loops pay for that.
-  type :: step_type
+  type :: stress_step_type
     !> Whether the stress turns before and after the strain increment.
     logical :: turns
     !> Whether the rate is that of J sigma, with the terms -sigma tr d(eps).
@@ -36,7 +36,7 @@ module qsmpm_jaumann_plane
     real(wp) :: lame, shear
     !> Stress or elastic strain at the start after the first half rotation, and trial: mean, half difference, shear, 33.
     real(wp) :: start(4), trial(4)
-  end type step_type
+  end type stress_step_type
 
 contains
 
@@ -75,7 +75,7 @@ contains
     real(wp), intent(inout), optional :: a(5, 5, n)
     integer, intent(inout) :: status(n), plastic(n)
     character(len=:), allocatable, intent(inout) :: message
-    type(step_type) :: step
+    type(stress_step_type) :: step
     type(stress_update_type) :: result
     real(wp) :: end(4), map(4, 4), lame, shear, modulus, width, value(3), c, s, turn(4)
     logical :: principal, paper, cauchy
@@ -153,7 +153,7 @@ contains
     real(wp), intent(in) :: stress(4)
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
-    type(step_type), intent(out) :: step
+    type(stress_step_type), intent(out) :: step
     !> status_ok, or why there is none.
     integer, intent(out) :: status
     real(wp) :: g(5), start(4), det
@@ -185,7 +185,7 @@ contains
     real(wp), intent(in) :: g(5)
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
-    type(step_type), intent(inout) :: step
+    type(stress_step_type), intent(inout) :: step
     real(wp) :: spin, trial(4)
 
     step%turns = .false.
@@ -212,7 +212,7 @@ contains
     real(wp), intent(in) :: u(5)
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
-    type(step_type), intent(inout) :: step
+    type(stress_step_type), intent(inout) :: step
     !> status_cut when the mid configuration is turned inside out or compressed to nothing.
     integer, intent(inout) :: status
     real(wp) :: g(5), half(4), det, trace, c
@@ -244,7 +244,7 @@ contains
 
   !> What the symmetric part of a gradient adds to the trial: the stress of linear elasticity, or the strain.
   pure function elastic_change(step, g) result(stress)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Displacement gradient, packed.
     real(wp), intent(in) :: g(5)
     real(wp) :: stress(4)
@@ -257,7 +257,7 @@ contains
 
   !> A tensor after a half rotation.
   pure function turned(step, a) result(b)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> The tensor.
     real(wp), intent(in) :: a(4)
     real(wp) :: b(4)
@@ -288,14 +288,13 @@ contains
 
   !> Change of the stress with mean, half difference, shear and spin of dG, and dG_33.
   pure subroutine stress_change(step, principal, map, stress, change)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial.
     real(wp), intent(in) :: map(4, 4)
     !> Stress at the end.
     real(wp), intent(in) :: stress(4)
-    !> The change.
     real(wp), intent(out) :: change(4, 5)
     real(wp) :: start(4), volume(4), scale, lame, shear
     integer :: j
@@ -325,7 +324,7 @@ contains
 
   !> A = dQ/dF of a point.
   pure subroutine point_tangent(step, principal, map, stress, f, a)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial.
@@ -355,7 +354,7 @@ contains
 
   !> R mid and mid R^T.
   pure subroutine mid_factors(step, left, right)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> R mid.
     real(wp), intent(out) :: left(2, 2)
     !> mid R^T.

@@ -26,7 +26,7 @@ module qsmpm_logarithmic_plane
   public :: update_plane
 
   !> A point between its trial and its tangent.
-  type :: trial_type
+  type :: plane_trial_type
     !> Mean, half difference and shear of the plane block of b; y of above.
     real(wp) :: m, h, o, y
     !> g, and (g - 1)/y.
@@ -39,7 +39,7 @@ module qsmpm_logarithmic_plane
     real(wp) :: block, det, scale
     !> Kirchhoff stress over the stress of the model: 1, or det(F).
     real(wp) :: jacobian
-  end type trial_type
+  end type plane_trial_type
 
 contains
 
@@ -86,7 +86,7 @@ contains
     real(wp), intent(inout), optional :: a(5, 5, n)
     integer, intent(inout) :: status(n), plastic(n)
     character(len=:), allocatable, intent(inout) :: message
-    type(trial_type) :: trial
+    type(plane_trial_type) :: trial
     type(stress_update_type) :: result
     real(wp) :: tau(4), k(4, 4), lame, shear, width, value(3), c, s
     integer :: p
@@ -144,7 +144,7 @@ contains
     real(wp), intent(inout), optional :: a(5, 5, n)
     integer, intent(inout) :: status(n), plastic(n)
     character(len=:), allocatable, intent(inout) :: message
-    type(trial_type) :: trial
+    type(plane_trial_type) :: trial
     type(stress_update_type) :: result
     real(wp) :: start(4), part(2), b(4), tau(4), modulus, width, value(3), c, s
     integer :: p
@@ -177,7 +177,7 @@ contains
     real(wp), intent(in) :: modulus, share
     !> Principal trial strains or stresses, cosine and sine of twice the angle of the first direction.
     real(wp), intent(in) :: value(3), c, s
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     type(stress_update_type), intent(inout) :: result
     !> Incremental deformation gradient, packed.
     real(wp), intent(in) :: f(5)
@@ -203,7 +203,7 @@ contains
     real(wp), intent(in) :: part(2)
     !> J_n.
     real(wp), intent(in) :: volume_ratio
-    type(trial_type), intent(out) :: trial
+    type(plane_trial_type), intent(out) :: trial
     !> b over the same factors, in stress order.
     real(wp), intent(out) :: b(4)
     !> status_ok, or why there is none.
@@ -277,7 +277,7 @@ contains
   pure subroutine set_artanh(log_det, trial)
     !> ln of the determinant of the plane block of b.
     real(wp), intent(in) :: log_det
-    type(trial_type), intent(inout) :: trial
+    type(plane_trial_type), intent(inout) :: trial
     real(wp) :: x
 
     trial%y = (trial%h*trial%h + trial%o*trial%o)/(trial%m*trial%m)
@@ -335,7 +335,7 @@ contains
 
   !> K of a point in the frame of the principal directions, then turned; and the stress that goes with it.
   pure subroutine principal_stiffness(trial, hookean, result, c, s, tau, k)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     !> Whether the model is Hookean.
     logical, intent(in) :: hookean
     !> Stress and derivatives in principal values.
@@ -364,7 +364,7 @@ contains
 
   !> K of a Hookean point that does not yield.
   pure subroutine elastic_stiffness(trial, k)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     real(wp), intent(out) :: k(4, 4)
     real(wp) :: lame, shear, turned, h, o
 
@@ -384,7 +384,7 @@ contains
 
   !> A = dQ/dF of K and the stress.
   pure subroutine pull_back(trial, tau, k, f, a)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     !> Kirchhoff stress: mean, half difference, shear, 33.
     real(wp), intent(in) :: tau(4)
     real(wp), intent(in) :: k(4, 4)

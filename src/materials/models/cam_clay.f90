@@ -9,7 +9,8 @@
 !> logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
 module qsmpm_cam_clay
   use qsmpm_kinds, only: wp
-  use qsmpm_cam_clay_return, only: clay_type, return_type, pressure_of, solve_return, find_derivative, largest_exponent
+  use qsmpm_cam_clay_return, only: clay_type, cam_clay_return_type, pressure_of, solve_return, find_derivative, &
+    largest_exponent
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
@@ -142,7 +143,6 @@ contains
 
   !> Model of checked parameters.
   subroutine set_clay(parameters, model)
-    !> What the user said, checked.
     type(cam_clay_parameters_type), intent(in) :: parameters
     type(cam_clay_type), intent(inout) :: model
     real(wp) :: pressure
@@ -256,7 +256,7 @@ contains
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
-    type(return_type) :: r
+    type(cam_clay_return_type) :: r
     real(wp) :: p, deviator(3)
     logical :: found
 

@@ -56,7 +56,6 @@ contains
 
   !> Model of checked parameters.
   subroutine set_soil(parameters, model, error)
-    !> What the user said, checked.
     class(hardening_soil_data_type), intent(in) :: parameters
     type(hardening_soil_type), intent(inout) :: model
     !> Set when no cap gives K0nc and Eoed.
@@ -196,9 +195,7 @@ contains
 
   !> Return an ordered trial stress to the surfaces, or to the apex.
   pure subroutine return_ordered(surfaces, r, with_derivative, slope, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative

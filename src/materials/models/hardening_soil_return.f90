@@ -42,9 +42,7 @@ contains
 
   !> Whether the trial lies outside the surfaces.
   pure logical function is_outside(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(in) :: r
     real(wp) :: slip, cap
 
@@ -54,9 +52,7 @@ contains
 
   !> Stress that counts as none.
   pure real(wp) function tolerance(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(in) :: r
 
     tolerance = round_off*(maxval(abs(r%trial)) + surfaces%least*surfaces%reference)
@@ -64,9 +60,7 @@ contains
 
   !> How far a stress lies outside the two surfaces.
   pure subroutine excess(surfaces, r, stress, strain, volume, slip, cap)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(in) :: r
     !> Ordered stress (3).
     real(wp), intent(in) :: stress(3)
@@ -84,9 +78,7 @@ contains
 
   !> Find the stress of a trial that lies outside.
   pure subroutine solve_return(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether it was found.
     logical, intent(out) :: found
@@ -101,9 +93,7 @@ contains
 
   !> The surfaces that the trial lies outside of.
   pure subroutine choose_first_set(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     real(wp) :: slip, cap, gap
 
@@ -122,9 +112,7 @@ contains
 
   !> Newton's method, changing the set as the signs of its answer say.
   pure subroutine follow_signs(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether an admissible answer was found.
     logical, intent(out) :: found
@@ -143,9 +131,7 @@ contains
 
   !> Whether an answer is on the right branch: cone and cap go on, mirrored, beyond the apex.
   pure logical function is_compressed(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(in) :: r
 
     associate (s => r%unknown(1:3))
@@ -156,9 +142,7 @@ contains
 
   !> Let go of surfaces with negative multipliers and take up those that are passed.
   pure subroutine change_set(surfaces, r, changed)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether the set is another one.
     logical, intent(out) :: changed
@@ -192,9 +176,7 @@ contains
 
   !> Every set from the trial.
   pure subroutine try_all_sets(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether one has an admissible answer.
     logical, intent(out) :: found
@@ -218,9 +200,7 @@ contains
 
   !> Walk to the trial from the isotropic stress of the smallest trial pressure that is elastic.
   pure subroutine walk_to_trial(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether it was reached.
     logical, intent(out) :: found
@@ -257,9 +237,7 @@ contains
 
   !> Newton's method for the set at hand from the unknowns at hand.
   pure subroutine newton(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> Whether it arrived, or came near enough to see that an edge is active (`change_set` takes it up).
     logical, intent(out) :: found
@@ -306,9 +284,7 @@ contains
 
   !> Residuals and Jacobian, all of them stresses.
   pure subroutine residuals(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
     !> (6)
     real(wp), intent(out) :: residual(6)
@@ -344,11 +320,8 @@ contains
 
   !> What the slip on the planes takes from the trial stress.
   pure subroutine add_slip(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
-    !> Residuals.
     real(wp), intent(inout) :: residual(6)
     real(wp) :: psi, slope(2), up, down, strain(3), by_psi(3)
 
@@ -358,30 +331,27 @@ contains
     associate (g => r%unknown(4), h => r%unknown(5))
       strain = g*[up, 0.0_wp, down]
       by_psi = -0.5_wp*g*[1.0_wp, 0.0_wp, 1.0_wp]
-      r%jacobian(1:3, 4) = relief(r, [up, 0.0_wp, down])
+      r%jacobian(1:3, 4) = corrector(r, [up, 0.0_wp, down])
       if (r%edge == low_edge) then
         strain = strain + h*[up, down, 0.0_wp]
         by_psi = by_psi - 0.5_wp*h*[1.0_wp, 1.0_wp, 0.0_wp]
-        r%jacobian(1:3, 5) = relief(r, [up, down, 0.0_wp])
+        r%jacobian(1:3, 5) = corrector(r, [up, down, 0.0_wp])
       else if (r%edge == high_edge) then
         strain = strain + h*[0.0_wp, up, down]
         by_psi = by_psi - 0.5_wp*h*[0.0_wp, 1.0_wp, 1.0_wp]
-        r%jacobian(1:3, 5) = relief(r, [0.0_wp, up, down])
+        r%jacobian(1:3, 5) = corrector(r, [0.0_wp, up, down])
       end if
     end associate
-    residual(1:3) = residual(1:3) + relief(r, strain)
-    by_psi = relief(r, by_psi)
+    residual(1:3) = residual(1:3) + corrector(r, strain)
+    by_psi = corrector(r, by_psi)
     r%jacobian(1:3, 1) = r%jacobian(1:3, 1) + by_psi*slope(1)
     r%jacobian(1:3, 3) = r%jacobian(1:3, 3) + by_psi*slope(2)
   end subroutine add_slip
 
   !> What the cap takes from the trial stress, and its own equation.
   pure subroutine add_cap(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
     type(return_type), intent(inout) :: r
-    !> Residuals.
     real(wp), intent(inout) :: residual(6)
     real(wp) :: p, dev(3), flow(3), limit, slope, now, c
     integer :: b
@@ -391,13 +361,13 @@ contains
       dev = s - sum(s)/3.0_wp
       c = 1.5_wp/(surfaces%cap2*p)
       flow = 1.0_wp/3.0_wp + c*dev
-      residual(1:3) = residual(1:3) + relief(r, v*flow)
+      residual(1:3) = residual(1:3) + corrector(r, v*flow)
       do b = 1, 3
         ! Without a mean, so that D is 2 G.
         r%jacobian(1:3, b) = r%jacobian(1:3, b) &
           + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
       end do
-      r%jacobian(1:3, 6) = relief(r, flow)
+      r%jacobian(1:3, 6) = corrector(r, flow)
       call cap_growth(surfaces, r%size_of, v, limit, slope)
       now = cap_size(surfaces, s)
       residual(6) = now - limit
@@ -407,7 +377,7 @@ contains
   end subroutine add_cap
 
   !> D times a strain.
-  pure function relief(r, strain) result(stress)
+  pure function corrector(r, strain) result(stress)
     !> Moduli.
     type(return_type), intent(in) :: r
     !> Strain (3).
@@ -415,11 +385,10 @@ contains
     real(wp) :: stress(3)
 
     stress = r%lame*(strain(1) + strain(2) + strain(3)) + 2.0_wp*r%shear*strain
-  end function relief
+  end function corrector
 
   !> d stress / d trial stress of a return that was found.
   pure subroutine stress_derivative(r, derivative, found)
-    !> The return.
     type(return_type), intent(in) :: r
     real(wp), intent(out) :: derivative(3, 3)
     !> Whether there is one.

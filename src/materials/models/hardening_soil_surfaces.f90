@@ -39,7 +39,6 @@ contains
 
   !> Constants of checked parameters.
   pure subroutine make_surfaces(parameters, surfaces, error)
-    !> What the user said, checked.
     class(hardening_soil_data_type), intent(in) :: parameters
     !> The constants.
     type(surfaces_type), intent(out) :: surfaces

@@ -32,7 +32,7 @@ module qsmpm_mohr_coulomb_return
   real(wp), parameter, public :: round_off = 1.0e-12_wp
   !> A set that misses by less than this is taken when none passes: the trial lies where two
   !> regions meet and nu near 0.5 has amplified round-off.
-  real(wp), parameter, public :: near_miss = 1.0e-9_wp
+  real(wp), parameter, public :: near_tolerance = 1.0e-9_wp
 
   !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
   type :: set_type
@@ -61,7 +61,6 @@ contains
 
   !> Strength and table of answers of checked parameters.
   pure subroutine make_mohr_coulomb(parameters, lame, shear, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     !> Lame's first modulus.
     real(wp), intent(in) :: lame
@@ -80,7 +79,6 @@ contains
 
   !> Strength of checked parameters; the table stays as it is.
   pure subroutine set_strength(parameters, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     !> Strength.
     type(mohr_coulomb_type), intent(inout) :: model
@@ -148,19 +146,19 @@ contains
     real(wp), intent(in) :: shear
     !> The answer.
     type(set_type), intent(out) :: set
-    real(wp) :: normals(3, 3), relief(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
+    real(wp) :: normals(3, 3), corrector(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
     integer :: i, n
 
     normals = 0.0_wp
-    relief = 0.0_wp
+    corrector = 0.0_wp
     limits = 0.0_wp
     system = identity
     n = count(planes > 0)
     do i = 1, n
       call plane(model, planes(i), normals(:, i), flow, limits(i))
-      relief(:, i) = 2.0_wp*shear*flow + lame*sum(flow)
+      corrector(:, i) = 2.0_wp*shear*flow + lame*sum(flow)
     end do
-    system(1:n, 1:n) = matmul(transpose(normals(:, 1:n)), relief(:, 1:n))/(2.0_wp*shear)
+    system(1:n, 1:n) = matmul(transpose(normals(:, 1:n)), corrector(:, 1:n))/(2.0_wp*shear)
     solver = inverse(system, determinant(system))
     set%planes = n
     set%weights(1:n, :) = matmul(solver(1:n, 1:n), transpose(normals(:, 1:n)))
@@ -169,9 +167,9 @@ contains
       ! A corner: the stress is where the planes meet, whatever the trial.
       set%shift = matmul(transpose(inverse(normals, determinant(normals))), limits)
     else
-      relief = relief/(2.0_wp*shear)
-      set%slope = identity - matmul(relief, set%weights)
-      set%shift = -matmul(relief, set%offsets)
+      corrector = corrector/(2.0_wp*shear)
+      set%slope = identity - matmul(corrector, set%weights)
+      set%shift = -matmul(corrector, set%offsets)
     end if
   end subroutine make_set
 
@@ -287,7 +285,7 @@ contains
       stress = candidate
       if (miss <= round_off*scale) exit
     end do
-    if (best == 0 .or. (model%has_apex .and. least > near_miss*scale)) then
+    if (best == 0 .or. (model%has_apex .and. least > near_tolerance*scale)) then
       stress = model%apex
       slope = 0.0_wp
     else
