@@ -59,8 +59,8 @@ program bench_kernels
   end do
 
   do dimension = 2, 3
-    call bench_door('UMAT', interface_umat, 'umat', 0)
-    call bench_door('UDSM', interface_udsm, 'user_mod', -1)
+    call bench_adapter('UMAT', interface_umat, 'umat', 0)
+    call bench_adapter('UDSM', interface_udsm, 'user_mod', -1)
   end do
 
 contains
@@ -74,7 +74,7 @@ contains
   end function inside
 
   !> Time a model behind a door.
-  subroutine bench_door(name, interface, symbol, states)
+  subroutine bench_adapter(name, interface, symbol, states)
     !> Name of the door.
     character(len=*), intent(in) :: name
     !> Which door it is, its procedure, and its state variables.
@@ -101,7 +101,7 @@ contains
     write (*, '(a16, i5, 2x, a12, f12.0, 3f12.1)') name, dimension, 'elastic', 0.0_wp, &
       time(subject, batch, tangent_none), time(subject, batch, tangent_consistent), &
       time(subject, batch, tangent_elastic)
-  end subroutine bench_door
+  end subroutine bench_adapter
 
   !> Time the three tangents of one law, dimension and material.
   subroutine bench(name, p, spread, stress)

@@ -43,7 +43,7 @@ ROOMS = {
     "step control": ["method/stepping", "method/step_", "method/load_step", "method/hold_test"],
     "equilibrium": ["method/equilibrium"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
-    "convection": ["method/convection", "method/recovered_gradient", "points/house_keeping", "mesh/moving_rows"],
+    "convection": ["method/convection", "method/recovered_gradient", "points/point_location", "mesh/moving_rows"],
     "phases": ["method/phase", "model/phase_start"],
     "loads": ["method/loads", "method/supports", "model/model_surfaces"],
     "restart": ["output/restart", "output/hdf5_"],

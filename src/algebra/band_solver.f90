@@ -74,7 +74,6 @@ contains
   pure subroutine make_band_solver(symmetric, solver)
     !> Cholesky when true.
     logical, intent(in) :: symmetric
-    !> The solver.
     type(band_solver_type), intent(out) :: solver
 
     solver%name = 'band (LAPACK)'

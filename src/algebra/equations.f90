@@ -8,7 +8,7 @@
 module qsmpm_equations
   use qsmpm_kinds, only: wp
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_node_graph, only: patches_type, node_graph, node_distance
+  use qsmpm_node_graph, only: connectivity_type, node_graph, node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
   use qsmpm_solver_choice, only: choose_solver
@@ -31,7 +31,7 @@ module qsmpm_equations
     integer, allocatable :: number(:, :)
     !> True for nodes of patches (node_count).
     logical, allocatable :: active(:)
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     !> Constraints it was numbered with (dimension, node_count).
     logical, allocatable :: constrained(:, :)
     !> First pair of each patch, and for each pair (a,b), a fastest, how far before the end of node a's
@@ -44,28 +44,26 @@ contains
 
   !> Number the equations and lay out the matrix; nothing happens when patches and constraints are
   !> those of the last call.
-  subroutine number_equations(equations, patches, constrained, matrix, changed, error)
-    !> The equations.
+  subroutine number_equations(equations, connectivity, constrained, matrix, changed, error)
     type(equations_type), intent(inout) :: equations
     !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     !> Constrained components (dimension, node_count).
     logical, intent(in) :: constrained(:, :)
     !> Pattern set, values untouched when nothing changed.
     type(sparse_matrix_type), intent(inout) :: matrix
     !> True when the pattern is new.
     logical, intent(out) :: changed
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
-    changed = .not. same_patches(equations, patches, constrained)
+    changed = .not. same_patches(equations, connectivity, constrained)
     if (.not. changed) changed = matrix%symmetric .neqv. one_triangle(equations)
     if (.not. changed) return
     matrix%symmetric = one_triangle(equations)
-    equations%patches = patches
+    equations%connectivity = connectivity
     equations%constrained = constrained
-    call node_graph(patches, size(constrained, 2), equations%active, graph_node, first, neighbour)
+    call node_graph(connectivity, size(constrained, 2), equations%active, graph_node, first, neighbour)
     call number_along_order(equations, graph_node, first, neighbour, error)
     if (allocated(error)) return
     call lay_out(equations, graph_node, first, neighbour, matrix)
@@ -73,37 +71,33 @@ contains
 
   !> One triangle of a symmetric matrix is enough for every solver but UMFPACK.
   pure logical function one_triangle(equations)
-    !> The equations.
     type(equations_type), intent(in) :: equations
 
     one_triangle = equations%symmetric .and. equations%solver_kind /= solver_umfpack
   end function one_triangle
 
   !> True when nothing that shapes the pattern has changed.
-  pure function same_patches(equations, patches, constrained) result(same)
-    !> The equations.
+  pure function same_patches(equations, connectivity, constrained) result(same)
     type(equations_type), intent(in) :: equations
     !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     logical, intent(in) :: constrained(:, :)
     logical :: same
 
     same = .false.
     if (.not. allocated(equations%number)) return
-    if (equations%patches%count /= patches%count) return
-    if (size(equations%patches%nodes) /= size(patches%nodes)) return
-    if (any(equations%patches%first /= patches%first)) return
-    if (any(equations%patches%nodes /= patches%nodes)) return
+    if (equations%connectivity%count /= connectivity%count) return
+    if (size(equations%connectivity%nodes) /= size(connectivity%nodes)) return
+    if (any(equations%connectivity%first /= connectivity%first)) return
+    if (any(equations%connectivity%nodes /= connectivity%nodes)) return
     same = all(equations%constrained .eqv. constrained)
   end function same_patches
 
   !> Give the free components numbers along the order of the nodes.
   subroutine number_along_order(equations, graph_node, first, neighbour, error)
-    !> The equations.
     type(equations_type), intent(inout) :: equations
     !> Mesh node of each graph node.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
     integer :: i, c, node, width, kind
@@ -165,7 +159,6 @@ contains
     type(equations_type), intent(in) :: equations
     !> Mesh node of each graph node, and the graph in compressed rows.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
-    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: free(size(graph_node)), lead(size(graph_node)), i, c, k, row, length
 
@@ -217,24 +210,22 @@ contains
   !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
   !> first.
   pure subroutine place_blocks(equations, matrix)
-    !> The equations.
     type(equations_type), intent(inout) :: equations
-    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
     integer :: q, a, b, n, k, row, target_equation
     logical :: wanted
 
     if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
-    allocate (equations%pair_first(equations%patches%count + 1))
+    allocate (equations%pair_first(equations%connectivity%count + 1))
     equations%pair_first(1) = 1
-    do q = 1, equations%patches%count
-      n = equations%patches%first(q + 1) - equations%patches%first(q)
+    do q = 1, equations%connectivity%count
+      n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
       equations%pair_first(q + 1) = equations%pair_first(q) + n*n
     end do
-    allocate (equations%pair_offset(equations%pair_first(equations%patches%count + 1) - 1))
-    do q = 1, equations%patches%count
-      associate (nodes => equations%patches%nodes(equations%patches%first(q): &
-        equations%patches%first(q + 1) - 1))
+    allocate (equations%pair_offset(equations%pair_first(equations%connectivity%count + 1) - 1))
+    do q = 1, equations%connectivity%count
+      associate (nodes => equations%connectivity%nodes(equations%connectivity%first(q): &
+        equations%connectivity%first(q + 1) - 1))
         k = equations%pair_first(q)
         do b = 1, size(nodes)
           target_equation = first_equation(equations%number(:, nodes(b)))
@@ -283,23 +274,21 @@ contains
   end function find
 
   !> Add a dense block of a patch, rows and columns ordered component first, to the matrix.
-  pure subroutine add_block(equations, patch, block, matrix)
-    !> The equations.
+  pure subroutine add_block(equations, stencil, block, matrix)
     type(equations_type), intent(in) :: equations
-    integer, intent(in) :: patch
+    integer, intent(in) :: stencil
     !> (dimension, nodes, dimension, nodes)
     real(wp), intent(in) :: block(:, :, :, :)
-    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: a, b, k, first
 
-    first = equations%patches%first(patch) - 1
+    first = equations%connectivity%first(stencil) - 1
     do b = 1, size(block, 4)
-      associate (columns => equations%number(:, equations%patches%nodes(first + b)))
+      associate (columns => equations%number(:, equations%connectivity%nodes(first + b)))
         do a = 1, size(block, 2)
-          k = equations%pair_first(patch) + (b - 1)*size(block, 2) + a - 1
+          k = equations%pair_first(stencil) + (b - 1)*size(block, 2) + a - 1
           if (equations%pair_offset(k) == 0) cycle
-          associate (rows => equations%number(:, equations%patches%nodes(first + a)))
+          associate (rows => equations%number(:, equations%connectivity%nodes(first + a)))
             if (matrix%symmetric .and. maxval(columns) < minval(rows)) cycle
             call add_pair(rows, columns, equations%pair_offset(k), block(:, a, :, b), matrix)
           end associate
@@ -317,7 +306,6 @@ contains
     integer, intent(in) :: offset
     !> (dimension, dimension)
     real(wp), intent(in) :: pair(:, :)
-    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: i, j, place, least
 

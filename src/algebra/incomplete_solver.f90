@@ -44,7 +44,6 @@ contains
   pure subroutine make_incomplete_solver(symmetric, solver)
     !> IC(0) when true, ILU(0) otherwise.
     logical, intent(in) :: symmetric
-    !> The solver.
     type(incomplete_solver_type), intent(out) :: solver
 
     solver%name = 'ILU(0)'

@@ -232,7 +232,6 @@ contains
   pure subroutine singular_at(equation, error)
     !> Number of the equation, 1 to n.
     integer, intent(in) :: equation
-    !> The error.
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_singular, &
@@ -243,7 +242,6 @@ contains
   pure subroutine indefinite_at(equation, error)
     !> Number of the equation, 1 to n.
     integer, intent(in) :: equation
-    !> The error.
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_singular, &
@@ -253,7 +251,6 @@ contains
 
   !> An integer as text.
   pure function text_of(number) result(text)
-    !> The number.
     integer, intent(in) :: number
     !> Its digits.
     character(len=:), allocatable :: text

@@ -66,7 +66,6 @@ contains
 
   !> The kind of solver to number the next equations for: that of the deck, but for what has failed.
   pure integer function kind_for(system, choice)
-    !> The system.
     type(linear_system_type), intent(in) :: system
     !> What the deck asks for.
     type(solver_choice_type), intent(in) :: choice
@@ -77,7 +76,6 @@ contains
 
   !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
   subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> What the deck asks for.
     type(solver_choice_type), intent(in) :: choice
@@ -89,7 +87,6 @@ contains
     logical, intent(in) :: symmetric
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: kind
 
@@ -109,7 +106,6 @@ contains
 
   !> Take a new matrix: the old factor stays as a preconditioner where that promises to be cheaper.
   subroutine factorise_system(system, matrix, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -126,7 +122,6 @@ contains
   !> then stays in charge of the pattern; factors of single precision and incomplete ones that fail give
   !> way for the rest of the run.
   subroutine renew(system, matrix, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -146,7 +141,6 @@ contains
 
   !> Put a direct solver of double precision in charge, now and for the patterns to come.
   subroutine give_way(system, matrix, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> Matrix of the pattern.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -167,7 +161,6 @@ contains
 
   !> Another solver for the same pattern, analysed and factorised.
   subroutine replace_solver(system, kind, matrix, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> Kind of the solver.
     integer, intent(in) :: kind
@@ -184,7 +177,6 @@ contains
 
   !> Solve K x = b for the matrix taken last.
   subroutine solve_system(system, matrix, rhs, tolerance, x, error)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> The matrix K.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -216,7 +208,6 @@ contains
   !> Iterate with the factor as it is: conjugate gradients where matrix and factor are positive definite as
   !> far as is known, GMRES elsewhere.
   subroutine iterate(system, matrix, rhs, tolerance, x, converged)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
     !> The matrix K.
     type(sparse_matrix_type), intent(in) :: matrix
@@ -251,7 +242,6 @@ contains
 
   !> Sweeps that an old factor may take before a new one is the cheaper; 0 where it is not to be tried.
   pure integer function sweeps_of_stale(system)
-    !> The system.
     type(linear_system_type), intent(in) :: system
 
     sweeps_of_stale = 0
@@ -267,7 +257,6 @@ contains
 
   !> Give the solver and its memory back.
   subroutine end_system(system)
-    !> The system.
     type(linear_system_type), intent(inout) :: system
 
     system%stale = .false.

@@ -51,7 +51,6 @@ contains
   pure subroutine make_mumps_solver(symmetric, solver)
     !> SYM=2 when true, SYM=0 otherwise.
     logical, intent(in) :: symmetric
-    !> The solver.
     type(mumps_solver_type), intent(out) :: solver
 
     solver%name = 'MUMPS SYM=0'
@@ -115,7 +114,6 @@ contains
 
   !> Rows and columns of the entries MUMPS wants: all, or the upper triangle of a symmetric matrix.
   subroutine list_entries(matrix, symmetric, rows, columns, place)
-    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
     !> One triangle is wanted.
     logical, intent(in) :: symmetric
@@ -227,7 +225,6 @@ contains
   !> A failure of the library as an error.
   subroutine library_error(mumps, error)
     type(dmumps_struc), intent(in) :: mumps
-    !> The error.
     type(error_type), allocatable, intent(out) :: error
 
     select case (mumps%infog(1))

@@ -7,31 +7,31 @@ module qsmpm_node_graph
   implicit none
   private
 
-  public :: patches_type, append_patches, node_graph, node_distance
+  public :: connectivity_type, append_patches, node_graph, node_distance
 
   !> Lists of nodes in compressed rows.
-  type :: patches_type
+  type :: connectivity_type
     integer :: count = 0
     integer, allocatable :: first(:), nodes(:)
-  end type patches_type
+  end type connectivity_type
 
 contains
 
   !> Put node lists behind others.
-  pure subroutine append_patches(patches, more)
-    type(patches_type), intent(inout) :: patches
-    type(patches_type), intent(in) :: more
+  pure subroutine append_patches(connectivity, more)
+    type(connectivity_type), intent(inout) :: connectivity
+    type(connectivity_type), intent(in) :: more
 
     if (more%count == 0) return
-    patches%count = patches%count + more%count
-    patches%first = [patches%first, more%first(2:) + size(patches%nodes)]
-    patches%nodes = [patches%nodes, more%nodes]
+    connectivity%count = connectivity%count + more%count
+    connectivity%first = [connectivity%first, more%first(2:) + size(connectivity%nodes)]
+    connectivity%nodes = [connectivity%nodes, more%nodes]
   end subroutine append_patches
 
   !> Graph of the nodes of patches, in compressed rows without self loops, neighbours sorted.
-  pure subroutine node_graph(patches, node_count, active, graph_node, first, neighbour)
+  pure subroutine node_graph(connectivity, node_count, active, graph_node, first, neighbour)
     !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     !> Number of nodes.
     integer, intent(in) :: node_count
     logical, allocatable, intent(out) :: active(:)
@@ -45,13 +45,13 @@ contains
 
     allocate (active(node_count))
     active = .false.
-    active(patches%nodes) = .true.
+    active(connectivity%nodes) = .true.
     graph_node = pack([(i, i=1, node_count)], active)
     n = size(graph_node)
     allocate (graph_number(node_count), seen(n), first(n + 1))
     graph_number = 0
     graph_number(graph_node) = [(i, i=1, n)]
-    call patches_of_nodes(patches, graph_number, n, patch_first, patch_of)
+    call patches_of_nodes(connectivity, graph_number, n, patch_first, patch_of)
     seen = .false.
     capacity = 32*n + 64
     allocate (neighbour(capacity))
@@ -61,13 +61,13 @@ contains
       seen(i) = .true.
       do p = patch_first(i), patch_first(i + 1) - 1
         q = patch_of(p)
-        if (found + patches%first(q + 1) - patches%first(q) > capacity) then
+        if (found + connectivity%first(q + 1) - connectivity%first(q) > capacity) then
           capacity = 2*capacity + 256
           allocate (work(capacity))
           work(:found) = neighbour(:found)
           call move_alloc(work, neighbour)
         end if
-        call add_unseen(graph_number(patches%nodes(patches%first(q):patches%first(q + 1) - 1)), &
+        call add_unseen(graph_number(connectivity%nodes(connectivity%first(q):connectivity%first(q + 1) - 1)), &
           seen, neighbour, found)
       end do
       call sort(neighbour(first(i):found))
@@ -97,18 +97,18 @@ contains
   end subroutine add_unseen
 
   !> The patches each graph node belongs to, in compressed rows.
-  pure subroutine patches_of_nodes(patches, graph_number, n, first, patch)
+  pure subroutine patches_of_nodes(connectivity, graph_number, n, first, stencil)
     !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     integer, intent(in) :: graph_number(:), n
     !> First places of the rows.
-    integer, allocatable, intent(out) :: first(:), patch(:)
+    integer, allocatable, intent(out) :: first(:), stencil(:)
     integer :: place(n), i, k, q
 
-    allocate (first(n + 1), patch(size(patches%nodes)))
+    allocate (first(n + 1), stencil(size(connectivity%nodes)))
     first = 0
-    do k = 1, size(patches%nodes)
-      i = graph_number(patches%nodes(k))
+    do k = 1, size(connectivity%nodes)
+      i = graph_number(connectivity%nodes(k))
       first(i + 1) = first(i + 1) + 1
     end do
     first(1) = 1
@@ -116,10 +116,10 @@ contains
       first(i + 1) = first(i + 1) + first(i)
     end do
     place = first(:n)
-    do q = 1, patches%count
-      do k = patches%first(q), patches%first(q + 1) - 1
-        i = graph_number(patches%nodes(k))
-        patch(place(i)) = q
+    do q = 1, connectivity%count
+      do k = connectivity%first(q), connectivity%first(q + 1) - 1
+        i = graph_number(connectivity%nodes(k))
+        stencil(place(i)) = q
         place(i) = place(i) + 1
       end do
     end do

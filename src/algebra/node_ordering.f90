@@ -176,7 +176,6 @@ contains
   pure subroutine sort_by_degree(first, nodes)
     !> Graph.
     integer, intent(in) :: first(:)
-    !> The nodes.
     integer, intent(inout) :: nodes(:)
 
     integer :: i, j, node

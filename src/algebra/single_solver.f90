@@ -35,7 +35,6 @@ contains
   pure subroutine make_single_solver(symmetric, solver)
     !> SYM=2 when true, SYM=0 otherwise.
     logical, intent(in) :: symmetric
-    !> The solver.
     type(single_solver_type), intent(out) :: solver
 
     solver%name = 'MUMPS single SYM=0'

@@ -32,7 +32,6 @@ contains
 
   !> Product y = A x.
   pure subroutine multiply(matrix, x, y)
-    !> The matrix A.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Vector (n).
     real(wp), intent(in) :: x(:)
@@ -82,7 +81,6 @@ contains
 
   !> Euclidean norm of b - A x.
   pure real(wp) function residual_norm(matrix, x, rhs)
-    !> The matrix A.
     type(sparse_matrix_type), intent(in) :: matrix
     !> Solution to judge (n).
     real(wp), intent(in) :: x(:)
@@ -97,7 +95,6 @@ contains
 
   !> Largest distance of an entry from the diagonal; 0 for a diagonal matrix.
   pure integer function bandwidth(matrix)
-    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
 
     integer :: i, first, last
@@ -113,7 +110,6 @@ contains
 
   !> Sums of absolute values in the rows.
   pure subroutine row_sums(matrix, sums)
-    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
     !> One sum a row (n).
     real(wp), intent(out) :: sums(:)
@@ -132,7 +128,6 @@ contains
 
   !> First row that holds a NaN or an infinity; 0 when there is none.
   pure integer function first_not_finite(matrix)
-    !> The matrix.
     type(sparse_matrix_type), intent(in) :: matrix
 
     integer :: i

@@ -113,7 +113,6 @@ contains
 
   !> The words behind `check` or `plan`: the deck, and --plugins and --json (`plan`) before or behind it.
   pure subroutine parse_look(words, name, command, error)
-    !> The words.
     type(string_type), intent(in) :: words(:)
     !> The command.
     character(len=*), intent(in) :: name
@@ -141,7 +140,6 @@ contains
 
   !> The words behind `help`.
   pure subroutine parse_help(words, command, error)
-    !> The words.
     type(string_type), intent(in) :: words(:)
     !> What they ask for.
     type(command_type), intent(inout) :: command
@@ -167,7 +165,6 @@ contains
 
   !> Exactly one word.
   pure subroutine parse_subject(words, name, wanted, command, error)
-    !> The words.
     type(string_type), intent(in) :: words(:)
     !> Command they stand behind.
     character(len=*), intent(in) :: name
@@ -191,7 +188,6 @@ contains
 
   !> The words behind `run` or `point`: the deck and options in any order.
   pure subroutine parse_run(words, name, options, command, error)
-    !> The words.
     type(string_type), intent(in) :: words(:)
     !> The command, and the options it has.
     character(len=*), intent(in) :: name, options(:)
@@ -231,7 +227,6 @@ contains
 
   !> Each of several decks has results of its own.
   pure subroutine check_jobs(decks, error)
-    !> The decks.
     type(string_type), intent(in) :: decks(:)
     !> Set when two have the same name.
     type(error_type), allocatable, intent(out) :: error

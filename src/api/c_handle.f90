@@ -20,7 +20,7 @@ module qsmpm_c_handle
   !> What a logger hears: nothing, sentences, sentences and steps.
   integer, parameter :: level_notes = 1, level_steps = 2
 
-  !> The listener of a C program.
+  !> The observer of a C program.
   type, extends(observer_type) :: logger_type
     type(c_funptr) :: procedure = c_null_funptr
     type(c_ptr) :: user = c_null_ptr
@@ -78,7 +78,6 @@ contains
 
   !> Keep how a call ended; its code is the status.
   integer(c_int) function keep_error(handle, error) result(status)
-    !> The handle.
     type(handle_type), intent(inout) :: handle
     !> The error of the call.
     type(error_type), allocatable, intent(in) :: error
@@ -141,7 +140,6 @@ contains
   subroutine text_from(pointer, text)
     !> The string.
     type(c_ptr), intent(in) :: pointer
-    !> The text.
     character(len=:), allocatable, intent(out) :: text
     character(kind=c_char), pointer :: characters(:)
     integer :: i, length
@@ -158,7 +156,6 @@ contains
 
   !> Put a text into a buffer, cut off where it is too long; its length is the result.
   integer(c_int) function put_text(text, pointer, length) result(needed)
-    !> The text.
     character(len=*), intent(in) :: text
     !> The buffer; may be null to ask for the length.
     type(c_ptr), intent(in) :: pointer
@@ -216,9 +213,7 @@ contains
 
   !> Call the program's procedure.
   subroutine say(logger, text)
-    !> The listener.
     class(logger_type), intent(in) :: logger
-    !> The text.
     character(len=*), intent(in) :: text
     procedure(c_logger), pointer :: call_back
 

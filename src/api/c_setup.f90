@@ -209,7 +209,6 @@ contains
   pure subroutine fill(options, model)
     !> As C says it.
     type(c_model_options_type), intent(in) :: options
-    !> The model.
     type(callback_model_type), intent(inout) :: model
 
     model%state_count = max(0, int(options%state_count))

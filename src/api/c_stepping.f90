@@ -157,7 +157,7 @@ contains
   end function c_finish_record
 
   !> Copy state, loads and stages, in memory.
-  function c_keep(pointer) bind(c, name='qsmpm_keep') result(status)
+  function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
     !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
@@ -167,12 +167,12 @@ contains
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    call handle%simulation%keep(handle%snapshot, error)
+    call handle%simulation%checkpoint(handle%snapshot, error)
     status = keep_error(handle, error)
-  end function c_keep
+  end function c_checkpoint
 
   !> Put the copy back.
-  function c_put_back(pointer) bind(c, name='qsmpm_put_back') result(status)
+  function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
     !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
@@ -182,9 +182,9 @@ contains
     status = status_no_handle
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    call handle%simulation%put_back(handle%snapshot, error)
+    call handle%simulation%restore_checkpoint(handle%snapshot, error)
     status = keep_error(handle, error)
-  end function c_put_back
+  end function c_restore_checkpoint
 
   !> Add a stage behind the last one.
   function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)

@@ -196,13 +196,9 @@ contains
 
   !> Name of one of a kind, unallocated when there is none.
   subroutine find_name(handle, kind, number, name)
-    !> The handle.
     type(handle_type), intent(in) :: handle
-    !> The kind.
     character(len=*), intent(in) :: kind
-    !> Its number.
     integer, intent(in) :: number
-    !> Its name.
     character(len=:), allocatable, intent(out) :: name
     character(len=field_name_length), allocatable :: names(:)
 

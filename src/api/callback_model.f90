@@ -4,9 +4,9 @@ module qsmpm_callback_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, &
     c_null_char, c_null_funptr, c_null_ptr, c_ptr
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: status_broken, status_ok, start_time, time_increment
+  use qsmpm_law, only: status_unrecoverable, status_ok, start_time, time_increment
   use qsmpm_plugin, only: until_null
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   implicit none
   private
 
@@ -37,13 +37,13 @@ module qsmpm_callback_model
     real(c_double) :: time, time_increment
   end type c_increment_type
 
-  !> soil_answer_type without the status, which is the result of the call.
-  type, bind(c) :: c_answer_type
+  !> soil_response_type without the status, which is the result of the call.
+  type, bind(c) :: c_response_type
     integer(c_int) :: plastic
     real(c_double) :: share
     real(c_double) :: tangent(6, 6)
     character(kind=c_char) :: message(message_length)
-  end type c_answer_type
+  end type c_response_type
 
   !> The model.
   type, extends(soil_model_type) :: callback_model_type
@@ -58,13 +58,13 @@ module qsmpm_callback_model
 
   abstract interface
     !> One step of one point: a status.
-    function c_update(user, increment, stress, state, answer) bind(c) result(status)
-      import :: c_ptr, c_double, c_int, c_increment_type, c_answer_type
+    function c_update(user, increment, stress, state, response) bind(c) result(status)
+      import :: c_ptr, c_double, c_int, c_increment_type, c_response_type
       type(c_ptr), value :: user
       type(c_increment_type), intent(in) :: increment
       real(c_double), intent(inout) :: stress(6)
       real(c_double), intent(inout) :: state(*)
-      type(c_answer_type), intent(inout) :: answer
+      type(c_response_type), intent(inout) :: response
       integer(c_int) :: status
     end function c_update
 
@@ -96,47 +96,46 @@ contains
   end subroutine start
 
   !> One step of one point.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(callback_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     procedure(c_update), pointer :: call_back
-    type(c_answer_type) :: told
+    type(c_response_type) :: passed
     real(c_double) :: copy(max(1, size(state)))
 
     copy(:size(state)) = state
-    told%plastic = 0
-    told%share = 0.0_c_double
-    told%tangent = 0.0_c_double
-    told%message = c_null_char
+    passed%plastic = 0
+    passed%share = 0.0_c_double
+    passed%tangent = 0.0_c_double
+    passed%message = c_null_char
     call c_f_procpointer(self%update_procedure, call_back)
-    answer%status = int(call_back(self%user, as_c(increment), stress, copy, told))
-    if (answer%status < status_ok .or. answer%status > status_broken) answer%status = status_broken
+    response%status = int(call_back(self%user, as_c(increment), stress, copy, passed))
+    if (response%status < status_ok .or. response%status > status_unrecoverable) response%status = status_unrecoverable
     state = copy(:size(state))
-    answer%share = told%share
-    answer%plastic = told%plastic /= 0
-    answer%tangent = told%tangent
-    if (answer%status /= status_ok) answer%message = message_of(told%message)
+    response%share = passed%share
+    response%plastic = passed%plastic /= 0
+    response%tangent = passed%tangent
+    if (response%status /= status_ok) response%message = message_of(passed%message)
   end subroutine update
 
   !> The step as C sees it.
-  pure function as_c(increment) result(told)
+  pure function as_c(increment) result(passed)
     !> The step.
     type(soil_increment_type), intent(in) :: increment
-    type(c_increment_type) :: told
+    type(c_increment_type) :: passed
 
-    told = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &
-      increment%gradient_end, increment%moment%phase, increment%moment%step, increment%moment%start, &
-      increment%moment%duration, increment%point, increment%cell, increment%place, increment%cell_size, &
-      merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent), start_time(increment%moment), &
-      time_increment(increment%moment))
+    passed = c_increment_type(increment%strain, increment%strain_start, increment%rotation, increment%gradient_start, &
+      increment%gradient_end, increment%step_info%phase, increment%step_info%step, increment%step_info%start, &
+      increment%step_info%duration, increment%point, increment%cell, increment%place, increment%cell_size, &
+      merge(1, 0, increment%wants_tangent), merge(1, 0, increment%elastic_tangent), start_time(increment%step_info), &
+      time_increment(increment%step_info))
   end function as_c
 
   !> What a callback has said.
   pure function message_of(characters) result(text)
-    !> The characters.
     character(kind=c_char), intent(in) :: characters(:)
     character(len=:), allocatable :: text
 

@@ -152,7 +152,6 @@ contains
 
   !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
   pure function limit_load_of(model) result(loads)
-    !> The model.
     type(model_type), intent(in) :: model
     real(wp) :: loads(3)
 
@@ -165,7 +164,6 @@ contains
   real(wp) function single_value(simulation, name) result(value)
     !> The analysis.
     type(simulation_type), intent(in) :: simulation
-    !> Its name.
     character(len=*), intent(in) :: name
 
     value = 0.0_wp
@@ -237,7 +235,6 @@ contains
   subroutine set_values(simulation, name, values, error)
     !> The analysis.
     type(simulation_type), intent(inout) :: simulation
-    !> The name.
     character(len=*), intent(in) :: name
     !> As many as value_shape says.
     real(wp), intent(in) :: values(:)
@@ -264,7 +261,6 @@ contains
 
   !> Give the points a stress, as an initial stress is given: it belongs to their present volume.
   subroutine start_stresses(model, stress)
-    !> The model.
     type(model_type), intent(inout) :: model
     !> Cauchy stress (4 or 6, points).
     real(wp), intent(in) :: stress(:, :)
@@ -285,7 +281,6 @@ contains
   subroutine check_name(simulation, name, error)
     !> The analysis.
     type(simulation_type), intent(in) :: simulation
-    !> The name.
     character(len=*), intent(in) :: name
     !> Says what it may have been.
     type(error_type), allocatable, intent(out) :: error
@@ -311,7 +306,6 @@ contains
 
   !> Set when the numbers differ.
   pure subroutine check_size(name, given, wanted, error)
-    !> The name.
     character(len=*), intent(in) :: name
     !> Size of the caller's array and what it is to be.
     integer, intent(in) :: given, wanted

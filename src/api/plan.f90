@@ -1,6 +1,6 @@
 !> `qsmpm plan`: what of a deck will be modelled, why not less, and what it will cost; nothing is
 !> written. The figures of the equations are those of the first step, which is made on a copy of the
-!> model: matrix, solver, factors and time are measured, the cost of the run is told from them.
+!> model: matrix, solver, factors and time are measured, the cost of the run is estimated from them.
 module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, &
@@ -18,8 +18,8 @@ module qsmpm_plan
   use qsmpm_number_text, only: integer_text, short_text
   use qsmpm_phase_start, only: start_phase
   use qsmpm_plan_items, only: plan_items_type, add_heading, add_item
-  use qsmpm_reduction, only: verdict_type, reduction_name
-  use qsmpm_scene, only: verdict_text
+  use qsmpm_reduction, only: reduction_check_type, reduction_name
+  use qsmpm_scene, only: check_text
   use qsmpm_soil_points, only: soil_type, soil_of
   use qsmpm_stopwatch, only: start_stopwatch, part_control
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced
@@ -36,16 +36,14 @@ module qsmpm_plan
 contains
 
   !> Make the plan.
-  subroutine make_plan(scene, whole, verdicts, model, items)
+  subroutine make_plan(scene, whole, checks, model, items)
     !> The scene as the deck says it.
     type(analysis_type), intent(in) :: scene
     !> The scene beside its model, where that is reduced.
     type(whole_scene_type), intent(inout) :: whole
     !> What was found about the reductions.
-    type(verdict_type), intent(in) :: verdicts(:)
-    !> The model.
+    type(reduction_check_type), intent(in) :: checks(:)
     type(model_type), intent(in) :: model
-    !> The plan.
     type(plan_items_type), intent(out) :: items
     integer :: i
 
@@ -54,8 +52,8 @@ contains
     call add_item(items, 'mesh', mesh_text(scene))
     call add_item(items, 'bodies', integer_text(size(scene%bodies)), is_figure=.true.)
     call add_heading(items, 'reductions')
-    do i = 1, size(verdicts)
-      call add_item(items, reduction_name(verdicts(i)%kind, verdicts(i)%axis), verdict_text(verdicts(i)))
+    do i = 1, size(checks)
+      call add_item(items, reduction_name(checks(i)%kind, checks(i)%axis), check_text(checks(i)))
     end do
     call add_heading(items, 'model')
     call add_item(items, 'kind', trim(model_words(model%analysis%model)))
@@ -70,7 +68,6 @@ contains
 
   !> What the scene is.
   pure function kind_text(scene) result(text)
-    !> The scene.
     type(analysis_type), intent(in) :: scene
     character(len=:), allocatable :: text
 
@@ -83,7 +80,6 @@ contains
 
   !> Cells of a grid along each axis, or where the mesh comes from.
   pure function mesh_text(analysis) result(text)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text
     integer :: a
@@ -104,9 +100,7 @@ contains
   subroutine plan_sizes(whole, model, items)
     !> The scene beside its model.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The plan.
     type(plan_items_type), intent(inout) :: items
     type(model_type) :: counted
     logical :: held(model%mesh%cell_count)
@@ -132,9 +126,7 @@ contains
 
   !> Stabilisation and holds.
   subroutine plan_method(analysis, items)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
-    !> The plan.
     type(plan_items_type), intent(inout) :: items
 
     associate (method => analysis%method, controls => analysis%phases(1)%controls)
@@ -146,15 +138,13 @@ contains
         short_text(method%stabilisation_factor, 3))
       call add_item(items, 're-equilibrations', &
         'while it carries more than '//short_text(controls%stabilisation_share, 3)// &
-        ' of the load, at most '//integer_text(controls%max_holds)//' a step')
+        ' of the load, at most '//integer_text(controls%max_reequilibrations)//' a step')
     end associate
   end subroutine plan_method
 
   !> Matrix, solver, memory and time by the first step.
   subroutine plan_equations(model, items)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The plan.
     type(plan_items_type), intent(inout) :: items
     type(model_type) :: first
     type(step_type) :: step
@@ -193,7 +183,6 @@ contains
 
   !> Why the matrix is symmetric or not.
   pure function symmetry_text(model, symmetric) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
     !> It is.
     logical, intent(in) :: symmetric
@@ -215,7 +204,6 @@ contains
   subroutine plan_solver(step, items)
     !> Scratch of the first step, factorised.
     type(step_type), intent(in), target :: step
-    !> The plan.
     type(plan_items_type), intent(inout) :: items
     type(soil_type), pointer :: soil
     real(wp) :: bytes
@@ -232,13 +220,11 @@ contains
 
   !> Time of the run, by the first step.
   subroutine plan_cost(model, solution, seconds, items)
-    !> The model.
     type(model_type), intent(in) :: model
     !> How the first step went.
     type(solution_type), intent(in) :: solution
     !> Processor seconds of it.
     real(wp), intent(in) :: seconds
-    !> The plan.
     type(plan_items_type), intent(inout) :: items
     integer :: steps, p
 

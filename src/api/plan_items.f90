@@ -124,7 +124,6 @@ contains
 
   !> A text as a string of JSON.
   pure function quoted(text) result(string)
-    !> The text.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: string
     integer :: i

@@ -99,7 +99,6 @@ contains
 
   !> Start the clocks.
   subroutine begin(self)
-    !> The problem.
     class(problem_type), intent(inout) :: self
 
     self%given = .false.
@@ -110,7 +109,6 @@ contains
 
   !> Keep what the reader has to say.
   subroutine finish(self, messages, error)
-    !> The problem.
     class(problem_type), intent(inout) :: self
     !> Errors and warnings.
     type(message_list_type), intent(in) :: messages
@@ -123,7 +121,6 @@ contains
 
   !> Give a material a law for points of one dimension.
   subroutine set_law(self, material, law, error)
-    !> The problem.
     class(problem_type), intent(inout) :: self
     !> Name of the material in the deck.
     character(len=*), intent(in) :: material
@@ -139,7 +136,6 @@ contains
 
   !> Give a material a soil model.
   subroutine set_model(self, material, model, error)
-    !> The problem.
     class(problem_type), intent(inout) :: self
     !> Name of the material in the deck.
     character(len=*), intent(in) :: material
@@ -155,11 +151,9 @@ contains
 
   !> Empty place of a material in the list, the former one where it is given again.
   subroutine find_place(self, material, place, error)
-    !> The problem.
     class(problem_type), intent(inout) :: self
     !> Name of the material.
     character(len=*), intent(in) :: material
-    !> Its place.
     integer, intent(out) :: place
     !> Set when the name is empty, or not one of the deck where one has been read.
     type(error_type), allocatable, intent(out) :: error

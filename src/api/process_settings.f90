@@ -1,5 +1,5 @@
 !> Settings that belong to the process, not to a model: threads of OpenMP and of OpenBLAS. They are set on the way
-!> into the library and put back on the way out, so that an embedding program keeps its own.
+!> into the library and restored on the way out, so that an embedding program keeps its own.
 module qsmpm_process_settings
   use omp_lib, only: omp_get_max_threads, omp_get_num_procs, omp_set_num_threads
   use qsmpm_blas_threads, only: blas_threads, set_blas_threads
@@ -48,9 +48,8 @@ contains
     call set_blas_threads(1)
   end subroutine enter_library
 
-  !> Put back those of the program.
+  !> Restore those of the program.
   subroutine leave_library(settings)
-    !> The settings.
     type(settings_type), intent(in) :: settings
 
     call omp_set_num_threads(settings%threads)

@@ -1,7 +1,8 @@
 !> The public face of the library: all names that a program needs, and no code. docs/embedding.md shows how.
 !>
 !>     problem_type      what is to be analysed: read(path), parse(text, name), take(analysis), set_material(name, law)
-!>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, keep, put_back, stages
+!>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, keep, restore_checkpoint,
+!> stages
 !>     value_shape, get_values, view_values, set_values   points, nodes and figures by name
 !>     observer_type     extended by a program that wants to hear of steps and sentences
 !>     term_type         extended by a program with forces of its own: simulation_type's add_term
@@ -12,9 +13,9 @@ module qsmpm
     error_singular, error_user_material
   use qsmpm_phases, only: error_stopped
   use qsmpm_analysis, only: analysis_type, phase_type, controls_type
-  use qsmpm_law, only: law_type, batch_type, moment_type, start_time, time_increment, status_ok, &
-    status_cut, status_failed, status_broken, tangent_none, tangent_consistent, tangent_elastic
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_law, only: law_type, batch_type, step_info_type, start_time, time_increment, status_ok, &
+    status_cut, status_failed, status_unrecoverable, tangent_none, tangent_consistent, tangent_elastic
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, silent_observer_type, step_record_type
   use qsmpm_problem, only: problem_type
@@ -36,9 +37,9 @@ module qsmpm
   public :: problem_type, simulation_type, snapshot_type, analysis_type, phase_type, controls_type, model_type
   public :: observer_type, silent_observer_type, step_record_type
   public :: list_value_names, value_shape, get_values, view_values, set_values
-  public :: law_type, batch_type, moment_type, start_time, time_increment, status_ok, &
-    status_cut, status_failed, status_broken, tangent_none, tangent_consistent, tangent_elastic
-  public :: soil_model_type, soil_increment_type, soil_answer_type
+  public :: law_type, batch_type, step_info_type, start_time, time_increment, status_ok, &
+    status_cut, status_failed, status_unrecoverable, tangent_none, tangent_consistent, tangent_elastic
+  public :: soil_model_type, soil_increment_type, soil_response_type
   public :: term_type, increment_type, failure_type, role_external, role_internal, role_numerical, configuration_type, &
     equations_type, sparse_matrix_type, add_block, add_diagonal, lay_array, kept_values, keep_values
   public :: version, program_name, has_feature, api_version

@@ -25,8 +25,8 @@ module qsmpm_run
   use qsmpm_recorder, only: recorder_type, profile_file, signal_number
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_simulation, only: simulation_type
-  use qsmpm_stopwatch, only: turn_to, part_control
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_stopwatch, only: switch_timer, part_control
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_whole_scene, only: whole_scene_type, begin_whole
   implicit none
@@ -56,7 +56,7 @@ module qsmpm_run
 contains
 
   !> Read a deck and build its model: the smallest one where the deck leaves it open. A test of one point has none.
-  subroutine load_deck(path, plugins, scene, expansion, verdicts, model, warnings, error)
+  subroutine load_deck(path, plugins, scene, expansion, checks, model, warnings, error)
     !> Path of the deck.
     character(len=*), intent(in) :: path
     !> Load the libraries of user materials.
@@ -65,8 +65,7 @@ contains
     type(analysis_type), intent(out) :: scene
     type(expansion_type), intent(out) :: expansion
     !> What was found about its reductions.
-    type(verdict_type), allocatable, intent(out) :: verdicts(:)
-    !> The model.
+    type(reduction_check_type), allocatable, intent(out) :: checks(:)
     type(model_type), intent(out) :: model
     !> What the reader has to say, one sentence a line; empty when nothing.
     character(len=:), allocatable, intent(out) :: warnings
@@ -80,7 +79,7 @@ contains
     if (allocated(error)) return
     if (.not. plugins) call leave_libraries(scene, warnings)
     if (scene%point_test%given) return
-    call reduce_scene(scene, analysis, expansion, verdicts)
+    call reduce_scene(scene, analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (allocated(error)) return
     scene%method = model%analysis%method
@@ -89,7 +88,6 @@ contains
 
   !> Load no library: what a stranger's deck names would run on this machine.
   subroutine leave_libraries(scene, warnings)
-    !> The scene.
     type(analysis_type), intent(inout) :: scene
     !> Gains a sentence for each.
     character(len=:), allocatable, intent(inout) :: warnings
@@ -120,13 +118,13 @@ contains
     type(model_type) :: model
     type(analysis_type) :: scene
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(error_type), allocatable :: error
     class(law_type), allocatable :: law
 
     exit_code = 0
     summary = ''
-    call load_deck(path, plugins, scene, expansion, verdicts, model, report, error)
+    call load_deck(path, plugins, scene, expansion, checks, model, report, error)
     if (scene%point_test%given .and. .not. allocated(error)) then
       call point_law(scene, law, error)
       if (.not. allocated(error)) summary = point_summary(scene)
@@ -155,7 +153,7 @@ contains
     type(model_type) :: model
     type(analysis_type) :: scene
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(whole_scene_type) :: whole
     type(plan_items_type) :: items
     type(error_type), allocatable :: error
@@ -164,7 +162,7 @@ contains
     text = ''
     call omp_set_num_threads(1)
     call set_blas_threads(1)
-    call load_deck(path, plugins, scene, expansion, verdicts, model, report, error)
+    call load_deck(path, plugins, scene, expansion, checks, model, report, error)
     if (.not. allocated(error)) call reserve_buffers(1, error)
     if (.not. allocated(error)) call refuse_point(scene, error)
     if (.not. allocated(error)) call begin_whole(whole, scene, expansion, model, error)
@@ -172,7 +170,7 @@ contains
       call report_error(report, error, exit_code)
       return
     end if
-    call make_plan(scene, whole, verdicts, model, items)
+    call make_plan(scene, whole, checks, model, items)
     if (json) then
       text = plan_json(items)
     else
@@ -232,8 +230,8 @@ contains
     else
       call simulation%run(error)
     end if
-    call turn_to(simulation%march%step%profile%watch, part_control)
-    call tell_times(request, simulation%march%step%profile, simulation%recorder, error)
+    call switch_timer(simulation%loop%step%profile%watch, part_control)
+    call report_times(request, simulation%loop%step%profile, simulation%recorder, error)
     if (allocated(error) .and. .not. allocated(simulation%outcome)) call move_alloc(error, simulation%outcome)
     if (allocated(simulation%outcome)) allocate (outcome, source=simulation%outcome)
     call simulation%finish_record(error)
@@ -242,12 +240,11 @@ contains
   end subroutine run_recorded
 
   !> Where the time went: a line of the log and, on request, a table and a file.
-  subroutine tell_times(request, profile, recorder, error)
+  subroutine report_times(request, profile, recorder, error)
     !> What is to be run.
     type(run_request_type), intent(in) :: request
     !> Time and work of the run.
     type(run_profile_type), intent(in) :: profile
-    !> The recorder.
     type(recorder_type), intent(inout) :: recorder
     !> Set when the file cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -256,15 +253,13 @@ contains
     if (.not. request%profile) return
     call recorder%note(profile_table(profile, request%threads))
     call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
-  end subroutine tell_times
+  end subroutine report_times
 
   !> Add an error to the report and take its exit code.
   subroutine report_error(report, error, exit_code)
     !> Warnings and errors, one a line.
     character(len=:), allocatable, intent(inout) :: report
-    !> The error.
     type(error_type), intent(in) :: error
-    !> Its code.
     integer, intent(out) :: exit_code
 
     report = report//without_last_newline(error%message)//newline

@@ -4,7 +4,7 @@
 module qsmpm_simulation
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: three_dimensional
-  use qsmpm_audience, only: audience_type
+  use qsmpm_observer_list, only: observer_list_type
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_limit_load, only: is_found, limit_load_type
   use qsmpm_phase_start, only: resume_phase
@@ -48,7 +48,7 @@ contains
     if (.not. self%ready) return
     associate (progress => self%model%state%progress)
       coming_stage = progress%phase + 1
-      if (.not. self%march%begun .and. .not. progress%fraction > 0.0_wp) coming_stage = progress%phase
+      if (.not. self%loop%begun .and. .not. progress%fraction > 0.0_wp) coming_stage = progress%phase
     end associate
     if (coming_stage > size(self%scene%phases)) coming_stage = 0
   end function coming_stage
@@ -57,7 +57,6 @@ contains
   subroutine find_coming(self, number, error)
     !> The analysis.
     class(simulation_type), intent(in) :: self
-    !> Its number.
     integer, intent(out) :: number
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
@@ -82,7 +81,7 @@ contains
 
     call need_model(self, error)
     if (.not. allocated(error)) call append_stage(self%scene, name, steps, error)
-    if (.not. allocated(error)) call self%adopt(error)
+    if (.not. allocated(error)) call self%take_over(error)
   end subroutine add_stage
 
   !> End the present stage where it stands: its loads are those reached.
@@ -91,29 +90,29 @@ contains
     class(simulation_type), intent(inout), target :: self
     !> Set when no stage is under way.
     type(error_type), allocatable, intent(out) :: error
-    type(audience_type) :: audience
+    type(observer_list_type) :: observers
     logical :: under_way
 
     call need_model(self, error)
     if (allocated(error)) return
-    under_way = self%march%begun .or. self%model%state%progress%fraction > 0.0_wp
+    under_way = self%loop%begun .or. self%model%state%progress%fraction > 0.0_wp
     associate (progress => self%model%state%progress)
       if (.not. under_way .or. (phase_is_complete(progress) .and. .not. is_found(progress%limit))) then
         call fail(error, error_other, 'no stage is under way')
         return
       end if
       call cut_stage(self%scene, progress%phase, progress%fraction)
-      call self%adopt(error)
+      call self%take_over(error)
       if (allocated(error)) return
       progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%fraction = 1.0_wp
       progress%limit = limit_load_type()
     end associate
     call resume_phase(self%model)
-    self%march%begun = .true.
-    if (allocated(self%recorder)) audience%recorder => self%recorder
+    self%loop%begun = .true.
+    if (allocated(self%recorder)) observers%recorder => self%recorder
     if (allocated(self%outcome)) deallocate (self%outcome)
-    call end_phase(self%model, self%march, audience, error)
+    call end_phase(self%model, self%loop, observers, error)
   end subroutine end_stage
 
   !> Load factor at the end of the coming stage, by which all its loads are multiplied.
@@ -132,7 +131,7 @@ contains
       call fail(error, error_other, 'the load factor of a stage is above 0')
     if (allocated(error)) return
     self%scene%phases(number)%load_factor = factor
-    call self%adopt(error)
+    call self%take_over(error)
   end subroutine set_load_factor
 
   !> Load steps that the coming stage is first cut into.
@@ -150,7 +149,7 @@ contains
       call fail(error, error_other, integer_text(steps)//' load steps are none')
     if (allocated(error)) return
     self%scene%phases(number)%controls%steps = steps
-    call self%adopt(error)
+    call self%take_over(error)
   end subroutine set_steps
 
   !> How long the coming stage lasts, for models that depend on time.
@@ -168,7 +167,7 @@ contains
       call fail(error, error_other, 'a stage lasts longer than 0')
     if (allocated(error)) return
     self%scene%phases(number)%duration = duration
-    call self%adopt(error)
+    call self%take_over(error)
   end subroutine set_time
 
   !> Time at the start of the coming stage; where it is not set, the stage starts at the end of the one before.
@@ -184,7 +183,7 @@ contains
     if (allocated(error)) return
     self%scene%phases(number)%start_given = .true.
     self%scene%phases(number)%start_time = time
-    call self%adopt(error)
+    call self%take_over(error)
   end subroutine set_start_time
 
   !> Gravity at the end of the coming stage.
@@ -201,7 +200,7 @@ contains
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (allocated(error)) return
     call change_gravity(self%scene%phases(number), vector)
-    call self%adopt(error)
+    call self%take_over(error)
   end subroutine set_gravity
 
   !> Dead traction on a surface at the end of the coming stage.
@@ -219,7 +218,7 @@ contains
     call find_coming(self, number, error)
     if (.not. allocated(error)) call need_vector(self, vector, error)
     if (.not. allocated(error)) call change_traction(self%scene, number, surface, vector, error)
-    if (.not. allocated(error)) call self%adopt(error)
+    if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_traction
 
   !> Pressure on a surface at the end of the coming stage.
@@ -237,7 +236,7 @@ contains
     call find_coming(self, number, error)
     if (.not. allocated(error)) call need_numbers([pressure], error)
     if (.not. allocated(error)) call change_pressure(self%scene, number, surface, pressure, error)
-    if (.not. allocated(error)) call self%adopt(error)
+    if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_pressure
 
   !> Displacement of a node set over the coming stage.
@@ -258,7 +257,7 @@ contains
     if (.not. allocated(error)) call need_numbers([value], error)
     if (.not. allocated(error)) &
       call change_displacement(self%model, self%scene%phases(number), set, component, value, error)
-    if (.not. allocated(error)) call self%adopt(error)
+    if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_displacement
 
   !> Components of a node set that are held from the coming stage on; none frees it.
@@ -275,7 +274,7 @@ contains
 
     call find_coming(self, number, error)
     if (.not. allocated(error)) call change_fixity(self%model, self%scene%phases(number), set, fixed, error)
-    if (.not. allocated(error)) call self%adopt(error)
+    if (.not. allocated(error)) call self%take_over(error)
   end subroutine set_fixity
 
   !> Forces on the material points from the next step on, as they stand: they are not raised over a stage.
@@ -316,7 +315,6 @@ contains
 
   !> Set when a value is not a number.
   pure subroutine need_numbers(values, error)
-    !> The values.
     real(wp), intent(in) :: values(:)
     !> Set when one is infinite or not a number.
     type(error_type), allocatable, intent(out) :: error

@@ -3,11 +3,11 @@ module qsmpm_snapshot
   use qsmpm_analysis, only: phase_type
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_window, only: restore
-  use qsmpm_phases, only: march_type
+  use qsmpm_phases, only: step_loop_type
   implicit none
   private
 
-  public :: snapshot_type, take_snapshot, put_back, copy_phases
+  public :: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
 
   !> State, loads and stages.
   type :: snapshot_type
@@ -16,19 +16,17 @@ module qsmpm_snapshot
     type(state_type), private :: state
     type(loading_type), private :: loading
     type(phase_type), allocatable, private :: phases(:), model_phases(:)
-    logical, private :: begun = .false., told = .false.
+    logical, private :: begun = .false., end_notified = .false.
   end type snapshot_type
 
 contains
 
   !> Copy.
-  subroutine take_snapshot(model, phases, march, snapshot)
-    !> The model.
+  subroutine take_snapshot(model, phases, loop, snapshot)
     type(model_type), intent(in) :: model
     !> Stages of the scene.
     type(phase_type), intent(in) :: phases(:)
-    !> The run.
-    type(march_type), intent(in) :: march
+    type(step_loop_type), intent(in) :: loop
     !> The copy.
     type(snapshot_type), intent(out) :: snapshot
 
@@ -36,21 +34,19 @@ contains
     snapshot%loading = model%loading
     call copy_phases(phases, snapshot%phases)
     call copy_phases(model%analysis%phases, snapshot%model_phases)
-    snapshot%begun = march%begun
-    snapshot%told = march%told
+    snapshot%begun = loop%begun
+    snapshot%end_notified = loop%end_notified
     snapshot%taken = .true.
   end subroutine take_snapshot
 
   !> Put a copy back, of the same model.
-  subroutine put_back(snapshot, model, phases, march)
+  subroutine restore_checkpoint(snapshot, model, phases, loop)
     !> The copy.
     type(snapshot_type), intent(in) :: snapshot
-    !> The model.
     type(model_type), intent(inout) :: model
     !> Stages of the scene.
     type(phase_type), allocatable, intent(inout) :: phases(:)
-    !> The run.
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
 
     call copy_phases(snapshot%phases, phases)
     call copy_phases(snapshot%model_phases, model%analysis%phases)
@@ -58,9 +54,9 @@ contains
     model%state%progress%phase = min(model%state%progress%phase, size(phases))
     call restore(snapshot%state, model)
     model%loading = snapshot%loading
-    march%begun = snapshot%begun
-    march%told = snapshot%told
-  end subroutine put_back
+    loop%begun = snapshot%begun
+    loop%end_notified = snapshot%end_notified
+  end subroutine restore_checkpoint
 
   !> Copy stages one by one.
   subroutine copy_phases(from, to)

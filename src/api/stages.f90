@@ -9,20 +9,19 @@ module qsmpm_stages
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_text, only: string_type, nearest_word, integer_text
   implicit none
   private
 
   public :: append_stage, change_gravity, change_traction, change_pressure, change_displacement, change_fixity, &
-    cut_stage, adopt_stages
+    cut_stage, take_over_stages
 
 contains
 
   !> Add a stage in which nothing changes yet; its controls are those of the last one.
   subroutine append_stage(scene, name, steps, error)
-    !> The scene.
     type(analysis_type), intent(inout) :: scene
     !> Name, which no other stage has.
     character(len=*), intent(in) :: name
@@ -47,7 +46,7 @@ contains
     end do
     phase%name = trim(name)
     allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
-      phase%hold_test%at(0))
+      phase%constant_load_test%at(0))
     if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
     phase%controls%steps = steps
     call append(scene%phases, phase)
@@ -66,7 +65,6 @@ contains
 
   !> Dead traction on a surface at the end of a stage, per unit of its load factor.
   subroutine change_traction(scene, number, surface, vector, error)
-    !> The scene.
     type(analysis_type), intent(inout) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -96,7 +94,6 @@ contains
 
   !> Pressure on a surface at the end of a stage, per unit of its load factor.
   subroutine change_pressure(scene, number, surface, pressure, error)
-    !> The scene.
     type(analysis_type), intent(inout) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -202,7 +199,6 @@ contains
 
   !> Let a stage end where it stands: its loads become those reached, its displacements those done.
   subroutine cut_stage(scene, number, share)
-    !> The scene.
     type(analysis_type), intent(inout) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -253,7 +249,6 @@ contains
 
   !> Gravity at the end of the stages before one.
   pure function gravity_before(scene, number) result(vector)
-    !> The scene.
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -268,7 +263,6 @@ contains
 
   !> Dead traction at the end of the stages before one.
   pure function traction_before(scene, number, surface) result(vector)
-    !> The scene.
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -290,7 +284,6 @@ contains
 
   !> Pressure at the end of the stages before one.
   pure function pressure_before(scene, number, surface) result(pressure)
-    !> The scene.
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
@@ -311,7 +304,7 @@ contains
   end function pressure_before
 
   !> Give the model the stages of the scene. A reduced model takes them only where its reductions hold with them too.
-  subroutine adopt_stages(scene, expansion, model, error)
+  subroutine take_over_stages(scene, expansion, model, error)
     !> The scene with its new stages.
     type(analysis_type), intent(in) :: scene
     !> The way from the model to the scene.
@@ -322,26 +315,25 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(analysis_type) :: reduced
     type(expansion_type) :: now
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
 
     if (size(expansion%steps) == 0) then
       call take_phases(scene, model)
       return
     end if
-    call reduce_scene(scene, reduced, now, verdicts)
+    call reduce_scene(scene, reduced, now, checks)
     if (.not. same_steps(expansion, now)) then
       call fail(error, error_other, 'with these loads the scene is not what it was reduced to; name the type '// &
         'of the model instead of *MODEL, TYPE=AUTO')
       return
     end if
     call take_phases(reduced, model)
-  end subroutine adopt_stages
+  end subroutine take_over_stages
 
   !> Copy the stages.
   subroutine take_phases(analysis, model)
     !> Where they come from.
     type(analysis_type), intent(in) :: analysis
-    !> The model.
     type(model_type), intent(inout) :: model
     type(phase_type), allocatable :: phases(:)
     integer :: p
@@ -364,7 +356,6 @@ contains
 
   !> Whether there is such a surface.
   subroutine check_surface(scene, surface, error)
-    !> The scene.
     type(analysis_type), intent(in) :: scene
     !> Name of the surface.
     character(len=*), intent(in) :: surface
@@ -382,7 +373,6 @@ contains
 
   !> Whether there is such a node set.
   subroutine check_set(model, set, error)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Name of the set.
     character(len=*), intent(in) :: set

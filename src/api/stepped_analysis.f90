@@ -1,11 +1,11 @@
-!> One analysis that a program holds and steps: made, advanced, written, saved, put back. There is no state outside the
+!> One analysis that a program holds and steps: made, advanced, written, saved, restored. There is no state outside the
 !> object, so that any number of them may live and take turns in one process; each gives the bytes of a run of its own.
 !>
 !> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type
-  use qsmpm_audience, only: audience_type
+  use qsmpm_observer_list, only: observer_list_type
   use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
@@ -18,21 +18,21 @@ module qsmpm_stepped_analysis
   use qsmpm_model_builder, only: build_model
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
   use qsmpm_process_settings, only: settings_type, enter_library, leave_library, check_threads
   use qsmpm_program_name, only: program_name
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create_recorder => create, close
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart, text_fingerprint
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_scene, only: reduce_scene
-  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back, copy_phases
-  use qsmpm_stages, only: adopt_stages
+  use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
+  use qsmpm_stages, only: take_over_stages
   use qsmpm_step_length, only: phase_is_complete
-  use qsmpm_stopwatch, only: turn_to, part_output, part_control
+  use qsmpm_stopwatch, only: switch_timer, part_output, part_control
   use qsmpm_term, only: term_type
   use qsmpm_term_sums, only: share_names
   use qsmpm_whole_scene, only: begin_whole, is_reduced
@@ -57,11 +57,11 @@ module qsmpm_stepped_analysis
     !> There is a model.
     logical :: ready = .false.
     !> What was found about reductions of the scene.
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     !> Where results are written, while they are.
     type(recorder_type), allocatable :: recorder
     !> Time and work so far.
-    type(march_type) :: march
+    type(step_loop_type) :: loop
     type(expansion_type), private :: expansion
     type(phase_type), allocatable, private :: adopted(:)
     type(clock_type), private :: clock
@@ -87,9 +87,9 @@ module qsmpm_stepped_analysis
     procedure :: finish_record
     procedure :: save => save_state
     procedure :: load => load_state
-    procedure :: keep
-    procedure :: put_back => put_back_kept
-    procedure :: adopt
+    procedure :: checkpoint
+    procedure :: restore_checkpoint => restore_kept
+    procedure :: take_over
   end type stepped_analysis_type
 
 contains
@@ -122,14 +122,14 @@ contains
     self%messages = problem%messages
     self%scene = problem%scene
     call mark_own(problem%materials, self%scene)
-    call reduce_scene(self%scene, analysis, self%expansion, self%verdicts)
+    call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
     if (.not. allocated(error)) call build_model(analysis, self%model, error, laws)
     if (.not. allocated(error)) then
       self%scene%method = self%model%analysis%method
       self%scene%materials = self%model%analysis%materials
       call copy_phases(self%scene%phases, self%adopted)
-      call begin_march(self%model, profile, self%march)
+      call begin_step_loop(self%model, profile, self%loop)
       self%ready = .true.
     end if
     call leave_library(settings)
@@ -137,17 +137,16 @@ contains
 
   !> Give everything back. The results that are written are closed; use finish_record to hear of faults in that.
   subroutine destroy(self)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     type(error_type), allocatable :: error
     type(run_profile_type) :: profile
     type(model_type) :: empty
-    type(march_type) :: at_rest
+    type(step_loop_type) :: at_rest
 
     if (.not. self%ready) return
     call self%finish_record(error)
-    call end_march(self%march, profile)
-    self%march = at_rest
+    call end_step_loop(self%loop, profile)
+    self%loop = at_rest
     self%model = empty
     self%ready = .false.
     if (allocated(self%outcome)) deallocate (self%outcome)
@@ -155,7 +154,6 @@ contains
 
   !> Set when there is no model.
   subroutine need_model(self, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(in) :: self
     !> Set when there is none.
     type(error_type), allocatable, intent(out) :: error
@@ -165,16 +163,14 @@ contains
 
   !> Whether the last stage has ended.
   pure logical function finished(self)
-    !> The analysis.
     class(stepped_analysis_type), intent(in) :: self
 
     finished = .false.
-    if (self%ready) finished = is_finished(self%model, self%march)
+    if (self%ready) finished = is_finished(self%model, self%loop)
   end function finished
 
   !> One accepted load step.
   subroutine advance_alone(self, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Why there is none; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
@@ -182,9 +178,8 @@ contains
     call step_on(self, 1.0_wp, error)
   end subroutine advance_alone
 
-  !> One accepted load step, with a listener.
+  !> One accepted load step, with a observer.
   subroutine advance_told(self, observer, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -196,7 +191,6 @@ contains
 
   !> Step to a share of the present stage, or of the coming one between stages.
   subroutine advance_to_alone(self, share, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Share of the stage, above the present one, to 1.
     real(wp), intent(in) :: share
@@ -206,9 +200,8 @@ contains
     call step_to(self, share, error)
   end subroutine advance_to_alone
 
-  !> Step to a share of a stage, with a listener.
+  !> Step to a share of a stage, with a observer.
   subroutine advance_to_told(self, share, observer, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Share of the stage, above the present one, to 1.
     real(wp), intent(in) :: share
@@ -222,7 +215,6 @@ contains
 
   !> Step to the end of the last stage.
   subroutine run_alone(self, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Why it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
@@ -233,9 +225,8 @@ contains
     end do
   end subroutine run_alone
 
-  !> Step to the end of the last stage, with a listener.
+  !> Step to the end of the last stage, with a observer.
   subroutine run_told(self, observer, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -250,7 +241,6 @@ contains
 
   !> Steps to a share of a stage.
   subroutine step_to(self, share, error, observer)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Share of the stage.
     real(wp), intent(in) :: share
@@ -276,7 +266,6 @@ contains
 
   !> One accepted step that goes no further than a share of its stage.
   subroutine step_on(self, limit, error, observer)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout), target :: self
     !> Share of the stage.
     real(wp), intent(in) :: limit
@@ -284,27 +273,26 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Listener of the program.
     class(observer_type), intent(inout), optional, target :: observer
-    type(audience_type) :: audience
+    type(observer_list_type) :: observers
     type(settings_type) :: settings
 
     call need_model(self, error)
     if (.not. allocated(error) .and. self%finished()) &
       call fail(error, error_other, 'the analysis is finished: no stage is to come')
     if (allocated(error)) return
-    if (allocated(self%recorder)) audience%recorder => self%recorder
-    if (present(observer)) audience%own => observer
+    if (allocated(self%recorder)) observers%recorder => self%recorder
+    if (present(observer)) observers%own => observer
     call enter_library(self%threads, settings)
-    self%march%limit = limit
-    call march_step(self%model, self%march, audience, error)
+    self%loop%limit = limit
+    call advance_step_loop(self%model, self%loop, observers, error)
     call leave_library(settings)
-    self%last = audience%last
+    self%last = observers%last
     if (allocated(self%outcome)) deallocate (self%outcome)
     if (allocated(error)) allocate (self%outcome, source=error)
   end subroutine step_on
 
   !> Add a term of the program's own to the equations, before the first step and before anything is written.
   subroutine add_own_term(self, term, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> What it is; a copy is taken.
     class(term_type), intent(in) :: term
@@ -317,12 +305,11 @@ contains
       call fail(error, error_other, 'a term is added before the first step, and before results are written')
       return
     end if
-    call add_term(self%model, self%march%step%terms, term)
+    call add_term(self%model, self%loop%step%terms, term)
   end subroutine add_own_term
 
   !> From now on, write what a run of the command line writes.
   subroutine record(self, directory, error, display, continued)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Where to; it is made when it is not there. What an earlier run left is replaced.
     character(len=*), intent(in) :: directory
@@ -342,15 +329,15 @@ contains
     options%display = display_quiet
     if (present(display)) options%display = display
     if (present(continued)) options%continued = continued
-    options%begun = self%march%begun .or. self%model%state%progress%step > 0
+    options%begun = self%loop%begun .or. self%model%state%progress%step > 0
     options%clock = self%clock
     options%banner = program_name()
     call echo_text(self%scene, echo)
     options%fingerprint = text_fingerprint(echo)
-    options%shares = share_names(self%march%step%terms)
+    options%shares = share_names(self%loop%step%terms)
     call begin_whole(options%whole, self%scene, self%expansion, self%model, error)
     if (allocated(error)) return
-    call turn_to(self%march%step%profile%watch, part_output)
+    call switch_timer(self%loop%step%profile%watch, part_output)
     allocate (self%recorder)
     call create_recorder(self%recorder, self%model, directory, options, error)
     if (allocated(error)) then
@@ -361,12 +348,11 @@ contains
       ! A model in a library that ends the process does so before these files are closed.
       call guard_exit()
     end if
-    call turn_to(self%march%step%profile%watch, part_control)
+    call switch_timer(self%loop%step%profile%watch, part_control)
   end subroutine record
 
   !> Close what is written; the log says how the last step ended.
   subroutine finish_record(self, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Set when something could not be written.
     type(error_type), allocatable, intent(out) :: error
@@ -378,7 +364,6 @@ contains
 
   !> Write the whole state to a file.
   subroutine save_state(self, path, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(in) :: self
     !> Name of the file.
     character(len=*), intent(in) :: path
@@ -394,7 +379,6 @@ contains
 
   !> Read a state back that was saved with the same stages.
   subroutine load_state(self, path, error)
-    !> The analysis.
     class(stepped_analysis_type), intent(inout) :: self
     !> Name of the file.
     character(len=*), intent(in) :: path
@@ -407,13 +391,12 @@ contains
     call echo_text(self%scene, echo)
     call read_restart(path, self%model, text_fingerprint(echo), error)
     if (allocated(error)) return
-    self%march%begun = .false.
-    self%march%told = .false.
+    self%loop%begun = .false.
+    self%loop%end_notified = .false.
   end subroutine load_state
 
   !> Copy state, loads and stages.
-  subroutine keep(self, snapshot, error)
-    !> The analysis.
+  subroutine checkpoint(self, snapshot, error)
     class(stepped_analysis_type), intent(in) :: self
     !> The copy.
     type(snapshot_type), intent(out) :: snapshot
@@ -421,12 +404,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
-    if (.not. allocated(error)) call take_snapshot(self%model, self%scene%phases, self%march, snapshot)
-  end subroutine keep
+    if (.not. allocated(error)) call take_snapshot(self%model, self%scene%phases, self%loop, snapshot)
+  end subroutine checkpoint
 
   !> Put a copy of this analysis back.
-  subroutine put_back_kept(self, snapshot, error)
-    !> The analysis.
+  subroutine restore_kept(self, snapshot, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> The copy.
     type(snapshot_type), intent(in) :: snapshot
@@ -436,33 +418,31 @@ contains
     call need_model(self, error)
     if (.not. allocated(error) .and. .not. snapshot%taken) call fail(error, error_other, 'no state has been kept')
     if (allocated(error)) return
-    call put_back(snapshot, self%model, self%scene%phases, self%march)
+    call restore_checkpoint(snapshot, self%model, self%scene%phases, self%loop)
     call copy_phases(self%scene%phases, self%adopted)
     if (allocated(self%outcome)) deallocate (self%outcome)
-    call tell_recorder(self, error)
-  end subroutine put_back_kept
+    call report_recorder(self, error)
+  end subroutine restore_kept
 
-  !> Take over stages that were changed in `scene`; those that have begun must not be. Put back with an error.
-  subroutine adopt(self, error)
-    !> The analysis.
+  !> Take over stages that were changed in `scene`; those that have begun must not be. Restored with an error.
+  subroutine take_over(self, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Set when the model is not good for them.
     type(error_type), allocatable, intent(out) :: error
 
     call need_model(self, error)
     if (allocated(error)) return
-    call adopt_stages(self%scene, self%expansion, self%model, error)
+    call take_over_stages(self%scene, self%expansion, self%model, error)
     if (allocated(error)) then
       call copy_phases(self%adopted, self%scene%phases)
       return
     end if
     call copy_phases(self%scene%phases, self%adopted)
-    call tell_recorder(self, error)
-  end subroutine adopt
+    call report_recorder(self, error)
+  end subroutine take_over
 
   !> The results that are written follow the stages.
-  subroutine tell_recorder(self, error)
-    !> The analysis.
+  subroutine report_recorder(self, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Set when the resolved deck cannot be written.
     type(error_type), allocatable, intent(out) :: error
@@ -474,5 +454,5 @@ contains
     if (is_reduced(self%recorder%options%whole)) &
       call copy_phases(self%scene%phases, self%recorder%options%whole%model%analysis%phases)
     call write_text(self%recorder%directory//'/'//self%model%analysis%job//'.echo.inp', echo, error)
-  end subroutine tell_recorder
+  end subroutine report_recorder
 end module qsmpm_stepped_analysis

@@ -20,7 +20,6 @@ contains
 
   !> Start counting.
   subroutine start_clock(clock)
-    !> The clock.
     type(clock_type), intent(out) :: clock
 
     clock%wall_start = wall_reading()
@@ -29,7 +28,6 @@ contains
 
   !> Seconds gone since the start.
   real(wp) function wall_seconds(clock)
-    !> The clock.
     type(clock_type), intent(in) :: clock
 
     wall_seconds = wall_reading() - clock%wall_start
@@ -37,7 +35,6 @@ contains
 
   !> Processor seconds spent by all threads since the start.
   real(wp) function cpu_seconds(clock)
-    !> The clock.
     type(clock_type), intent(in) :: clock
 
     cpu_seconds = cpu_reading() - clock%cpu_start

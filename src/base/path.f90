@@ -20,7 +20,6 @@ contains
 
   !> Directory of a path with its slash, empty when it has none.
   pure function directory_of(path) result(directory)
-    !> The path.
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: directory
 
@@ -29,7 +28,6 @@ contains
 
   !> Name of a file without directory and last extension.
   pure function base_name(path) result(name)
-    !> The path.
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: name
     integer :: dot
@@ -41,7 +39,6 @@ contains
 
   !> Last extension of a file with its dot, empty when it has none.
   pure function extension_of(path) result(extension)
-    !> The path.
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: extension
     integer :: dot

@@ -172,7 +172,6 @@ contains
 
   !> Remove a file.
   integer function remove_file(path)
-    !> Its name.
     character(len=*), intent(in) :: path
 
     remove_file = int(c_unlink(path//c_null_char))
@@ -180,7 +179,6 @@ contains
 
   !> Cut a file off.
   integer function truncate_file(path, length)
-    !> Its name.
     character(len=*), intent(in) :: path
     !> Bytes that stay.
     integer(c_long), intent(in) :: length
@@ -190,7 +188,6 @@ contains
 
   !> Make a directory and those above it; one that exists is a success.
   integer function make_directory(path)
-    !> Its name.
     character(len=*), intent(in) :: path
 
     make_directory = int(c_make_directory(path//c_null_char))
@@ -224,7 +221,6 @@ contains
 
   !> Remove a locked file and give its lock back.
   subroutine unlock_file(path, descriptor)
-    !> Its name.
     character(len=*), intent(in) :: path
     !> What lock_file gave.
     integer, intent(in) :: descriptor
@@ -234,7 +230,6 @@ contains
 
   !> Whether a descriptor (1: standard output) is a terminal.
   logical function is_terminal(descriptor)
-    !> The descriptor.
     integer, intent(in) :: descriptor
 
     is_terminal = c_isatty(int(descriptor, c_int)) == 1
@@ -242,7 +237,6 @@ contains
 
   !> Columns of the terminal behind a descriptor, 0 when that is not known.
   integer function terminal_width(descriptor)
-    !> The descriptor.
     integer, intent(in) :: descriptor
 
     terminal_width = int(c_terminal_width(int(descriptor, c_int)))

@@ -154,7 +154,6 @@ contains
   !> Cosine and sine of the angle from the first axis to the larger principal direction of [h o; o -h]:
   !> along (r + h, o) or (o, r - h), whichever does not cancel.
   pure subroutine half_angle(half, shear, radius, c, s)
-    !> h.
     real(wp), intent(in) :: half
     !> o.
     real(wp), intent(in) :: shear

@@ -11,7 +11,7 @@ module qsmpm_stopwatch
   implicit none
   private
 
-  public :: stopwatch_type, start_stopwatch, turn_to
+  public :: stopwatch_type, start_stopwatch, switch_timer
 
   !> Parts of a run.
   integer, parameter, public :: part_input = 1, part_initialisation = 2, part_analysis = 3, part_evaluation = 4, &
@@ -42,7 +42,6 @@ contains
 
   !> Set all accounts to zero and begin to count for a part. A stopwatch that was never started stays silent.
   subroutine start_stopwatch(watch, part)
-    !> The stopwatch.
     type(stopwatch_type), intent(out) :: watch
     !> One of the part_* values.
     integer, intent(in) :: part
@@ -53,8 +52,7 @@ contains
   end subroutine start_stopwatch
 
   !> Close the account of the present part and count for another from now on.
-  subroutine turn_to(watch, part)
-    !> The stopwatch.
+  subroutine switch_timer(watch, part)
     type(stopwatch_type), intent(inout) :: watch
     !> One of the part_* values; the present one to bring its account up to date.
     integer, intent(in) :: part
@@ -69,5 +67,5 @@ contains
     watch%cpu_last = cpu
     if (part /= watch%part) watch%calls(part) = watch%calls(part) + 1
     watch%part = part
-  end subroutine turn_to
+  end subroutine switch_timer
 end module qsmpm_stopwatch

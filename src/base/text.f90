@@ -269,7 +269,6 @@ contains
 
   !> A word without one leading sign.
   pure function unsigned(word) result(rest)
-    !> The word.
     character(len=*), intent(in) :: word
     character(len=:), allocatable :: rest
 
@@ -370,7 +369,6 @@ contains
   pure subroutine add_word(list, word)
     !> The list, allocated.
     type(string_type), allocatable, intent(inout) :: list(:)
-    !> The word.
     character(len=*), intent(in) :: word
     type(string_type), allocatable :: longer(:)
     integer :: i

@@ -16,7 +16,7 @@ module qsmpm_body_quadrature
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: interpolate
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_seed_list, only: seed_list_type
   use qsmpm_domain_pieces, only: pieces_type
   implicit none

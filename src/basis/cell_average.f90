@@ -10,7 +10,7 @@ module qsmpm_cell_average
   use qsmpm_mesh, only: mesh_type
   use qsmpm_space, only: space_type, cell_block
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_domains, only: domains_type
   use qsmpm_domain_pieces, only: pieces_type, cut_domains, whole_points
@@ -29,7 +29,6 @@ contains
   subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
     inaccurate, bodies)
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Volumes are per radian.
     logical, intent(in) :: is_axisymmetric
@@ -125,9 +124,7 @@ contains
 
   !> First integration point of every group, and the number of Gauss points.
   subroutine count_points(mesh, space, pieces, whole, first, own)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> What is integrated in the cells that are not whole.
     type(pieces_type), intent(in) :: pieces
@@ -154,17 +151,12 @@ contains
 
   !> The pieces of a cell as they are.
   pure subroutine take_pieces(mesh, space, points, pieces, group, integration)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> The material points.
     type(points_type), intent(in) :: points
-    !> The pieces.
     type(pieces_type), intent(in) :: pieces
     !> Number of the group.
     integer, intent(in) :: group
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: first(3), count(3), n, p, q
 
@@ -195,11 +187,8 @@ contains
 
   !> Fit the points of a full cell and sample the fit at its Gauss points.
   subroutine average_cell(mesh, space, points, laws, chosen, group, own, integration, inaccurate)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
@@ -209,7 +198,6 @@ contains
     integer, intent(in) :: group
     !> Gauss points so far, added to.
     integer, intent(inout) :: own
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     !> Count of inaccurate points, added to.
     integer, intent(inout) :: inaccurate
@@ -241,13 +229,11 @@ contains
   !> Gauss points of a full cell: the element's own, for splines as many a direction as the degree. A
   !> grid one cell wide gets one more: there no neighbour holds the polynomials that vanish at them.
   pure subroutine cell_rule(space, kind, places, weights)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Element kind.
     integer, intent(in) :: kind
     !> Local coordinates (dimension, n).
     real(wp), allocatable, intent(out) :: places(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
     logical :: one
 

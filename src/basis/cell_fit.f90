@@ -26,9 +26,7 @@ contains
   subroutine fit_cell(kind, points, slot, chosen, coefficients, inaccurate)
     !> Element kind of the cell.
     integer, intent(in) :: kind
-    !> The material points.
     type(points_type), intent(in) :: points
-    !> The law.
     type(law_slot_type), intent(in) :: slot
     !> Material points of the cell.
     integer, intent(in) :: chosen(:)
@@ -115,7 +113,6 @@ contains
 
   !> Order of the fit in a cell: quadratic for cubic splines where the cell has the points for it.
   pure integer function fit_order(space, dimension, points)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> 2 or 3, and the points of the cell.
     integer, intent(in) :: dimension, points

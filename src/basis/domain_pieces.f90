@@ -6,7 +6,7 @@
 !> domains a point is one piece, in the cell that owns it. In axisymmetry shares are those of rings.
 module qsmpm_domain_pieces
   use qsmpm_kinds, only: wp
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type
   use qsmpm_spline_axis, only: interval_cells
   use qsmpm_domains, only: domains_type
@@ -34,9 +34,7 @@ contains
 
   !> Every point as one piece in its owner cell.
   pure subroutine whole_points(activation, pieces)
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> The pieces.
     type(pieces_type), intent(out) :: pieces
 
     allocate (pieces%cell, source=activation%active_cell)
@@ -56,7 +54,6 @@ contains
     logical, intent(in) :: axisymmetric
     !> The boxes.
     type(domains_type), intent(in) :: domains
-    !> The pieces.
     type(pieces_type), intent(out) :: pieces
     integer :: number(cell_count), from(3), to(3), p, i, j, k, c, g, n
 
@@ -98,7 +95,6 @@ contains
 
   !> Cells along the axes that the domain of a point reaches into.
   pure subroutine cells_of(space, domains, p, from, to)
-    !> The space.
     type(space_type), intent(in) :: space
     !> The boxes.
     type(domains_type), intent(in) :: domains
@@ -117,7 +113,6 @@ contains
 
   !> Number of the cell at a place of the grid.
   pure integer function cell_at(space, i, j, k)
-    !> The space.
     type(space_type), intent(in) :: space
     !> Place along the axes.
     integer, intent(in) :: i, j, k
@@ -131,7 +126,6 @@ contains
     integer, intent(in) :: number(:)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The pieces.
     type(pieces_type), intent(inout) :: pieces
     integer :: c, g
 
@@ -152,7 +146,6 @@ contains
 
   !> The part of a domain in one cell. Ends beyond the outermost cells stay: their share is theirs.
   pure subroutine cut(space, domains, p, at, low, high, share)
-    !> The space.
     type(space_type), intent(in) :: space
     !> The boxes.
     type(domains_type), intent(in) :: domains

@@ -11,7 +11,7 @@ module qsmpm_domains
   use qsmpm_tensor, only: unpack_gradient
   use qsmpm_isotropic_function, only: compose
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, cell_position
   use qsmpm_spline_axis, only: interval_cells, sliver
   implicit none
@@ -29,11 +29,8 @@ contains
 
   !> The domains of a state.
   subroutine place_domains(space, activation, points, domains)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> The material points.
     type(points_type), intent(in) :: points
     !> The boxes.
     type(domains_type), intent(out) :: domains
@@ -88,9 +85,7 @@ contains
   !> Shorten a domain that reaches through kinks into an inactive cell: along the axis on which it
   !> reaches least far.
   pure subroutine stay_inside_walls(space, activation, x, at, half)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> The point.
     real(wp), intent(in) :: x(:)
@@ -100,13 +95,13 @@ contains
     real(wp), intent(inout) :: half(:)
     real(wp) :: depth(size(x)), wall(size(x))
     integer :: offset(3), crossings, code, a, cell, least
-    logical :: kinks, reached
+    logical :: reduced_knots, reached
 
-    kinks = .false.
+    reduced_knots = .false.
     do a = 1, size(x)
-      kinks = kinks .or. any(space%axis(a)%kink(at(a):at(a) + 1))
+      reduced_knots = reduced_knots .or. any(space%axis(a)%knot_reduced(at(a):at(a) + 1))
     end do
-    if (.not. kinks) return
+    if (.not. reduced_knots) return
     do crossings = 1, size(x)
       do code = 0, 3**size(x) - 1
         offset = [mod(code, 3), mod(code/3, 3), code/9] - 1
@@ -118,7 +113,7 @@ contains
           associate (line => at(a) + max(offset(a), 0), lines => space%axis(a)%lines)
             wall(a) = abs(x(a) - lines(line))
             depth(a) = half(a) - wall(a)
-            reached = reached .and. space%axis(a)%kink(line) .and. depth(a) > sliver*half(a)
+            reached = reached .and. space%axis(a)%knot_reduced(line) .and. depth(a) > sliver*half(a)
           end associate
         end do
         if (.not. reached) cycle
@@ -135,7 +130,6 @@ contains
 
   !> Mark the cells that domains reach into: their functions take part in the equations.
   subroutine touch_cells(space, domains, touched)
-    !> The space.
     type(space_type), intent(in) :: space
     !> The boxes.
     type(domains_type), intent(in) :: domains

@@ -18,7 +18,7 @@ module qsmpm_integration
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_points, only: points_type
-  use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, node_position, most_functions
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, node_position, most_functions
   use qsmpm_spline_axis, only: axis_averages, radial_averages, most_averaged
   implicit none
   private
@@ -70,7 +70,6 @@ contains
     integer, intent(in) :: own
     !> The functions themselves are wanted, not their gradients alone.
     logical, intent(in) :: with_shape
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: g, n
 
@@ -91,7 +90,6 @@ contains
 
   !> Place before the values of a point's functions.
   pure integer function place_of(integration, group, point) result(place)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Group and integration point.
     integer, intent(in) :: group
@@ -103,7 +101,6 @@ contains
 
   !> Group of a point.
   pure integer function group_of(integration, point) result(group)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Integration point.
     integer, intent(in) :: point
@@ -123,9 +120,7 @@ contains
 
   !> Centre and size of the groups' cells.
   subroutine measure_cells(mesh, integration)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: g, first, n
 
@@ -142,7 +137,6 @@ contains
 
   !> Volume and start state of a material point, or of a share of it.
   pure subroutine take_point(points, p, share, q, integration)
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Material point.
     integer, intent(in) :: p
@@ -150,7 +144,6 @@ contains
     real(wp), intent(in) :: share
     !> Integration point.
     integer, intent(in) :: q
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
 
     integration%weight(q) = share*points%volume(p)
@@ -160,13 +153,10 @@ contains
 
   !> One group for each of the cells given, with all nodes of the cell.
   pure subroutine set_group_nodes(mesh, space, cells, integration)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Cells in rising order.
     integer, intent(in) :: cells(:)
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: nodes(most_functions), g, n, total
 
@@ -188,20 +178,17 @@ contains
 
   !> Basis functions at one point of a group that sees all nodes of its cell (eqs. 13, 14).
   pure subroutine set_basis(mesh, space, group, point, local, integration, determinant)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Group and integration point.
     integer, intent(in) :: group
     integer, intent(in) :: point
     !> Local coordinates in the group's cell (dimension).
     real(wp), intent(in) :: local(:)
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     !> Determinant of the cell's Jacobian, times the radius in axisymmetry.
     real(wp), intent(out), optional :: determinant
-    type(place_type) :: place
+    type(shape_values_type) :: place
     real(wp) :: radius
     integer :: n, b, j
 
@@ -220,7 +207,6 @@ contains
 
   !> Functions averaged over a box: the domain of a material point or a piece of it.
   pure subroutine set_average(space, low, high, first, count, group, point, integration)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Ends of the box (dimension).
     real(wp), intent(in) :: low(:)
@@ -231,7 +217,6 @@ contains
     !> Group and integration point.
     integer, intent(in) :: group
     integer, intent(in) :: point
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     real(wp) :: value(most_averaged, 3), slope(most_averaged, 3), hoop(most_averaged)
     integer :: i, j, k, n, m, a, b, from, seen
@@ -270,18 +255,14 @@ contains
 
   !> The hoop direction N/r of a point, and its distance r from the axis.
   pure subroutine set_hoop(mesh, space, group, point, shape, integration, radius)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Group and integration point.
     integer, intent(in) :: group
     integer, intent(in) :: point
     !> Functions of the group's nodes there (n).
     real(wp), intent(in) :: shape(:)
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
-    !> r.
     real(wp), intent(out) :: radius
     real(wp) :: x(mesh%dimension)
     integer :: a, n, b

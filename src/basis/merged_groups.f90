@@ -16,7 +16,6 @@ contains
   !> Integration points by patches: a patch sees the nodes of all its groups, its points are sorted by
   !> material, then group. Its cell is that of its first group.
   pure subroutine merge_groups(integration, patch, merged)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Patch of each group, numbered in the order of their first groups (groups).
     integer, intent(in) :: patch(:)
@@ -36,7 +35,6 @@ contains
 
   !> Node lists of the patches, and the place of each listed node of the groups in its patch.
   pure subroutine merge_nodes(integration, patch, merged, place)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups).
     integer, intent(in) :: patch(:)
@@ -102,7 +100,6 @@ contains
 
   !> Order of the points by patch, material, group and their order there.
   pure subroutine sort_points(integration, patch, merged, taken)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups).
     integer, intent(in) :: patch(:)
@@ -129,7 +126,6 @@ contains
   !> Copy the points; gradients of nodes that a point's own group does not have are zero. Gauss points keep
   !> their places among the start states.
   pure subroutine take_points(integration, patch, place, taken, merged)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Patch of each group (groups), place of listed nodes, point that goes to each place (points).
     integer, intent(in) :: patch(:)

@@ -9,7 +9,7 @@ module qsmpm_point_integration
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: space_type, tensor_nodes
   use qsmpm_spline_axis, only: interval_cells, most_averaged
   use qsmpm_domains, only: domains_type
@@ -27,19 +27,14 @@ contains
 
   !> Groups of material points with their functions.
   subroutine integrate_at_points(mesh, space, is_axisymmetric, activation, points, domains, integration, by_cells)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Volumes are per radian.
     logical, intent(in) :: is_axisymmetric
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Domains of the points; used when the space is averaged.
     type(domains_type), intent(in) :: domains
-    !> Integration points in groups.
     type(integration_type), intent(out) :: integration
     !> Groups are cells also when the space is averaged.
     logical, intent(in), optional :: by_cells
@@ -74,11 +69,8 @@ contains
 
   !> Functions, volumes and sources of all points.
   subroutine take_points(mesh, space, points, domains, first, count, order, integration)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Domains of the points; used when the space is averaged.
     type(domains_type), intent(in) :: domains
@@ -110,9 +102,7 @@ contains
 
   !> Functions along each axis that the domains of a cell's points see.
   pure subroutine average_ranges(space, activation, domains, first, count)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
@@ -137,7 +127,6 @@ contains
 
   !> Functions along each axis that the domain of a point sees.
   pure subroutine block_of(space, domains, point, first, count)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
@@ -160,9 +149,7 @@ contains
   !> Sort the points by the block of functions they see; points of one block stay in the order of their
   !> cells and materials there.
   subroutine group_by_blocks(space, activation, domains, first, count, order, group_first)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Domains of the points.
     type(domains_type), intent(in) :: domains
@@ -243,12 +230,10 @@ contains
 
   !> Nodes of the groups, a block of control points each.
   pure subroutine set_block_nodes(space, first, count, integration)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> First function and how many along each axis (3, groups).
     integer, intent(in) :: first(:, :)
     integer, intent(in) :: count(:, :)
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     integer :: g
 
@@ -269,7 +254,6 @@ contains
   !> left and another one upwards, the block of both has a corner that belongs to neither, and an
   !> equation for it would be empty. The values move up in their arrays.
   pure subroutine drop_unseen(integration)
-    !> Integration points in groups.
     type(integration_type), intent(inout) :: integration
     logical :: seen(maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)]))
     integer :: g, a, n, kept, points, old_node, old_value

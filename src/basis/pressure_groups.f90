@@ -43,7 +43,6 @@ contains
 
   !> Number the patches that the groups of cells belong to, in the order of their first groups.
   pure subroutine pressure_patches(mesh, cells, wanted, patch)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell of each group, each cell at most once (groups).
     integer, intent(in) :: cells(:)
@@ -75,7 +74,6 @@ contains
 
   !> Pairs of groups whose cells may be joined over a face, the largest face first.
   pure subroutine joinable_faces(mesh, cells, wanted, faces)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell of each group (groups).
     integer, intent(in) :: cells(:)
@@ -111,7 +109,6 @@ contains
 
   !> Length or area of a face; a measure of it for warped ones.
   pure real(wp) function face_size(mesh, cell, face)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell and its local face.
     integer, intent(in) :: cell

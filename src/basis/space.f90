@@ -13,7 +13,7 @@ module qsmpm_space
   implicit none
   private
 
-  public :: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
+  public :: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, cell_block, tensor_nodes, &
     refresh_space, value_at, node_position, node_label
 
   !> Most functions that differ from zero at a place: cubic splines in space.
@@ -38,7 +38,7 @@ module qsmpm_space
   end type space_type
 
   !> The functions that differ from zero at a place.
-  type :: place_type
+  type :: shape_values_type
     integer :: count = 0
     integer :: node(most_functions) = 0
     real(wp) :: shape(most_functions) = 0.0_wp
@@ -46,22 +46,20 @@ module qsmpm_space
     real(wp) :: gradient(3, most_functions) = 0.0_wp
     !> Determinant of the cell's map from local coordinates.
     real(wp) :: determinant = 0.0_wp
-  end type place_type
+  end type shape_values_type
 
 contains
 
   !> Functions of a cell at local coordinates, as that cell's polynomials (eqs. 13, 14).
   pure subroutine functions_at(space, mesh, cell, local, place)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
     !> Local coordinates (dimension).
     real(wp), intent(in) :: local(:)
     !> The functions.
-    type(place_type), intent(inout) :: place
+    type(shape_values_type), intent(inout) :: place
     real(wp) :: corner(mesh%dimension, 20)
     integer :: first, n
 
@@ -80,7 +78,6 @@ contains
 
   !> The same for tensor products: x runs fastest.
   pure subroutine tensor_functions(space, dimension, cell, local, place)
-    !> The space.
     type(space_type), intent(in) :: space
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -89,7 +86,7 @@ contains
     !> Local coordinates, each from -1 to 1 (dimension).
     real(wp), intent(in) :: local(:)
     !> The functions.
-    type(place_type), intent(inout) :: place
+    type(shape_values_type), intent(inout) :: place
     real(wp) :: value(space%degree + 1, 3), slope(space%degree + 1, 3), extent, x
     integer :: at(3), count(3), a
 
@@ -142,7 +139,6 @@ contains
 
   !> Numbers of a block of control points, x fastest.
   pure subroutine tensor_nodes(space, first, count, nodes)
-    !> The space.
     type(space_type), intent(in) :: space
     !> First function and number of functions along each axis.
     integer, intent(in) :: first(3), count(3)
@@ -163,9 +159,7 @@ contains
 
   !> All nodes a cell sees.
   pure subroutine cell_nodes_of_space(space, mesh, cell, nodes, count)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -209,7 +203,6 @@ contains
 
   !> Place of a cell along the axes of the grid; 1 along z in the plane.
   pure function cell_position(space, dimension, cell) result(at)
-    !> The space.
     type(space_type), intent(in) :: space
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -228,7 +221,7 @@ contains
   !> A nodal field at a place.
   pure function value_at(place, field) result(value)
     !> The functions there.
-    type(place_type), intent(in) :: place
+    type(shape_values_type), intent(in) :: place
     !> (components, node_count)
     real(wp), intent(in) :: field(:, :)
     real(wp) :: value(size(field, 1))
@@ -242,13 +235,11 @@ contains
 
   !> Follow the grid lines of a mesh that has moved.
   pure subroutine refresh_space(space, mesh)
-    !> The space.
     type(space_type), intent(inout) :: space
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     type(spline_axis_type) :: axis
     real(wp), allocatable :: lines(:)
-    logical, allocatable :: kink(:)
+    logical, allocatable :: knot_reduced(:)
     integer :: a, i, stride
 
     if (.not. space%tensor) return
@@ -259,18 +250,16 @@ contains
         lines(i) = mesh%coordinates(a, 1 + (i - 1)*stride)
       end do
       stride = stride*size(lines)
-      allocate (kink, source=space%axis(a)%kink)
-      call make_axis(lines, space%degree, kink, axis)
+      allocate (knot_reduced, source=space%axis(a)%knot_reduced)
+      call make_axis(lines, space%degree, knot_reduced, axis)
       space%axis(a) = axis
-      deallocate (lines, kink)
+      deallocate (lines, knot_reduced)
     end do
   end subroutine refresh_space
 
   !> Where a node belongs: the mesh node, or the Greville point of a control point.
   pure function node_position(space, mesh, node) result(x)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the node.
     integer, intent(in) :: node
@@ -290,9 +279,7 @@ contains
 
   !> Name of a node: the label of the mesh node, or the number of a control point in the whole grid.
   pure integer function node_label(space, mesh, node) result(label)
-    !> The space.
     type(space_type), intent(in) :: space
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the node.
     integer, intent(in) :: node

@@ -11,21 +11,19 @@ module qsmpm_space_builder
   implicit none
   private
 
-  public :: element_space, spline_space, is_structured, kinks_type
+  public :: element_space, spline_space, is_structured, reduced_knots_type
 
   !> Lines of a grid along one axis where functions are only continuous.
-  type :: kinks_type
+  type :: reduced_knots_type
     !> (lines)
     logical, allocatable :: at(:)
-  end type kinks_type
+  end type reduced_knots_type
 
 contains
 
   !> The elements' own functions: nodes of the space are nodes of the mesh.
   subroutine element_space(mesh, space)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space.
     type(space_type), intent(out) :: space
 
     space%node_count = mesh%node_count
@@ -33,7 +31,7 @@ contains
   end subroutine element_space
 
   !> Tensor-product splines on a grid of quadrilaterals or bricks.
-  subroutine spline_space(mesh, cells, degree, averaged, constrained, space, kinks, before)
+  subroutine spline_space(mesh, cells, degree, averaged, constrained, space, reduced_knots, before)
     !> The mesh, cells and nodes numbered with x fastest.
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis (3); 1 along z in the plane.
@@ -48,7 +46,7 @@ contains
     !> For a mesh that is a part of a grid: the kinks of the whole grid along each axis (3), and the number of
     !> its cells before the mesh. The ends of the mesh are open whatever the grid has there: they must be too
     !> far from the material to matter.
-    type(kinks_type), intent(in), optional :: kinks(3)
+    type(reduced_knots_type), intent(in), optional :: reduced_knots(3)
     integer, intent(in), optional :: before(3)
     integer :: a, s, low(3), high(3)
     logical :: box
@@ -59,24 +57,25 @@ contains
     space%degree = degree
     do a = 1, 3
       space%axis(a)%cell_count = cells(a)
-      allocate (space%axis(a)%kink(cells(a) + 1), source=.false.)
+      allocate (space%axis(a)%knot_reduced(cells(a) + 1), source=.false.)
     end do
     do s = 1, size(mesh%node_sets)
-      if (present(kinks) .or. .not. constrained(s)) cycle
+      if (present(reduced_knots) .or. .not. constrained(s)) cycle
       call box_of_set(mesh, cells, s, low, high, box)
       if (.not. box) cycle
       do a = 1, mesh%dimension
-        space%axis(a)%kink([low(a), high(a)]) = .true.
+        space%axis(a)%knot_reduced([low(a), high(a)]) = .true.
       end do
     end do
     do a = 1, mesh%dimension
-      if (present(kinks)) space%axis(a)%kink = kinks(a)%at(before(a) + 1:before(a) + cells(a) + 1)
+      if (present(reduced_knots)) space%axis(a)%knot_reduced = &
+        reduced_knots(a)%at(before(a) + 1:before(a) + cells(a) + 1)
     end do
     space%axis(3)%function_count = 1
     call refresh_space(space, mesh)
     space%node_count = product(space%axis(:mesh%dimension)%function_count)
     space%whole_count = space%axis%function_count
-    if (present(kinks)) call count_functions(mesh%dimension, kinks, before, space)
+    if (present(reduced_knots)) call count_functions(mesh%dimension, reduced_knots, before, space)
     allocate (space%sets, source=mesh%node_sets)
     do s = 1, size(mesh%node_sets)
       call nodes_of_set(mesh, cells, s, space)
@@ -84,27 +83,25 @@ contains
   end subroutine spline_space
 
   !> How many functions the whole grid has along each axis, and how many come before those of a part.
-  pure subroutine count_functions(dimension, kinks, before, space)
+  pure subroutine count_functions(dimension, reduced_knots, before, space)
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> Kinks of the whole grid, and the number of its cells before the part.
-    type(kinks_type), intent(in) :: kinks(3)
+    type(reduced_knots_type), intent(in) :: reduced_knots(3)
     integer, intent(in) :: before(3)
-    !> The space.
     type(space_type), intent(inout) :: space
     integer :: a, lines
 
     do a = 1, dimension
-      lines = size(kinks(a)%at)
+      lines = size(reduced_knots(a)%at)
       ! Of a simple line one function ends there, of a kink as many as the degree.
-      space%skipped(a) = before(a) + (space%degree - 1)*count(kinks(a)%at(2:before(a) + 1))
-      space%whole_count(a) = lines - 1 + space%degree + (space%degree - 1)*count(kinks(a)%at(2:lines - 1))
+      space%skipped(a) = before(a) + (space%degree - 1)*count(reduced_knots(a)%at(2:before(a) + 1))
+      space%whole_count(a) = lines - 1 + space%degree + (space%degree - 1)*count(reduced_knots(a)%at(2:lines - 1))
     end do
   end subroutine count_functions
 
   !> Grid lines between which the nodes of a set lie, and whether it holds all nodes between them.
   pure subroutine box_of_set(mesh, cells, set, low, high, box)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis.
     integer, intent(in) :: cells(3)
@@ -132,13 +129,11 @@ contains
 
   !> Control points whose Greville points lie in the box of a set.
   pure subroutine nodes_of_set(mesh, cells, set, space)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis.
     integer, intent(in) :: cells(3)
     !> Number of the set.
     integer, intent(in) :: set
-    !> The space.
     type(space_type), intent(inout) :: space
     integer :: low(3), high(3), first(3), count(3), a, f
     logical :: box
@@ -169,7 +164,6 @@ contains
 
   !> True when a set of mesh nodes can carry constraints of a spline space.
   pure logical function is_structured(mesh, cells, set)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of cells along each axis.
     integer, intent(in) :: cells(3)

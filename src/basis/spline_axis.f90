@@ -38,7 +38,7 @@ module qsmpm_spline_axis
     !> Greville abscissa of each function (function_count): where its coefficient belongs.
     real(wp), allocatable :: anchor(:)
     !> Inner lines where functions are only continuous (cell_count + 1).
-    logical, allocatable :: kink(:)
+    logical, allocatable :: knot_reduced(:)
     !> Cells over length: the first guess of the cell at a place.
     real(wp) :: density = 0.0_wp
   end type spline_axis_type
@@ -46,14 +46,13 @@ module qsmpm_spline_axis
 contains
 
   !> Lay out knots, functions and anchors.
-  pure subroutine make_axis(lines, degree, kink, axis)
+  pure subroutine make_axis(lines, degree, knot_reduced, axis)
     !> Grid lines, rising.
     real(wp), intent(in) :: lines(:)
     !> 1, 2 or 3.
     integer, intent(in) :: degree
     !> Lines that are kinks (as many as lines); the outer ones need not be marked.
-    logical, intent(in) :: kink(:)
-    !> The axis.
+    logical, intent(in) :: knot_reduced(:)
     type(spline_axis_type), intent(out) :: axis
     integer :: i, k, repeats, n
 
@@ -61,16 +60,16 @@ contains
     axis%cell_count = size(lines) - 1
     axis%density = axis%cell_count/(lines(size(lines)) - lines(1))
     allocate (axis%lines, source=lines)
-    allocate (axis%kink, source=kink)
+    allocate (axis%knot_reduced, source=knot_reduced)
     allocate (axis%last(axis%cell_count))
-    axis%kink(1) = .false.
-    axis%kink(size(lines)) = .false.
-    n = axis%cell_count - 1 + (degree - 1)*count(axis%kink) + 2*(degree + 1)
+    axis%knot_reduced(1) = .false.
+    axis%knot_reduced(size(lines)) = .false.
+    n = axis%cell_count - 1 + (degree - 1)*count(axis%knot_reduced) + 2*(degree + 1)
     allocate (axis%knots(n))
     n = 0
     do i = 1, size(lines)
       repeats = 1
-      if (axis%kink(i)) repeats = degree
+      if (axis%knot_reduced(i)) repeats = degree
       if (i == 1 .or. i == size(lines)) repeats = degree + 1
       axis%knots(n + 1:n + repeats) = lines(i)
       n = n + repeats
@@ -86,7 +85,6 @@ contains
   !> The functions of a cell and their derivatives of one order, as polynomials of that cell: a place
   !> outside of it sees them extended.
   pure subroutine axis_values(axis, cell, x, order, values)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> Number of the cell along the axis.
     integer, intent(in) :: cell
@@ -124,7 +122,6 @@ contains
 
   !> Average of the functions over an interval, and the slope of that average.
   pure subroutine axis_averages(axis, low, high, first, count, value, slope)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> The interval; it lies on the axis and touches three cells at most.
     real(wp), intent(in) :: low, high
@@ -166,7 +163,6 @@ contains
   !> and the plain average, whose share in the hoop strain is mean/c. With the ring's volume c(b-a) they
   !> give int r N' + N dr of a uniform stress, which is r N at the ends.
   pure subroutine radial_averages(axis, low, high, first, count, value, slope, mean)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> The interval; it lies on the axis and touches three cells at most.
     real(wp), intent(in) :: low, high
@@ -206,7 +202,6 @@ contains
 
   !> First and last cell that an interval touches.
   pure subroutine interval_cells(axis, low, high, from, to)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> Ends of the interval.
     real(wp), intent(in) :: low, high
@@ -221,7 +216,6 @@ contains
   !> cells. Where the lines are equidistant the first guess and its neighbour settle it,
   !> elsewhere the interval is halved from there.
   pure function cell_of_line(axis, x, upper) result(cell)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> Coordinate.
     real(wp), intent(in) :: x
@@ -250,9 +244,7 @@ contains
 
   !> Whether a coordinate lies above a cell.
   pure logical function is_beyond(axis, cell, x, upper)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
-    !> The cell.
     integer, intent(in) :: cell
     !> Coordinate.
     real(wp), intent(in) :: x
@@ -264,12 +256,11 @@ contains
 
   !> Lowest order of derivative that jumps at an inner line; all from there to the degree do.
   pure integer function lowest_jump(axis, line)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> Number of the line.
     integer, intent(in) :: line
 
     lowest_jump = axis%degree
-    if (axis%kink(line)) lowest_jump = 1
+    if (axis%knot_reduced(line)) lowest_jump = 1
   end function lowest_jump
 end module qsmpm_spline_axis

@@ -353,7 +353,7 @@ contains
     character(len=*), intent(in) :: sentence
 
     card%good = .false.
-    call state%fault(card, sentence)
+    call state%report_error(card, sentence)
   end subroutine bad
 
   !> Report an error of a data line.
@@ -364,6 +364,6 @@ contains
     character(len=*), intent(in) :: sentence
 
     card%rows(i)%good = .false.
-    call state%fault_at(card, card%rows(i), sentence)
+    call state%error_at(card, card%rows(i), sentence)
   end subroutine bad_row
 end module qsmpm_card_check

@@ -1,4 +1,4 @@
-!> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is told of them, a card is read
+!> What is done with the fields of a card (qsmpm_card_fields): the table of keywords is given them, a card is read
 !> into them, a card is written of them. Nothing here knows any card.
 module qsmpm_card_visitors
   use qsmpm_text, only: string_type, upper, squeezed
@@ -11,7 +11,7 @@ module qsmpm_card_visitors
   implicit none
   private
 
-  public :: describer_type, reader_type, writer_type, reader, writer
+  public :: describer_type, card_reader_type, writer_type, reader, writer
 
   !> Describes the fields: parameters and data lines, which the check of cards, help and the deck reference go by.
   type, extends(card_fields_type) :: describer_type
@@ -25,7 +25,7 @@ module qsmpm_card_visitors
   end type describer_type
 
   !> Reads a checked card, its defaults filled in.
-  type, extends(card_fields_type) :: reader_type
+  type, extends(card_fields_type) :: card_reader_type
     private
     type(card_type) :: card
     !> The data lines of the card are those that were begun; some of them have been found.
@@ -38,7 +38,7 @@ module qsmpm_card_visitors
     procedure :: visit_all => read_all
     procedure :: begin_data => read_data
     procedure :: row => read_row
-  end type reader_type
+  end type card_reader_type
 
   !> Writes a card with every value that is set and has a meaning.
   type, extends(card_fields_type) :: writer_type
@@ -117,7 +117,7 @@ contains
   !> A visitor that reads a card.
   pure function reader(card)
     type(card_type), intent(in) :: card
-    type(reader_type) :: reader
+    type(card_reader_type) :: reader
 
     reader%card = card
     reader%reading = .true.
@@ -126,7 +126,7 @@ contains
 
   !> Read a field.
   subroutine read_field(self, item, text)
-    class(reader_type), intent(inout) :: self
+    class(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
@@ -145,7 +145,7 @@ contains
 
   !> Read a column; one that is missing or of a wrong data line leaves what was there.
   subroutine read_column(self, item, text)
-    type(reader_type), intent(inout) :: self
+    type(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
@@ -160,7 +160,7 @@ contains
 
   !> Read what is left of a row, or all rows.
   subroutine read_all(self, item, texts)
-    class(reader_type), intent(inout) :: self
+    class(card_reader_type), intent(inout) :: self
     type(item_type), intent(in) :: item
     type(string_type), allocatable, intent(inout) :: texts(:)
     integer :: i, first, last, pass, n
@@ -195,7 +195,7 @@ contains
 
   !> Begin data lines: they are those of the card when they are the first whose condition holds.
   subroutine read_data(self, data, rows)
-    class(reader_type), intent(inout) :: self
+    class(card_reader_type), intent(inout) :: self
     type(data_type), intent(in) :: data
     integer, intent(inout), optional :: rows
 
@@ -209,7 +209,7 @@ contains
 
   !> Begin a row.
   subroutine read_row(self, number)
-    class(reader_type), intent(inout) :: self
+    class(card_reader_type), intent(inout) :: self
     integer, intent(in) :: number
 
     self%current = number

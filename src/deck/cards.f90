@@ -3,7 +3,7 @@
 module qsmpm_cards
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: string_type, upper, squeezed, stripped, split, read_integer, read_real
-  use qsmpm_messages, only: place_type, message_list_type, severity_error
+  use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   use qsmpm_deck_lines, only: line_list_type, line_type, unquoted
   implicit none
   private
@@ -24,7 +24,7 @@ module qsmpm_cards
 
   !> A data line.
   type :: row_type
-    type(place_type) :: place
+    type(line_origin_type) :: place
     !> The line as it is (*HEADING), and cut at its commas (all others).
     character(len=:), allocatable :: text
     type(string_type), allocatable :: items(:)
@@ -36,7 +36,7 @@ module qsmpm_cards
   type :: card_type
     !> Capitals, blanks squeezed, without the star.
     character(len=:), allocatable :: keyword
-    type(place_type) :: place
+    type(line_origin_type) :: place
     type(parameter_type), allocatable :: parameters(:)
     type(row_type), allocatable :: rows(:)
     !> Nothing wrong was found in it.

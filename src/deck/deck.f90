@@ -13,7 +13,7 @@ module qsmpm_deck
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_objects, only: list_mesh, empty_deck, open_item, go_to_item, count_items, check_new_name
   use qsmpm_deck_words, only: position_of, model_words
-  use qsmpm_card_visitors, only: reader_type, reader
+  use qsmpm_card_visitors, only: card_reader_type, reader
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
@@ -203,7 +203,7 @@ contains
     before = seen(k)
     seen(k) = card%place%line
     if (before > 0 .and. table%keywords(k)%times == once) then
-      call state%fault(card, 'is given twice (first in line '//integer_text(before)//')')
+      call state%report_error(card, 'is given twice (first in line '//integer_text(before)//')')
       return
     end if
     call read_card(table%keywords(k), card, state)
@@ -214,11 +214,11 @@ contains
     type(keyword_type), intent(in) :: entry
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(reader_type) :: fields
+    type(card_reader_type) :: fields
 
     if (allocated(entry%opens)) then
       if (entry%list == list_mesh .and. .not. may_bring_mesh(card%keyword, state%analysis%mesh%kind)) then
-        call state%fault(card, 'the deck has a mesh already')
+        call state%report_error(card, 'the deck has a mesh already')
         return
       end if
       call open_item(state, entry%list)
@@ -250,12 +250,12 @@ contains
     usable = .true.
     select case (section)
     case (in_model, in_material)
-      if (size(state%analysis%phases) > 0) call state%fault(card, 'belongs before the first *PHASE')
+      if (size(state%analysis%phases) > 0) call state%report_error(card, 'belongs before the first *PHASE')
       if (section == in_material) usable = size(state%analysis%materials) > 0
-      if (.not. usable) call state%fault(card, 'belongs below a *MATERIAL')
+      if (.not. usable) call state%report_error(card, 'belongs below a *MATERIAL')
     case (in_phase)
       usable = state%in_phase
-      if (.not. usable) call state%fault(card, 'belongs inside *PHASE ... *END PHASE')
+      if (.not. usable) call state%report_error(card, 'belongs inside *PHASE ... *END PHASE')
     end select
   end subroutine check_section
 end module qsmpm_deck

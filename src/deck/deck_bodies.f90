@@ -86,7 +86,7 @@ contains
     case (body_polygon)
       call finish_polygon(card, state)
     case (body_region)
-      if (.not. card%has('REGION')) call state%fault(card, 'SHAPE=REGION wants the parameter REGION')
+      if (.not. card%has('REGION')) call state%report_error(card, 'SHAPE=REGION wants the parameter REGION')
     case (body_polyhedron)
       call find_file(card, state)
     end select
@@ -98,15 +98,15 @@ contains
     type(deck_state_type), intent(inout) :: state
     logical :: there
 
-    if (state%dimension == 2) call state%fault(card, 'SHAPE=POLYHEDRON is for 3D models')
+    if (state%dimension == 2) call state%report_error(card, 'SHAPE=POLYHEDRON is for 3D models')
     if (.not. card%has('INPUT')) then
-      call state%fault(card, 'SHAPE=POLYHEDRON wants the parameter INPUT')
+      call state%report_error(card, 'SHAPE=POLYHEDRON wants the parameter INPUT')
     else if (len(card%value('INPUT')) > 0) then
       associate (body => state%analysis%bodies(state%item))
         body%file = beside_deck(card, 'INPUT')
         inquire (file=body%file, exist=there)
       end associate
-      if (.not. there) call state%fault(card, "there is no file '"// &
+      if (.not. there) call state%report_error(card, "there is no file '"// &
         joined(directory_of(card%place%file), card%value('INPUT'))//"'")
     end if
   end subroutine find_file
@@ -121,7 +121,7 @@ contains
     associate (body => state%analysis%bodies(state%item))
       problem = outline_problem(body%polygon)
       if (len(problem) > 0) then
-        call state%fault(card, problem)
+        call state%report_error(card, problem)
       else if (polygon_area(body%polygon) < 0.0_wp) then
         body%polygon = body%polygon(:, size(body%polygon, 2):1:-1)
       end if
@@ -153,9 +153,9 @@ contains
       do i = 1, state%item - 1
         if (state%points(i)%body /= request%body) cycle
         if (len(request%body) > 0) then
-          call state%fault(card, "the points of body '"//request%body//"' are given twice")
+          call state%report_error(card, "the points of body '"//request%body//"' are given twice")
         else
-          call state%fault(card, 'the points of all bodies are given twice')
+          call state%report_error(card, 'the points of all bodies are given twice')
         end if
       end do
     end associate
@@ -185,7 +185,7 @@ contains
         found = .true.
         state%analysis%bodies(b)%points_per_element = state%points(i)%per_element
       end do
-      if (.not. found) call state%fault_from(state%points(i)%where, 'POINTS', &
+      if (.not. found) call state%error_from(state%points(i)%where, 'POINTS', &
         "there is no body '"//state%points(i)%body//"'"//did_you_mean(state%points(i)%body, names))
     end do
   end subroutine give_points
@@ -208,7 +208,7 @@ contains
     do k = 2, size(counts)
       list = list//', '//integer_text(counts(k))
     end do
-    call state%fault_from(state%points(i)%where, 'POINTS', 'PER ELEMENT = '// &
+    call state%error_from(state%points(i)%where, 'POINTS', 'PER ELEMENT = '// &
       integer_text(state%points(i)%per_element)//' is not a number of points '// &
       state%analysis%mesh%element//' allows: '//list)
   end subroutine check_count

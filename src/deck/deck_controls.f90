@@ -71,16 +71,19 @@ contains
 
     call fields%number('STABILISATION SHARE', c%stabilisation_share, 'share of the load that stabilisation may '// &
       'carry; a step is brought to equilibrium again at constant load until it is below', range='(0, 1]')
-    call fields%whole('MAX REEQUILIBRATIONS', c%max_holds, 're-equilibrations of a step at constant load, at most', &
+    call fields%whole('MAX REEQUILIBRATIONS', c%max_reequilibrations, &
+      're-equilibrations of a step at constant load, at most', &
       range='[0, inf)')
-    call fields%number('STABILISATION FADE', c%hold_fade, 'factor on the stabilisation from one re-equilibration '// &
+    call fields%number('STABILISATION FADE', c%stabilisation_fade, &
+      'factor on the stabilisation from one re-equilibration '// &
       'to the next; 1 keeps it, 0.1 saves most of them near a limit load', range='(0, 1]')
     call fields%number('LIMIT COMPLIANCE', c%limit_compliance, 'the phase ends at its limit load, where a step is '// &
       'so many times as compliant as the first one: such a step is refused, the load bisected down to SMALLEST '// &
       'STEP, and the limit load told; 10 is a good value, 0 asks for no such end', range='[0, inf)')
-    call fields%answer('DAMPING', c%proximal, 'sub-steps with pseudo-transient (proximal) damping when the static '// &
+    call fields%answer('DAMPING', c%damping, 'sub-steps with pseudo-transient (proximal) damping when the static '// &
       'step is lost; a static solve at TOLERANCE ends them')
-    call fields%number('DAMPING SHARE', c%drag_share, 'share of the load below which the damping of the sub-steps '// &
+    call fields%number('DAMPING SHARE', c%damping_share, &
+      'share of the load below which the damping of the sub-steps '// &
       'is left out', range='(0, 1]', needs='DAMPING=YES')
     call fields%whole('MAX SUBSTEPS', c%max_substeps, 'sub-steps before a step is given up', range='[1, inf)', &
       needs='DAMPING=YES')
@@ -92,9 +95,10 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (c => state%analysis%phases(state%phase)%controls)
-      if (card%good .and. c%limit_compliance > 0.0_wp .and. c%limit_compliance <= 1.0_wp) call state%fault(card, &
+      if (card%good .and. c%limit_compliance > 0.0_wp .and. &
+        c%limit_compliance <= 1.0_wp) call state%report_error(card, &
         'LIMIT COMPLIANCE = '//real_text(c%limit_compliance)//' is met by the first step: it is 0 or above 1')
-      if (card%good .and. c%few_iterations > c%many_iterations) call state%fault(card, &
+      if (card%good .and. c%few_iterations > c%many_iterations) call state%report_error(card, &
         'DESIRED MIN ITERATIONS = '//integer_text(c%few_iterations)//' is above DESIRED MAX ITERATIONS = '// &
         integer_text(c%many_iterations))
     end associate
@@ -109,7 +113,7 @@ contains
       do p = 1, size(phases)
         if (.not. phases(p)%controls%limit_compliance > 0.0_wp .or. phases(p)%gravity%given .or. &
           size(phases(p)%tractions) > 0 .or. releases(phases, p)) cycle
-        call state%fault_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
+        call state%error_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
           phases(p)%name//"': no gravity, traction or pressure is given in it and nothing held is freed, and a "// &
           'prescribed displacement has no compliance; leave it out, and watch *HISTORY, QUANTITY=REACTION')
       end do
@@ -145,7 +149,7 @@ contains
     type(deck_state_type), intent(inout) :: deck
     logical :: given
 
-    associate (test => deck%analysis%phases(deck%phase)%hold_test)
+    associate (test => deck%analysis%phases(deck%phase)%constant_load_test)
       given = size(test%at) > 0
       call fields%given(given)
       call fields%whole('REPEATS', test%repeats, 'solutions at constant load', range='[1, inf)')
@@ -167,8 +171,8 @@ contains
         if (.not. card%rows(i)%good) cycle
         do k = 1, size(card%rows(i)%items)
           at = number_at(card%rows(i), k)
-          if (.not. at > before) call state%fault_at(card, card%rows(i), 'the load factors do not rise')
-          if (at > phase%load_factor) call state%fault_at(card, card%rows(i), 'load factor '// &
+          if (.not. at > before) call state%error_at(card, card%rows(i), 'the load factors do not rise')
+          if (at > phase%load_factor) call state%error_at(card, card%rows(i), 'load factor '// &
             card%rows(i)%items(k)%text//' is above the one the phase ends at, '//real_text(phase%load_factor))
           before = at
         end do

@@ -117,7 +117,7 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    call state%fault(card, 'was not resolved')
+    call state%report_error(card, 'was not resolved')
   end subroutine refuse_include
 
   !> *MODEL.
@@ -148,7 +148,8 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%reduce .and. state%dimension == 0) call state%fault(card, 'TYPE=AUTO wants a *GRID: nothing '// &
+    if (state%analysis%reduce .and. state%dimension == 0) call state%report_error(card, &
+      'TYPE=AUTO wants a *GRID: nothing '// &
       'is known of the symmetry of other meshes')
     if (state%analysis%model > 0) state%dimension = merge(3, 2, state%analysis%model == three_dimensional)
   end subroutine check_model
@@ -243,7 +244,7 @@ contains
         if (.not. card%has('STABILISATION')) method%stabilisation = usual_stabilisation(method%basis)
       end if
       if (card%has('FACTOR') .and. method%stabilisation == stabilise_none) &
-        call state%fault(card, 'parameter FACTOR has no meaning without a stabilisation')
+        call state%report_error(card, 'parameter FACTOR has no meaning without a stabilisation')
     end associate
   end subroutine finish_method
 
@@ -285,7 +286,7 @@ contains
 
     associate (solver => state%analysis%solver)
       if (solver%precision == precision_single .and. any(solver%kind == [solver_band, solver_umfpack, &
-        solver_krylov])) call state%fault(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
+        solver_krylov])) call state%report_error(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
     end associate
   end subroutine check_solver
 
@@ -308,7 +309,7 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension > 0) call state%fault(card, &
+    if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
       'AXIS=Z has no meaning in a plane model')
   end subroutine check_moving
 

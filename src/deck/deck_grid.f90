@@ -95,7 +95,7 @@ contains
     type(deck_state_type), intent(inout) :: state
     integer :: i, before
 
-    if (card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%fault(card, &
+    if (card%has('SEED') .and. .not. is_random(state%analysis%mesh)) call state%report_error(card, &
       'parameter SEED has no meaning without PERTURB > 0 or DIAGONAL=RANDOM')
     call check_element_dimension(card, state)
     before = state%messages%error_count()
@@ -115,10 +115,10 @@ contains
     if (kind == 0 .or. state%dimension == 0) return
     if (local_dimension(kind) == state%dimension) return
     if (state%dimension == 2) then
-      call state%fault(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL '// &
+      call state%report_error(card, state%analysis%mesh%element//' is an element of 3D models, *MODEL '// &
         'is plane')
     else
-      call state%fault(card, state%analysis%mesh%element//' is an element of plane models, '// &
+      call state%report_error(card, state%analysis%mesh%element//' is an element of plane models, '// &
         '*MODEL is 3D')
     end if
   end subroutine check_element_dimension
@@ -133,9 +133,9 @@ contains
 
     axis = position_of(word_at(row, 1), axis_words)
     if (axis == 0) then
-      call state%fault_at(card, row, "'"//row%items(1)%text//"' is not an axis: X, Y or Z")
+      call state%error_at(card, row, "'"//row%items(1)%text//"' is not an axis: X, Y or Z")
     else if (axis > state%dimension .and. state%dimension > 0) then
-      call state%fault_at(card, row, 'a plane model has no Z axis')
+      call state%error_at(card, row, 'a plane model has no Z axis')
     else
       if (word_at(row, 2) == 'LINES') then
         call read_lines_row(card, row, values, state)
@@ -156,7 +156,7 @@ contains
     integer :: i, n
 
     n = size(row%items) - 2
-    if (n < 1) call state%fault_at(card, row, 'LINES wants at least one value')
+    if (n < 1) call state%error_at(card, row, 'LINES wants at least one value')
     if (n < 1) return
     if (.not. all_numbers(card, row, 3, state)) return
     values = [(number_at(row, i), i=3, n + 2)]
@@ -173,7 +173,7 @@ contains
     integer :: n, outcome
 
     if (size(row%items) < 4 .or. size(row%items) > 5) then
-      call state%fault_at(card, row, integer_text(size(row%items))//' item(s) where axis, '// &
+      call state%error_at(card, row, integer_text(size(row%items))//' item(s) where axis, '// &
         'first, last, number of intervals [, ratio] are wanted')
       return
     end if
@@ -182,14 +182,14 @@ contains
     ratio = 1.0_wp
     if (size(row%items) == 5) ratio = number_at(row, 5)
     if (outcome /= number_good .or. n < 1 .or. n > most_lines) then
-      call state%fault_at(card, row, "number of intervals '"//row%items(4)%text// &
+      call state%error_at(card, row, "number of intervals '"//row%items(4)%text// &
         "' is not a whole number in [1, "//integer_text(most_lines)//']')
     else if (.not. number_at(row, 3) > number_at(row, 2)) then
-      call state%fault_at(card, row, 'the last coordinate is not above the first')
+      call state%error_at(card, row, 'the last coordinate is not above the first')
     else if (.not. in_range(ratio, ratio_range)) then
-      call state%fault_at(card, row, 'ratio = '//row%items(5)%text//' is outside '//ratio_range)
+      call state%error_at(card, row, 'ratio = '//row%items(5)%text//' is outside '//ratio_range)
     else if (n == 1 .and. size(row%items) == 5) then
-      call state%fault_at(card, row, 'a ratio has no meaning for one interval')
+      call state%error_at(card, row, 'a ratio has no meaning for one interval')
     else
       call graded(number_at(row, 2), number_at(row, 3), n, ratio, values)
     end if
@@ -210,7 +210,7 @@ contains
       call read_real(row%items(i)%text, number, outcome)
       if (outcome == number_good) cycle
       all_numbers = .false.
-      call state%fault_at(card, row, "'"//row%items(i)%text//"' is not a finite number")
+      call state%error_at(card, row, "'"//row%items(i)%text//"' is not a finite number")
     end do
   end function all_numbers
 
@@ -262,14 +262,14 @@ contains
       if (abs(values(1) - last) <= meeting*max(abs(last), abs(values(1)))) then
         from = 2
       else if (word_at(row, 2) /= 'LINES') then
-        call state%fault_at(card, row, 'the segment begins at '//row%items(2)%text// &
+        call state%error_at(card, row, 'the segment begins at '//row%items(2)%text// &
           ', but the one before ends at '//real_text(last))
         return
       end if
     end if
     lines = [lines, values(from:)]
     if (any(.not. lines(2:) > lines(:size(lines) - 1))) then
-      call state%fault_at(card, row, 'the coordinates do not increase')
+      call state%error_at(card, row, 'the coordinates do not increase')
       return
     end if
     state%analysis%mesh%axes(axis)%lines = lines
@@ -287,12 +287,12 @@ contains
       if (.not. allocated(state%analysis%mesh%axes(axis)%lines)) &
         allocate (state%analysis%mesh%axes(axis)%lines(0))
       associate (lines => state%analysis%mesh%axes(axis)%lines)
-        if (size(lines) < 2) call state%fault(card, 'the '//trim(axis_words(axis))// &
+        if (size(lines) < 2) call state%report_error(card, 'the '//trim(axis_words(axis))// &
           ' axis has no interval')
         cells = min(cells*max(1, size(lines) - 1), int(most_cells, long) + 1)
       end associate
     end do
-    if (cells > most_cells) call state%fault(card, 'the grid has more than '// &
+    if (cells > most_cells) call state%report_error(card, 'the grid has more than '// &
       integer_text(most_cells)//' cells')
   end subroutine check_axes
 end module qsmpm_deck_grid

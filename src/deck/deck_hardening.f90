@@ -93,11 +93,11 @@ contains
     type(error_type), allocatable :: error
 
     if (.not. card%is_right()) return
-    if (card%has('SHEAR MODULUS') .eqv. size(card%rows(1)%items) > 4) call state%fault_at(card, card%rows(1), &
+    if (card%has('SHEAR MODULUS') .eqv. size(card%rows(1)%items) > 4) call state%error_at(card, card%rows(1), &
       'either nu or SHEAR MODULUS is wanted, not both and not neither')
     call new_law(state%analysis%materials(state%material)%cam_clay, 2, kinematics_logarithmic, rate_midpoint, law, &
       error)
-    if (allocated(error)) call state%fault_at(card, card%rows(1), error%message)
+    if (allocated(error)) call state%error_at(card, card%rows(1), error%message)
   end subroutine check_cam_clay
 
   !> The soil makes a law.
@@ -111,6 +111,6 @@ contains
     call new_law(state%analysis%materials(state%material)%hardening_soil, 2, kinematics_logarithmic, rate_midpoint, &
       law, &
       error)
-    if (allocated(error)) call state%fault_at(card, card%rows(1), error%message)
+    if (allocated(error)) call state%error_at(card, card%rows(1), error%message)
   end subroutine check_hardening_soil
 end module qsmpm_deck_hardening

@@ -74,15 +74,15 @@ contains
 
     associate (history => state%analysis%histories(state%item))
       if (history%quantity == quantity_state) then
-        if (.not. card%has('STATE')) call state%fault(card, 'QUANTITY=STATE wants the parameter STATE')
-        if (card%has('COMPONENT')) call state%fault(card, 'COMPONENT has no meaning with QUANTITY=STATE')
+        if (.not. card%has('STATE')) call state%report_error(card, 'QUANTITY=STATE wants the parameter STATE')
+        if (card%has('COMPONENT')) call state%report_error(card, 'COMPONENT has no meaning with QUANTITY=STATE')
       else if (history%quantity > 0) then
-        if (.not. card%has('COMPONENT')) call state%fault(card, 'the parameter COMPONENT is missing')
+        if (.not. card%has('COMPONENT')) call state%report_error(card, 'the parameter COMPONENT is missing')
         call check_component(card, history, state)
       end if
       if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
-      if (history%quantity == quantity_reaction .and. .not. card%has('NSET')) call state%fault(card, &
+      if (history%quantity == quantity_reaction .and. .not. card%has('NSET')) call state%report_error(card, &
         'QUANTITY=REACTION wants the parameter NSET')
     end associate
   end subroutine check_history
@@ -97,11 +97,11 @@ contains
     if (len(card%word('COMPONENT')) == 0) return
     tensor = history%quantity == quantity_stress
     if (history%component == 0) then
-      call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
+      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
         card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', &
         'X, Y, Z               ', tensor)))
     else if (state%dimension == 2 .and. history%component > merge(4, 2, tensor)) then
-      call state%fault(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
+      call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
         'model')
     end if
   end subroutine check_component

@@ -102,7 +102,7 @@ contains
 
     associate (list => state%analysis%phases(state%phase)%tractions)
       do i = 1, size(list) - 1
-        if (list(i)%surface == list(size(list))%surface) call state%fault(card, &
+        if (list(i)%surface == list(size(list))%surface) call state%report_error(card, &
           "surface '"//list(i)%surface//"' has a traction in this phase already")
       end do
     end associate
@@ -129,7 +129,7 @@ contains
 
     associate (list => state%analysis%phases(state%phase)%supports)
       do i = 1, size(list) - 1
-        if (list(i)%surface == list(size(list))%surface) call state%fault(card, &
+        if (list(i)%surface == list(size(list))%surface) call state%report_error(card, &
           "surface '"//list(i)%surface//"' has a support in this phase already")
       end do
     end associate

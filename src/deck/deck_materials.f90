@@ -1,7 +1,7 @@
 !> Cards of materials: *MATERIAL and the properties that belong to the last one.
 module qsmpm_deck_materials
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_analysis, only: cure_none
+  use qsmpm_analysis, only: locking_none
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_hardening, only: add_hardening_keywords
@@ -96,9 +96,9 @@ contains
       if (material%tensile_strength < huge(1.0_wp) .and. material%tensile_strength*sin(material%friction_angle*degree) &
         > material%cohesion*cos(material%friction_angle*degree)) call state%warn(source_line(card%place), &
         'MOHR COULOMB', 'the tensile strength lies beyond the tip of the yield surface, c cot phi: it has no effect')
-      if (material%dilatancy_angle > material%friction_angle) call state%fault_at(card, &
+      if (material%dilatancy_angle > material%friction_angle) call state%error_at(card, &
         card%rows(1), 'the dilatancy angle psi is above the friction angle phi')
-      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%fault_at(card, &
+      if (max(material%cohesion, material%friction_angle) <= 0.0_wp) call state%error_at(card, &
         card%rows(1), 'cohesion and friction angle are both zero: the material has no strength')
     end associate
   end subroutine check_strength
@@ -134,10 +134,11 @@ contains
     type(deck_state_type), intent(inout) :: deck
 
     associate (material => deck%analysis%materials(deck%material))
-      call fields%choice('TYPE', material%cure, 'NONE|AUTO|UNIFORM PRESSURE', 'AUTO: uniform pressure when nu is '// &
+      call fields%choice('TYPE', material%locking_treatment, 'NONE|AUTO|UNIFORM PRESSURE', &
+        'AUTO: uniform pressure when nu is '// &
         'above 0.45, for Mohr-Coulomb with phi = 0, and for any Mohr-Coulomb on linear elements and GIMP, else none', &
-        first=cure_none)
-      call fields%number('FACTOR', material%cure_factor, 'resistance to volume changes inside a cell over '// &
+        first=locking_none)
+      call fields%number('FACTOR', material%pressure_factor, 'resistance to volume changes inside a cell over '// &
         'the shear modulus; 0.5 on linear elements and 0.1 on others when not given', &
         range='(0, inf)', needs='TYPE=AUTO|UNIFORM PRESSURE')
     end associate

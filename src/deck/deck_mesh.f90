@@ -6,7 +6,7 @@ module qsmpm_deck_mesh
   use qsmpm_element, only: element_from_name, node_count
   use qsmpm_text, only: integer_text, upper
   use qsmpm_path, only: directory_of, joined, extension_of
-  use qsmpm_messages, only: place_type, severity_error
+  use qsmpm_messages, only: line_origin_type, severity_error
   use qsmpm_cards, only: card_type, number_at, whole_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_grid, only: check_element_dimension
@@ -61,7 +61,7 @@ contains
       mesh%file = beside_deck(card, 'INPUT')
       if (len(card%value('INPUT')) == 0) return
       inquire (file=mesh%file, exist=there)
-      if (.not. there) call state%fault(card, "there is no file '"// &
+      if (.not. there) call state%report_error(card, "there is no file '"// &
         joined(directory_of(card%place%file), card%value('INPUT'))//"'")
       if (len(mesh%format) > 0) return
       select case (upper(extension_of(mesh%file)))
@@ -70,7 +70,7 @@ contains
       case ('.INP')
         mesh%format = 'ABAQUS'
       case default
-        call state%fault(card, "the form of '"//card%value('INPUT')// &
+        call state%report_error(card, "the form of '"//card%value('INPUT')// &
           "' does not follow from its name; give FORMAT=GMSH or FORMAT=ABAQUS")
       end select
     end associate
@@ -167,14 +167,14 @@ contains
         mesh%where = source_line(card%place)
         call check_element_dimension(card, state)
       else if (mesh%element /= card%word('TYPE')) then
-        call state%fault(card, 'elements of a mesh in the deck are all of one type, here '// &
+        call state%report_error(card, 'elements of a mesh in the deck are all of one type, here '// &
           mesh%element)
         return
       end if
       if (element_from_name(mesh%element) == 0) return
       n = node_count(element_from_name(mesh%element))
       do i = 1, size(rows)
-        if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%fault_at(card, rows(i), &
+        if (rows(i)%good .and. size(rows(i)%items) /= n + 1) call state%error_at(card, rows(i), &
           integer_text(size(rows(i)%items) - 1)//' nodes where '//mesh%element//' has '// &
           integer_text(n))
       end do
@@ -191,7 +191,7 @@ contains
   pure subroutine keep_places(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    type(place_type), allocatable :: longer(:)
+    type(line_origin_type), allocatable :: longer(:)
     integer :: i, before
 
     before = size(state%element_places)
@@ -217,7 +217,7 @@ contains
     do i = 1, size(card%rows)
       k = size(labels) - size(card%rows) + i
       if (.not. card%rows(i)%good) cycle
-      if (any(labels(:k - 1) == labels(k))) call state%fault_at(card, card%rows(i), &
+      if (any(labels(:k - 1) == labels(k))) call state%error_at(card, card%rows(i), &
         'there is already a '//what//' '//integer_text(labels(k)))
     end do
   end subroutine check_unique
@@ -229,9 +229,9 @@ contains
 
     associate (mesh => state%analysis%mesh)
       if (mesh%kind /= mesh_inline) return
-      if (size(mesh%node_labels) == 0) call state%fault_from(mesh%where, 'NODE', 'there are no '// &
+      if (size(mesh%node_labels) == 0) call state%error_from(mesh%where, 'NODE', 'there are no '// &
         'nodes')
-      if (size(mesh%element_labels) == 0) call state%fault_from(mesh%where, 'ELEMENT', &
+      if (size(mesh%element_labels) == 0) call state%error_from(mesh%where, 'ELEMENT', &
         'there are no elements')
       if (state%messages%error_count() > 0) return
       do e = 1, size(mesh%element_labels)

@@ -98,7 +98,8 @@ contains
     case (list_supports)
       call append(analysis%phases(size(analysis%phases))%supports, support)
     case default
-      allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%hold_test%at(0))
+      allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+        phase%constant_load_test%at(0))
       call append(analysis%phases, phase)
     end select
   end subroutine open_phase_item
@@ -193,7 +194,8 @@ contains
     name = name_of(state%analysis, list, last)
     if (len(name) == 0) return
     do i = 1, last - 1
-      if (name_of(state%analysis, list, i) == name) call state%fault(card, 'there is already a '//what//" '"//name//"'")
+      if (name_of(state%analysis, list, i) == name) call state%report_error(card, 'there is already a '//what//" '"// &
+        name//"'")
     end do
   end subroutine check_new_name
 

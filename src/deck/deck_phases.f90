@@ -62,7 +62,7 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (state%in_phase) call state%fault(card, 'the phase before, of line '// &
+    if (state%in_phase) call state%report_error(card, 'the phase before, of line '// &
       integer_text(state%phase_place%line)//', has no *END PHASE')
     state%in_phase = .true.
     state%phase_place = card%place
@@ -83,7 +83,7 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (.not. state%in_phase) call state%fault(card, 'there is no phase to end')
+    if (.not. state%in_phase) call state%report_error(card, 'there is no phase to end')
     state%in_phase = .false.
   end subroutine end_phase
 
@@ -110,7 +110,7 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (state%phase > 1 .and. state%analysis%phases(state%phase)%initial%kind == initial_k0) call state%fault(card, &
+    if (state%phase > 1 .and. state%analysis%phases(state%phase)%initial%kind == initial_k0) call state%report_error(card, &
       'TYPE=K0 is for the first phase: later ones start from the stresses there are')
   end subroutine check_initial
 
@@ -197,12 +197,12 @@ contains
     do i = 1, size(card%rows)
       if (.not. card%rows(i)%good) cycle
       do k = 1, i - 1
-        if (card%rows(k)%items(1)%text == card%rows(i)%items(1)%text) call state%fault_at(card, &
+        if (card%rows(k)%items(1)%text == card%rows(i)%items(1)%text) call state%error_at(card, &
           card%rows(i), "set '"//card%rows(i)%items(1)%text//"' is given twice")
       end do
       call check_components(card, card%rows(i), state)
       if (state%dimension == 2 .and. state%analysis%phases(state%phase)%fixities(i)%fixed(3)) &
-        call state%fault_at(card, card%rows(i), 'component Z has no meaning in a plane model')
+        call state%error_at(card, card%rows(i), 'component Z has no meaning in a plane model')
     end do
   end subroutine check_fixities
 
@@ -217,13 +217,13 @@ contains
     named = .false.
     do k = 2, size(row%items)
       if (word_at(row, k) == 'FREE' .or. word_at(row, k) == 'ALL') then
-        if (size(row%items) > 2) call state%fault_at(card, row, word_at(row, k)//' stands alone')
+        if (size(row%items) > 2) call state%error_at(card, row, word_at(row, k)//' stands alone')
         if (word_at(row, k) == 'ALL') named = .true.
         cycle
       end if
       do axis = 1, 3
         if (index(word_at(row, k), trim(axis_words(axis))) == 0) cycle
-        if (named(axis)) call state%fault_at(card, row, 'component '//trim(axis_words(axis))//' is given twice')
+        if (named(axis)) call state%error_at(card, row, 'component '//trim(axis_words(axis))//' is given twice')
         named(axis) = .true.
       end do
     end do
@@ -270,10 +270,10 @@ contains
     associate (list => state%analysis%phases(state%phase)%prescriptions)
       do i = 1, size(list)
         if (.not. card%rows(i)%good) cycle
-        if (list(i)%component == 3 .and. state%dimension == 2) call state%fault_at(card, card%rows(i), &
+        if (list(i)%component == 3 .and. state%dimension == 2) call state%error_at(card, card%rows(i), &
           'component Z has no meaning in a plane model')
         do k = 1, i - 1
-          if (list(k)%set == list(i)%set .and. list(k)%component == list(i)%component) call state%fault_at(card, &
+          if (list(k)%set == list(i)%set .and. list(k)%component == list(i)%component) call state%error_at(card, &
             card%rows(i), "this component of set '"//list(i)%set//"' is given twice")
         end do
       end do

@@ -7,7 +7,7 @@ module qsmpm_deck_point
   use qsmpm_deck_state, only: deck_state_type, beside_deck
   use qsmpm_deck_words, only: bar_list, test_words, strain_words, height_words
   use qsmpm_keyword_table, only: table_type, in_model, once, many
-  use qsmpm_point_test, only: point_stage_type, lead_words, test_undrained
+  use qsmpm_point_test, only: point_stage_type, driven_words, test_undrained
   implicit none
   private
 
@@ -129,17 +129,18 @@ contains
     integer :: i, n
 
     n = 0
-    if (allocated(stage%leads)) n = size(stage%leads)
+    if (allocated(stage%driven_components)) n = size(stage%driven_components)
     call fields%data('nothing: the file has them', 0, 0, when='INPUT')
     call fields%data('targets', 1, 9, rows=n)
     if (.not. fields%writing) then
-      if (allocated(stage%leads)) deallocate (stage%leads, stage%targets)
-      allocate (stage%leads(n), source=0)
+      if (allocated(stage%driven_components)) deallocate (stage%driven_components, stage%targets)
+      allocate (stage%driven_components(n), source=0)
       allocate (stage%targets(n, 1), source=0.0_wp)
     end if
     do i = 1, n
       call fields%row(i)
-      call fields%choice('quantity', stage%leads(i), bar_list(lead_words), 'compression positive: AXIAL STRAIN, '// &
+      call fields%choice('quantity', stage%driven_components(i), bar_list(driven_words), &
+        'compression positive: AXIAL STRAIN, '// &
         'AXIAL STRESS, DEVIATOR (axial less lateral stress), CELL PRESSURE, NORMAL STRESS, PRESSURE, VOLUMETRIC '// &
         'STRAIN. Along x positive: SHEAR STRAIN, SHEAR STRESS. For PATH, tension positive: F11 to F33 (deformation '// &
         'gradient), E11 to E23 (strain; E12 is the component F12), S11 to S23 (Cauchy stress); components that are '// &
@@ -158,8 +159,8 @@ contains
       if (card%has('INPUT')) then
         stage%table = beside_deck(card, 'INPUT')
       else if (any([(.not. card%rows(i)%good, i=1, size(card%rows))])) then
-        deallocate (stage%leads, stage%targets)
-        allocate (stage%leads(0), stage%targets(0, 0))
+        deallocate (stage%driven_components, stage%targets)
+        allocate (stage%driven_components(0), stage%targets(0, 0))
       end if
     end associate
   end subroutine finish_stage

@@ -12,9 +12,10 @@ module qsmpm_deck_point_check
   use qsmpm_point_table, only: parse_targets
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
       test_isotropic, &
-    test_path, strain_engineering, lead_axial_strain, lead_axial_stress, lead_deviator, lead_cell_pressure, &
-    lead_shear_strain, lead_shear_stress, lead_normal_stress, lead_pressure, lead_volumetric_strain, lead_gradient, &
-    lead_strain, lead_stress, lead_words, lead_row, lead_column
+    test_path, strain_engineering, driven_axial_strain, driven_axial_stress, driven_deviator, driven_cell_pressure, &
+    driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, driven_volumetric_strain, &
+      driven_gradient, &
+    driven_strain, driven_stress, driven_words, driven_row, driven_column
   implicit none
   private
 
@@ -31,14 +32,14 @@ contains
     associate (analysis => state%analysis, test => state%analysis%point_test)
       if (.not. allocated(test%stages)) allocate (test%stages(0))
       if (.not. test%given) then
-        if (size(test%stages) > 0) call state%fault_from(stage_place(state, 1), 'POINT STAGE', &
+        if (size(test%stages) > 0) call state%error_from(stage_place(state, 1), 'POINT STAGE', &
           'belongs to a *POINT TEST, and the deck has none')
         if (test%stress_given .and. size(test%stages) == 0) call state%messages%add(severity_error, state%last, &
           'INITIAL STRESS', 'belongs to a *POINT TEST, and the deck has none')
         return
       end if
       if (state%model_given .or. analysis%mesh%kind /= mesh_none .or. size(analysis%bodies) > 0 &
-          .or. size(analysis%phases) > 0) call state%fault_from(test_place(state), 'POINT TEST', &
+          .or. size(analysis%phases) > 0) call state%error_from(test_place(state), 'POINT TEST', &
         'a deck of a point has no *MODEL, mesh, *BODY or *PHASE: a scene is another deck')
       if (size(analysis%materials) == 0) call state%messages%add(severity_error, state%last, 'MATERIAL', &
         'the deck lacks a material')
@@ -85,7 +86,7 @@ contains
       if (size(materials) == 0) return
       if (len(test%material) == 0) then
         test%material = materials(1)%name
-        if (size(materials) > 1) call state%fault_from(test_place(state), 'POINT TEST', &
+        if (size(materials) > 1) call state%error_from(test_place(state), 'POINT TEST', &
           'the deck has several materials; MATERIAL= tells which is tested')
         return
       end if
@@ -94,7 +95,7 @@ contains
         if (materials(i)%name == test%material) return
         call add_word(names, materials(i)%name)
       end do
-      call state%fault_from(test_place(state), 'POINT TEST', "there is no material '"//test%material//"'"// &
+      call state%error_from(test_place(state), 'POINT TEST', "there is no material '"//test%material//"'"// &
         did_you_mean(test%material, names))
     end associate
   end subroutine choose_material
@@ -106,13 +107,13 @@ contains
     associate (test => state%analysis%point_test)
       if (test%cell_given .and. .not. test%stress_given) test%stress(:3) = -test%cell_pressure
       if (.not. test%cell_given) test%cell_pressure = -test%stress(1)
-      if (test%cell_given .and. test%stress_given .and. test%kind /= test_undrained) call state%fault_from( &
+      if (test%cell_given .and. test%stress_given .and. test%kind /= test_undrained) call state%error_from( &
         test_place(state), 'POINT TEST', 'give either CELL PRESSURE or *INITIAL STRESS; only an undrained test '// &
       'has both')
       if (any(test%kind == [test_drained, test_undrained, test_biaxial]) .and. .not. test%cell_given &
-          .and. .not. test%stress_given) call state%fault_from(test_place(state), 'POINT TEST', &
+          .and. .not. test%stress_given) call state%error_from(test_place(state), 'POINT TEST', &
         trim(test_words(test%kind))//' wants a CELL PRESSURE or an *INITIAL STRESS')
-      if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%fault_from(test_place(state), &
+      if (test%dimension == 2 .and. any(abs(test%stress(5:6)) > 0.0_wp)) call state%error_from(test_place(state), &
         'POINT TEST', 'the stress at the start has components 13 or 23: DIMENSION=3 holds them')
     end associate
   end subroutine check_start
@@ -129,10 +130,11 @@ contains
       if (len(stage%table) == 0) return
       call read_whole_file(stage%table, text, found)
       if (.not. found) then
-        call state%fault_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
+        call state%error_from(stage_place(state, number), 'POINT STAGE', "there is no file '"//stage%table//"'")
         return
       end if
-      call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', stage%leads, &
+      call parse_targets(stage%table, text, analysis%force_unit//'/'//analysis%length_unit//'^2', &
+        stage%driven_components, &
         stage%targets, stage%times, error)
       if (.not. allocated(error) .and. allocated(stage%times)) then
         if (stage%duration_given) call fail(error, error_deck, &
@@ -140,9 +142,9 @@ contains
         stage%duration = stage%times(size(stage%times))
       end if
       if (allocated(error)) then
-        call state%fault_from(stage_place(state, number), 'POINT STAGE', error%message)
-        if (allocated(stage%leads)) deallocate (stage%leads)
-        allocate (stage%leads(0))
+        call state%error_from(stage_place(state, number), 'POINT STAGE', error%message)
+        if (allocated(stage%driven_components)) deallocate (stage%driven_components)
+        allocate (stage%driven_components(0))
       end if
     end associate
   end subroutine read_table
@@ -154,20 +156,22 @@ contains
     integer :: i, k
 
     associate (stage => state%analysis%point_test%stages(number), test => state%analysis%point_test, &
-      leads => state%analysis%point_test%stages(number)%leads)
-      if (any(leads == 0)) return
-      do i = 1, size(leads)
-        if (.not. may_lead(test%kind, test%dimension, leads(i))) then
-          call fault("'"//trim(lead_words(leads(i)))//"' is not led in "//trim(test_words(test%kind))// &
+      driven_components => state%analysis%point_test%stages(number)%driven_components)
+      if (any(driven_components == 0)) return
+      do i = 1, size(driven_components)
+        if (.not. may_drive(test%kind, test%dimension, driven_components(i))) then
+          call report_error("'"//trim(driven_words(driven_components(i)))//"' is not led in "// &
+            trim(test_words(test%kind))// &
             trim(merge(' of two dimensions', repeat(' ', 18), test%kind == test_path .and. test%dimension == 2)))
-        else if (leads(i) == lead_normal_stress .and. test%fixed_height) then
-          call fault("'NORMAL STRESS' is not led at HEIGHT=FIXED")
-        else if (.not. in_reach(leads(i), test%strain, stage%targets(i, :))) then
-          call fault("'"//trim(lead_words(leads(i)))//"' leaves the point without volume")
+        else if (driven_components(i) == driven_normal_stress .and. test%fixed_height) then
+          call report_error("'NORMAL STRESS' is not led at HEIGHT=FIXED")
+        else if (.not. in_reach(driven_components(i), test%strain, stage%targets(i, :))) then
+          call report_error("'"//trim(driven_words(driven_components(i)))//"' leaves the point without volume")
         end if
         do k = 1, i - 1
-          if (place(leads(k)) == place(leads(i))) call fault("'"//trim(lead_words(leads(k)))//"' and '"// &
-            trim(lead_words(leads(i)))//"' lead the same component")
+          if (place(driven_components(k)) == place(driven_components(i))) call report_error("'"// &
+            trim(driven_words(driven_components(k)))//"' and '"// &
+            trim(driven_words(driven_components(i)))//"' lead the same component")
         end do
       end do
     end associate
@@ -175,70 +179,70 @@ contains
   contains
 
     !> Report a fault of the stage.
-    subroutine fault(sentence)
-      !> What is wrong.
+    subroutine report_error(sentence)
       character(len=*), intent(in) :: sentence
 
-      call state%fault_from(stage_place(state, number), 'POINT STAGE', sentence)
-    end subroutine fault
+      call state%error_from(stage_place(state, number), 'POINT STAGE', sentence)
+    end subroutine report_error
   end subroutine check_stage
 
   !> Whether a kind of test leads a quantity.
-  pure logical function may_lead(kind, dimension, lead)
+  pure logical function may_drive(kind, dimension, driven)
     integer, intent(in) :: kind
     !> 2 or 3.
     integer, intent(in) :: dimension
-    integer, intent(in) :: lead
+    integer, intent(in) :: driven
 
     select case (kind)
     case (test_oedometer)
-      may_lead = any(lead == [lead_axial_strain, lead_axial_stress])
+      may_drive = any(driven == [driven_axial_strain, driven_axial_stress])
     case (test_drained, test_biaxial)
-      may_lead = any(lead == [lead_axial_strain, lead_axial_stress, lead_deviator, lead_cell_pressure])
+      may_drive = any(driven == [driven_axial_strain, driven_axial_stress, driven_deviator, driven_cell_pressure])
     case (test_undrained)
-      may_lead = any(lead == [lead_axial_strain, lead_deviator])
+      may_drive = any(driven == [driven_axial_strain, driven_deviator])
     case (test_shear)
-      may_lead = any(lead == [lead_shear_strain, lead_shear_stress, lead_normal_stress])
+      may_drive = any(driven == [driven_shear_strain, driven_shear_stress, driven_normal_stress])
     case (test_isotropic)
-      may_lead = any(lead == [lead_pressure, lead_volumetric_strain])
+      may_drive = any(driven == [driven_pressure, driven_volumetric_strain])
     case default
-      may_lead = lead > lead_gradient
-      if (may_lead .and. dimension == 2 .and. (lead_row(lead) == 3 .neqv. lead_column(lead) == 3)) may_lead = .false.
+      may_drive = driven > driven_gradient
+      if (may_drive .and. dimension == 2 .and. &
+        (driven_row(driven) == 3 .neqv. driven_column(driven) == 3)) may_drive = .false.
     end select
-  end function may_lead
+  end function may_drive
 
   !> Whether targets of a strain leave a length.
-  pure logical function in_reach(lead, strain, targets)
-    integer, intent(in) :: lead
+  pure logical function in_reach(driven, strain, targets)
+    integer, intent(in) :: driven
     integer, intent(in) :: strain
     real(wp), intent(in) :: targets(:)
 
     in_reach = .true.
-    if (lead > lead_gradient .and. lead <= lead_strain) then
-      if (lead_row(lead) == lead_column(lead)) in_reach = all(targets > 0.0_wp)
+    if (driven > driven_gradient .and. driven <= driven_strain) then
+      if (driven_row(driven) == driven_column(driven)) in_reach = all(targets > 0.0_wp)
     else if (strain == strain_engineering) then
-      if (any(lead == [lead_axial_strain, lead_volumetric_strain])) in_reach = all(targets < 1.0_wp)
-      if (lead > lead_strain .and. lead <= lead_stress) then
-        if (lead_row(lead) == lead_column(lead)) in_reach = all(targets > -1.0_wp)
+      if (any(driven == [driven_axial_strain, driven_volumetric_strain])) in_reach = all(targets < 1.0_wp)
+      if (driven > driven_strain .and. driven <= driven_stress) then
+        if (driven_row(driven) == driven_column(driven)) in_reach = all(targets > -1.0_wp)
       end if
     end if
   end function in_reach
 
   !> What two quantities must not share: the component they lead.
-  pure integer function place(lead)
-    integer, intent(in) :: lead
+  pure integer function place(driven)
+    integer, intent(in) :: driven
 
-    select case (lead)
-    case (lead_axial_strain, lead_axial_stress, lead_deviator)
+    select case (driven)
+    case (driven_axial_strain, driven_axial_stress, driven_deviator)
       place = -1
-    case (lead_shear_strain, lead_shear_stress)
+    case (driven_shear_strain, driven_shear_stress)
       place = -2
-    case (lead_pressure, lead_volumetric_strain)
+    case (driven_pressure, driven_volumetric_strain)
       place = -3
-    case (lead_cell_pressure, lead_normal_stress)
+    case (driven_cell_pressure, driven_normal_stress)
       place = -4
     case default
-      place = 3*lead_row(lead) + lead_column(lead)
+      place = 3*driven_row(driven) + driven_column(driven)
     end select
   end function place
 end module qsmpm_deck_point_check

@@ -101,7 +101,7 @@ contains
     do i = 1, size(names)
       if (names(i)%text == name) return
     end do
-    call state%fault_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
+    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
       did_you_mean(name, names))
   end subroutine check_name
 
@@ -149,12 +149,12 @@ contains
     type(deck_state_type), intent(inout) :: state
     type(material_type), intent(in) :: material
 
-    if (material%user%given .and. material%mohr_coulomb) call state%fault_from(material%where, 'MATERIAL', &
+    if (material%user%given .and. material%mohr_coulomb) call state%error_from(material%where, 'MATERIAL', &
       "material '"//material%name//"' has both *MOHR COULOMB and *USER MATERIAL")
     if (material%user%given .and. has_soil_law(material)) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      call state%error_from(material%where, 'MATERIAL', "material '"//material%name// &
       "' has *USER MATERIAL beside *CAM CLAY or *HARDENING SOIL")
-    if (allocated(material%user%start) .and. .not. material%user%given) call state%fault_from(material%where, &
+    if (allocated(material%user%start) .and. .not. material%user%given) call state%error_from(material%where, &
       'MATERIAL', "material '"//material%name//"' has *USER STATE, but no *USER MATERIAL")
   end subroutine check_user_material
 
@@ -168,12 +168,12 @@ contains
     laws = count([material%young > 0.0_wp .or. material%mohr_coulomb, material%cam_clay%given, &
       material%hardening_soil%given])
     if (laws == 0 .or. (material%mohr_coulomb .and. .not. material%young > 0.0_wp .and. laws == 1)) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
-    if (laws > 1) call state%fault_from(material%where, 'MATERIAL', "material '"//material%name// &
+      call state%error_from(material%where, 'MATERIAL', "material '"//material%name//"' has no *ELASTIC")
+    if (laws > 1) call state%error_from(material%where, 'MATERIAL', "material '"//material%name// &
       "' has more than one law: *CAM CLAY and *HARDENING SOIL stand for *ELASTIC and *MOHR COULOMB")
     if (.not. has_soil_law(material)) return
     if (state%analysis%method%kinematics == kinematics_jaumann .and. state%analysis%method%rate == rate_paper) &
-      call state%fault_from(material%where, 'MATERIAL', "material '"//material%name//"' hardens: *METHOD, "// &
+      call state%error_from(material%where, 'MATERIAL', "material '"//material%name//"' hardens: *METHOD, "// &
       'RATE=PAPER is not for it; take MIDPOINT or KINEMATICS=LOGARITHMIC')
     if (size(state%analysis%phases) == 0 .or. .not. material%cam_clay%given) return
     if (state%analysis%phases(1)%initial%kind == initial_keep) call state%warn(material%where, 'MATERIAL', &
@@ -248,7 +248,7 @@ contains
       do i = 1, size(state%analysis%bodies)
         call add_word(names, state%analysis%bodies(i)%name)
         if (state%analysis%bodies(i)%name /= surface%body .or. len(surface%body) == 0) cycle
-        if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%fault_from( &
+        if (any(state%analysis%bodies(i)%kind == [body_all, body_region])) call state%error_from( &
           surface%where, 'SURFACE', "body '"//surface%body//"' has no outline; TYPE=OUTLINE is "// &
           'for the shapes BOX, POLYGON and POLYHEDRON')
       end do
@@ -267,7 +267,7 @@ contains
           do k = 1, size(phase%fixities)
             if (phase%fixities(k)%set /= phase%prescriptions(i)%set) cycle
             if (phase%prescriptions(i)%component < 1) cycle
-            if (phase%fixities(k)%fixed(phase%prescriptions(i)%component)) call state%fault_from( &
+            if (phase%fixities(k)%fixed(phase%prescriptions(i)%component)) call state%error_from( &
               phase%prescriptions(i)%where, 'PRESCRIBE', "this component of set '"// &
               phase%prescriptions(i)%set//"' is held by *FIX in the same phase")
           end do
@@ -295,7 +295,7 @@ contains
         if (.not. any([(acts(state%analysis%phases(i)), i=1, p)])) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
-            .or. phase%gravity%given .or. size(phase%hold_test%at) > 0)) then
+            .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

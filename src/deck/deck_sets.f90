@@ -124,7 +124,7 @@ contains
     type(set_type) :: set
 
     set = state%analysis%node_sets(state%item)
-    if (set%axis > state%dimension .and. state%dimension > 0) call state%fault(card, &
+    if (set%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
       'PLANE=Z has no meaning in a plane model')
     call finish_set(card, set, state)
     state%analysis%node_sets(state%item) = set
@@ -163,9 +163,9 @@ contains
       associate (row => card%rows(i))
         if (.not. row%good) cycle
         if (whole_at(row, 2) < whole_at(row, 1)) then
-          call state%fault_at(card, row, 'the last label is below the first')
+          call state%error_at(card, row, 'the last label is below the first')
         else if (whole_at(row, 2) - whole_at(row, 1) > longest_run) then
-          call state%fault_at(card, row, 'the run of labels is too long')
+          call state%error_at(card, row, 'the run of labels is too long')
         else
           ! Counted from 0: a label beyond the last one may be no integer.
           step = max(1, whole_at(row, 3))
@@ -190,9 +190,9 @@ contains
     if (.not. card%is_right()) return
     do i = 1, min(3, size(card%rows(1)%items)/2)
       if (box(i, 1) > box(i, 2)) then
-        call state%fault_at(card, card%rows(1), 'the least '//axes(i)//' is above the largest')
+        call state%error_at(card, card%rows(1), 'the least '//axes(i)//' is above the largest')
       else if (solid .and. .not. box(i, 2) > box(i, 1)) then
-        call state%fault_at(card, card%rows(1), 'the box has no extent along '//axes(i))
+        call state%error_at(card, card%rows(1), 'the box has no extent along '//axes(i))
       end if
     end do
   end subroutine check_box
@@ -252,14 +252,14 @@ contains
     associate (surface => state%analysis%surfaces(state%item))
       select case (surface%selection)
       case (select_segment)
-        if (state%dimension == 3) call state%fault(card, 'TYPE=SEGMENT is for plane models')
+        if (state%dimension == 3) call state%report_error(card, 'TYPE=SEGMENT is for plane models')
         do i = 1, size(card%rows)
           if (.not. card%rows(i)%good) cycle
           if (.not. norm2(surface%segments(3:, i) - surface%segments(:2, i)) > 0.0_wp) &
-            call state%fault_at(card, card%rows(i), 'the segment has no length')
+            call state%error_at(card, card%rows(i), 'the segment has no length')
         end do
       case (select_outline)
-        if (.not. card%has('BODY')) call state%fault(card, 'TYPE=OUTLINE wants the parameter BODY')
+        if (.not. card%has('BODY')) call state%report_error(card, 'TYPE=OUTLINE wants the parameter BODY')
         if (surface%boxed) call check_box(card, .false., surface%box, state)
       case (select_box)
         call check_box(card, .false., surface%box, state)

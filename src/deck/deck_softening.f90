@@ -4,7 +4,7 @@ module qsmpm_deck_softening
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_material, once
-  use qsmpm_softening_parameters, only: softening_fault
+  use qsmpm_softening_parameters, only: softening_error
   implicit none
   private
 
@@ -47,20 +47,20 @@ contains
   !> Faults of the softening of complete materials.
   subroutine check_softening(state)
     type(deck_state_type), intent(inout) :: state
-    character(len=:), allocatable :: fault
+    character(len=:), allocatable :: report_error
     integer :: i
 
     do i = 1, size(state%analysis%materials)
       associate (material => state%analysis%materials(i))
-        ! A data line with an error has been told already.
+        ! A data line with an error has been reported already.
         if (.not. (material%softening%given .and. material%softening%strain > 0.0_wp)) cycle
-        fault = softening_fault(material%softening, material%cohesion, material%friction_angle, &
+        report_error = softening_error(material%softening, material%cohesion, material%friction_angle, &
           material%dilatancy_angle)
-        if (.not. material%mohr_coulomb) fault = 'there is no *MOHR COULOMB that could soften'
-        ! A faulty card of the peak strength has been told already.
+        if (.not. material%mohr_coulomb) report_error = 'there is no *MOHR COULOMB that could soften'
+        ! A faulty card of the peak strength has been reported already.
         if (material%mohr_coulomb .and. max(material%cohesion, material%friction_angle) <= 0.0_wp) cycle
-        if (len(fault) > 0) call state%fault_from(material%where, 'SOFTENING', &
-          "material '"//material%name//"': "//fault)
+        if (len(report_error) > 0) call state%error_from(material%where, 'SOFTENING', &
+          "material '"//material%name//"': "//report_error)
       end associate
     end do
   end subroutine check_softening

@@ -3,7 +3,7 @@ module qsmpm_deck_state
   use qsmpm_analysis, only: analysis_type, source_line_type
   use qsmpm_path, only: directory_of, joined, absolute_path
   use qsmpm_text, only: string_type, nearest_word
-  use qsmpm_messages, only: message_list_type, place_type, severity_error, severity_warning
+  use qsmpm_messages, only: message_list_type, line_origin_type, severity_error, severity_warning
   use qsmpm_cards, only: card_type, row_type
   implicit none
   private
@@ -31,52 +31,52 @@ module qsmpm_deck_state
     !> An *INCLUDE was met: lines of the deck are missing.
     logical :: unresolved = .false.
     !> The last line of the deck: the place of what is missing.
-    type(place_type) :: last
+    type(line_origin_type) :: last
     !> Inside *PHASE ... *END PHASE, and where the phase began.
     logical :: in_phase = .false.
-    type(place_type) :: phase_place
+    type(line_origin_type) :: phase_place
     type(points_request_type), allocatable :: points(:)
     !> Places of all lines: items of the analysis only keep file and line.
-    type(place_type), allocatable :: places(:)
+    type(line_origin_type), allocatable :: places(:)
     !> Data lines of the elements of a mesh in the deck.
-    type(place_type), allocatable :: element_places(:)
+    type(line_origin_type), allocatable :: element_places(:)
   contains
-    procedure :: fault
-    procedure :: fault_at
-    procedure :: fault_from
+    procedure :: report_error
+    procedure :: error_at
+    procedure :: error_from
     procedure :: warn
   end type deck_state_type
 
 contains
 
   !> Report an error of a card.
-  pure subroutine fault(self, card, sentence)
+  pure subroutine report_error(self, card, sentence)
     class(deck_state_type), intent(inout) :: self
     type(card_type), intent(in) :: card
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, card%place, card%keyword, sentence)
-  end subroutine fault
+  end subroutine report_error
 
   !> Report an error of a data line.
-  pure subroutine fault_at(self, card, row, sentence)
+  pure subroutine error_at(self, card, row, sentence)
     class(deck_state_type), intent(inout) :: self
     type(card_type), intent(in) :: card
     type(row_type), intent(in) :: row
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, row%place, card%keyword, sentence)
-  end subroutine fault_at
+  end subroutine error_at
 
   !> Report an error of an item of the analysis.
-  pure subroutine fault_from(self, where, keyword, sentence)
+  pure subroutine error_from(self, where, keyword, sentence)
     class(deck_state_type), intent(inout) :: self
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: sentence
 
     call self%messages%add(severity_error, place_of(self, where), keyword, sentence)
-  end subroutine fault_from
+  end subroutine error_from
 
   !> Warn of an item of the analysis.
   pure subroutine warn(self, where, keyword, sentence)
@@ -92,7 +92,7 @@ contains
   pure function place_of(self, where) result(place)
     type(deck_state_type), intent(in) :: self
     type(source_line_type), intent(in) :: where
-    type(place_type) :: place
+    type(line_origin_type) :: place
     integer :: i
 
     place = self%last
@@ -106,7 +106,7 @@ contains
 
   !> A place as the analysis keeps it.
   pure function source_line(place) result(where)
-    type(place_type), intent(in) :: place
+    type(line_origin_type), intent(in) :: place
     type(source_line_type) :: where
 
     where%file = place%file

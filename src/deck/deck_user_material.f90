@@ -25,7 +25,8 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('USER MATERIAL', in_material, once, 'A model of your own in a shared library: an Abaqus UMAT or '// &
-      'a PLAXIS UDSM; docs/doors.md says how it is built and called.', user_material_fields, '*USER MATERIAL, '// &
+      'a PLAXIS UDSM; docs/user_models.md says how it is built and called.', user_material_fields, &
+        '*USER MATERIAL, '// &
       'INTERFACE=UMAT, LIBRARY=libsand.so, STATE=14, TANGENT=NUMERICAL| 33, 0, 1.5e6, 0.28| 0.55, 0.95, 1.05', &
       finish_user_material)
     call table%add('USER STATE', in_material, once, 'State variables of the points of a *USER MATERIAL at the '// &
@@ -89,8 +90,8 @@ contains
       call find_library(card, user%library)
       if (len(user%symbol) == 0) user%symbol = trim(merge('user_mod', 'umat    ', user%interface == interface_udsm))
       if (user%interface == interface_umat) user%states = max(0, user%states)
-      if (user%components == 5) call state%fault(card, 'COMPONENTS is 6 or 4')
-      if (user%interface == interface_udsm .and. size(user%constants) > most_of_udsm) call state%fault(card, &
+      if (user%components == 5) call state%report_error(card, 'COMPONENTS is 6 or 4')
+      if (user%interface == interface_udsm .and. size(user%constants) > most_of_udsm) call state%report_error(card, &
         'a UDSM has no more than '//integer_text(most_of_udsm)//' constants, here are '// &
         integer_text(size(user%constants)))
     end associate
@@ -141,11 +142,11 @@ contains
 
     associate (user => state%analysis%materials(state%material)%user)
       if (user%along == 0) return
-      if (user%along > state%dimension) call state%fault(card, 'ALONG=Z has no meaning in a plane model')
+      if (user%along > state%dimension) call state%report_error(card, 'ALONG=Z has no meaning in a plane model')
       if (.not. card%is_right()) return
       n = size(card%rows(1)%items)
       if (n < 2 .or. any([(size(card%rows(i)%items) /= n, i=1, size(card%rows))])) then
-        call state%fault(card, 'each line wants a coordinate and the same number of state variables')
+        call state%report_error(card, 'each line wants a coordinate and the same number of state variables')
         user%along = 0
         return
       end if
@@ -155,7 +156,7 @@ contains
         user%profile(:, i) = [(number_at(card%rows(i), k), k=2, n)]
       end do
       if (any(user%levels(2:) <= user%levels(:size(user%levels) - 1))) &
-        call state%fault(card, 'the coordinates must rise from line to line')
+        call state%report_error(card, 'the coordinates must rise from line to line')
       user%start = user%profile(:, 1)
     end associate
   end subroutine read_profile

@@ -8,7 +8,7 @@ module qsmpm_deck_lines
   use, intrinsic :: iso_fortran_env, only: iostat_end
   use qsmpm_text, only: string_type, stripped, squeezed, upper, split, integer_text
   use qsmpm_path, only: directory_of, joined
-  use qsmpm_messages, only: place_type, message_list_type, severity_error
+  use qsmpm_messages, only: line_origin_type, message_list_type, severity_error
   implicit none
   private
 
@@ -20,7 +20,7 @@ module qsmpm_deck_lines
   type :: line_type
     !> Stripped; the parts of a continued line joined.
     character(len=:), allocatable :: text
-    type(place_type) :: place
+    type(line_origin_type) :: place
   end type line_type
 
   !> Lines in order; `items(:count)` are used.
@@ -29,13 +29,13 @@ module qsmpm_deck_lines
     type(line_type), allocatable :: items(:)
     !> Files being read, the deck first, and the line of the *INCLUDE that leads on.
     integer :: depth = 0
-    type(place_type), allocatable :: open(:)
+    type(line_origin_type), allocatable :: open(:)
     !> The last line waits for its continuation.
     logical :: continued = .false.
     !> Inside *HEADING, where a comma at the end means nothing.
     logical :: heading = .false.
     !> Last line of the deck, for what is missing from it.
-    type(place_type) :: last
+    type(line_origin_type) :: last
   end type line_list_type
 
   !> Files that include each other deeper than this are not a deck.
@@ -57,7 +57,7 @@ contains
     call cut_file(lines, path, '', text, messages)
     if (lines%continued) call end_continuation(lines, 'the deck ends', messages)
     if (.not. allocated(lines%last%file)) then
-      lines%last = place_type(file=path, line=1, chain='')
+      lines%last = line_origin_type(file=path, line=1, chain='')
     end if
     lines%last%order = huge(1)
   end subroutine cut_lines
@@ -70,7 +70,7 @@ contains
     character(len=*), intent(in) :: chain
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
-    type(place_type) :: place
+    type(line_origin_type) :: place
     integer :: first, last, number
 
     lines%depth = lines%depth + 1
@@ -83,13 +83,13 @@ contains
       if (last < first - 1) last = len(text)
       number = number + 1
       lines%open(lines%depth)%line = number
-      place = place_type(file=path, line=number, chain=chain, order=lines%last%order + 1)
+      place = line_origin_type(file=path, line=number, chain=chain, order=lines%last%order + 1)
       lines%last%order = place%order
       call take_line(lines, place, without_return(text(first:last)), messages)
       first = last + 2
     end do
     lines%depth = lines%depth - 1
-    if (lines%depth == 0) lines%last = place_type(file=path, line=max(1, number), chain='')
+    if (lines%depth == 0) lines%last = line_origin_type(file=path, line=max(1, number), chain='')
   end subroutine cut_file
 
   !> A line without the carriage return of CRLF.
@@ -107,7 +107,7 @@ contains
   !> Take one line: skip, include, join or append.
   recursive subroutine take_line(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
-    type(place_type), intent(in) :: place
+    type(line_origin_type), intent(in) :: place
     !> The line, stripped.
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
@@ -174,7 +174,7 @@ contains
   !> Read an included file in place of its card.
   recursive subroutine include_file(lines, place, text, messages)
     type(line_list_type), intent(inout) :: lines
-    type(place_type), intent(in) :: place
+    type(line_origin_type), intent(in) :: place
     character(len=*), intent(in) :: text
     type(message_list_type), intent(inout) :: messages
     type(string_type), allocatable :: pieces(:)
@@ -244,7 +244,7 @@ contains
   !> Append a line.
   pure subroutine append(lines, place, text)
     type(line_list_type), intent(inout) :: lines
-    type(place_type), intent(in) :: place
+    type(line_origin_type), intent(in) :: place
     character(len=*), intent(in) :: text
     type(line_type), allocatable :: longer(:)
     integer :: i

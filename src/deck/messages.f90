@@ -6,19 +6,19 @@ module qsmpm_messages
   implicit none
   private
 
-  public :: message_list_type, place_type, message_text
+  public :: message_list_type, line_origin_type, message_text
 
   integer, parameter, public :: severity_warning = 1, severity_error = 2
 
   !> Where a line of the deck was written.
-  type :: place_type
+  type :: line_origin_type
     character(len=:), allocatable :: file
     integer :: line = 0
     !> How the file came into the deck: ' (included from a.inp:3)', empty in the deck itself.
     character(len=:), allocatable :: chain
     !> Number of the line in the deck with all its included files.
     integer :: order = 0
-  end type place_type
+  end type line_origin_type
 
   !> One sentence.
   type :: message_type
@@ -46,7 +46,7 @@ contains
     class(message_list_type), intent(inout) :: self
     !> severity_warning or severity_error.
     integer, intent(in) :: severity
-    type(place_type), intent(in) :: place
+    type(line_origin_type), intent(in) :: place
     !> Keyword without its star, empty when there is none.
     character(len=*), intent(in) :: keyword
     character(len=*), intent(in) :: sentence

@@ -211,11 +211,8 @@ contains
 
   !> Inverse by cross products, 0 when the matrix is singular.
   pure subroutine invert_3(matrix, inverse, determinant)
-    !> Matrix.
     real(wp), intent(in) :: matrix(3, 3)
-    !> Inverse.
     real(wp), intent(out) :: inverse(3, 3)
-    !> Determinant.
     real(wp), intent(out) :: determinant
 
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]

@@ -15,7 +15,6 @@ contains
     integer, intent(in) :: n
     !> Coordinates in [-1, 1].
     real(wp), allocatable, intent(out) :: points(:)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     ! Newton doubles the digits each time; from the cosine start four reach round-off for any n.
@@ -69,7 +68,6 @@ contains
     integer, intent(in) :: n
     !> Coordinates in [-1, 1].
     real(wp), allocatable, intent(out) :: points(:)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     integer :: i

@@ -25,7 +25,6 @@ contains
     integer, intent(in) :: degree
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: x(:), w(:), triangle(:, :), triangle_weights(:)
@@ -55,7 +54,6 @@ contains
     integer, intent(in) :: kind
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     integer, parameter :: degrees(element_kind_count) = [1, 2, 3, 5, 1, 2, 3, 5, 2, 2]

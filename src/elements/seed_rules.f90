@@ -68,7 +68,6 @@ contains
     logical, intent(in) :: gauss
     !> Local coordinates (local dimension, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
     !> Set when there is no rule of this number.
     type(error_type), allocatable, intent(out) :: error
@@ -110,7 +109,6 @@ contains
     logical, intent(in) :: gauss
     !> Coordinates (count).
     real(wp), allocatable, intent(out) :: points(:)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     if (gauss) then
@@ -128,7 +126,6 @@ contains
     logical, intent(in) :: gauss
     !> Local coordinates (2, count).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     if (any(count == [4, 9, 16]) .and. .not. gauss) then
@@ -146,7 +143,6 @@ contains
     logical, intent(in) :: gauss
     !> Local coordinates (3, count).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: triangle(:, :), triangle_weights(:), x(:), w(:)

@@ -63,11 +63,9 @@ contains
 
   !> Rule exact for polynomials of a degree.
   pure subroutine tet_degree(degree, points, weights)
-    !> Degree.
     integer, intent(in) :: degree
     !> Local coordinates (3, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     integer, parameter :: counts(0:5) = [1, 1, 4, 14, 14, 14]
@@ -81,11 +79,9 @@ contains
 
   !> Gauss rule of the cube under xi = u, eta = v (1-u), zeta = t (1-u) (1-v), all in [0, 1].
   pure subroutine collapsed(degree, points, weights)
-    !> Degree.
     integer, intent(in) :: degree
     !> Local coordinates (3, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: x(:), w(:)

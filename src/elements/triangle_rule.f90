@@ -90,11 +90,9 @@ contains
 
   !> Rule exact for polynomials of a degree.
   pure subroutine triangle_degree(degree, points, weights)
-    !> Degree.
     integer, intent(in) :: degree
     !> Local coordinates (2, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     integer, parameter :: counts(0:6) = [1, 1, 3, 6, 6, 7, 12]
@@ -108,11 +106,9 @@ contains
 
   !> Gauss rule of the square under xi = u, eta = v (1 - u), u and v in [0, 1].
   pure subroutine collapsed(degree, points, weights)
-    !> Degree.
     integer, intent(in) :: degree
     !> Local coordinates (2, points).
     real(wp), allocatable, intent(out) :: points(:, :)
-    !> Weights.
     real(wp), allocatable, intent(out) :: weights(:)
 
     real(wp), allocatable :: x(:), w(:)

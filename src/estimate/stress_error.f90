@@ -1,4 +1,4 @@
-!> How far the stresses of a state can be trusted, told from the state alone.
+!> How far the stresses of a state can be trusted, estimated from the state alone.
 !>
 !>   scatter    e_p = |sigma_p - sigma*(x_p)| / s(x_p)
 !>   mean       sum V s**2 e**(3/2) / sum V s**2 e**(1/2)
@@ -57,9 +57,7 @@ contains
 
   !> Estimate the error of the stresses as they are.
   subroutine estimate_stress_error(model, estimate)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The estimate.
     type(stress_error_type), intent(out) :: estimate
     type(smooth_stress_type) :: smooth
     type(patches_type) :: patches
@@ -154,11 +152,9 @@ contains
 
   !> Differences of the points of a material and the smooth stress.
   pure subroutine compare_points(model, smooth, estimate)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
-    !> The estimate.
     type(stress_error_type), intent(inout) :: estimate
     real(wp) :: stress(size(model%state%points%stress, 1))
     integer :: p
@@ -175,7 +171,6 @@ contains
 
   !> Material point next to each surface point of a loaded or held surface, 0 for those of others.
   subroutine find_neighbours(model, neighbour)
-    !> The model.
     type(model_type), intent(in) :: model
     !> (surface points)
     integer, allocatable, intent(out) :: neighbour(:)
@@ -205,7 +200,6 @@ contains
 
   !> Traction at a surface point as the load stands, on its present area.
   pure subroutine applied_traction(model, i, traction)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The surface point.
     integer, intent(in) :: i
@@ -229,13 +223,11 @@ contains
 
   !> Mismatch of stress and traction at loaded surfaces of a material.
   pure subroutine compare_surfaces(model, smooth, neighbour, estimate, total, covered)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Smooth stress of the material.
     type(smooth_stress_type), intent(in) :: smooth
     !> Material point next to each surface point, 0 for those without a load or support (surface points).
     integer, intent(in) :: neighbour(:)
-    !> The estimate.
     type(stress_error_type), intent(inout) :: estimate
     !> Sum of the mismatch over the area of each surface, and the area looked at (surfaces).
     real(wp), intent(inout) :: total(:), covered(:)

@@ -26,7 +26,6 @@ contains
   pure subroutine begin_list(polygon, list)
     !> Vertices in order (2,n).
     real(wp), intent(in) :: polygon(:, :)
-    !> The list.
     type(polygon_list_type), intent(out) :: list
     integer :: i
 
@@ -61,7 +60,6 @@ contains
 
   !> Forget all polygons.
   pure subroutine make_empty(list)
-    !> The list.
     type(polygon_list_type), intent(inout) :: list
 
     list%count = 0
@@ -72,7 +70,6 @@ contains
 
   !> Append a vertex to the polygon that is not closed yet.
   pure subroutine add_vertex(list, vertex)
-    !> The list.
     type(polygon_list_type), intent(inout) :: list
     !> Place (2).
     real(wp), intent(in) :: vertex(2)
@@ -91,7 +88,6 @@ contains
 
   !> End the polygon whose vertices were added last.
   pure subroutine close_polygon(list)
-    !> The list.
     type(polygon_list_type), intent(inout) :: list
     integer, allocatable :: longer(:)
 

@@ -37,7 +37,6 @@ contains
   pure subroutine make_polyhedron(facets, solid)
     !> Corners, counter-clockwise seen from outside (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
-    !> The polyhedron.
     type(polyhedron_type), intent(out) :: solid
     integer :: f, i, j, k, pass, range(2, 2)
     integer, allocatable :: place(:)
@@ -72,7 +71,6 @@ contains
 
   !> Bin of a place.
   pure function bin_of(solid, x) result(bin)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Place in the x-y plane (2).
     real(wp), intent(in) :: x(2)
@@ -86,7 +84,6 @@ contains
 
   !> Facets whose box in the x-y plane meets a box, each once, in rising order.
   pure subroutine facets_over(solid, low, high, found)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Lower and upper corner of the box (2).
     real(wp), intent(in) :: low(2), high(2)
@@ -148,7 +145,6 @@ contains
   pure subroutine polyhedron_volume(facets, volume, centroid)
     !> Corners (3, 3, n).
     real(wp), intent(in) :: facets(:, :, :)
-    !> The volume.
     real(wp), intent(out) :: volume
     !> The centroid (3); the middle of the corners when the volume vanishes.
     real(wp), intent(out) :: centroid(3)
@@ -170,7 +166,6 @@ contains
 
   !> True when a place is inside.
   pure logical function polyhedron_contains(solid, x) result(inside)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Place (3).
     real(wp), intent(in) :: x(3)
@@ -195,7 +190,6 @@ contains
 
   !> Where a line along z goes through the surface, in no order: the ends of the pieces of the line inside.
   pure subroutine find_crossings(solid, x, z, looks_up)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Position of the line in the x-y plane (2).
     real(wp), intent(in) :: x(2)
@@ -222,13 +216,11 @@ contains
 
   !> Volume and first moment of the polyhedron inside a convex solid, and if asked for its second moments about a place.
   pure subroutine moments_in_tets(solid, candidates, tets, volume, moment, about, second)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Facets over the convex solid.
     integer, intent(in) :: candidates(:)
     !> The convex solid.
     type(tet_list_type), intent(in) :: tets
-    !> The volume.
     real(wp), intent(out) :: volume
     !> Integral of the place (3).
     real(wp), intent(out) :: moment(3)
@@ -266,7 +258,6 @@ contains
 
   !> Exchange two lists.
   pure subroutine swap(a, b)
-    !> The lists.
     type(tet_list_type), intent(inout) :: a, b
     real(wp), allocatable :: corners(:, :, :)
     integer :: count

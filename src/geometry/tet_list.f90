@@ -48,7 +48,6 @@ contains
 
   !> Append a tetrahedron.
   pure subroutine add_tet(list, corners)
-    !> The list.
     type(tet_list_type), intent(inout) :: list
     !> Corners in any order (3,4).
     real(wp), intent(in) :: corners(:, :)

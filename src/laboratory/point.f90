@@ -10,7 +10,7 @@ module qsmpm_point
   use qsmpm_error, only: error_type, error_deck, error_other, error_not_converged, fail, prefix
   use qsmpm_file, only: write_text, file_exists
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder
-  use qsmpm_law, only: law_type, batch_type, moment_type
+  use qsmpm_law, only: law_type, batch_type, step_info_type
   use qsmpm_material_law, only: make_material_law
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_number_text, only: integer_text, seconds_text, without_last_newline
@@ -19,7 +19,7 @@ module qsmpm_point
   use qsmpm_point_driver, only: point_type, start_point, prepare_point, control_point
   use qsmpm_point_stages, only: ramp_type, begin_ramps, aim_ramps, set_controls
   use qsmpm_point_test, only: point_stage_type, point_test_type
-  use qsmpm_point_tally, only: tally_type, take_tangent, tangent_text, state_text
+  use qsmpm_point_statistics, only: point_statistics_type, take_tangent, tangent_text, state_text
   use qsmpm_posix, only: remove_file, system_message
   use qsmpm_tensor, only: stress_size
   use qsmpm_timing, only: timing_type, timing_file, write_timing
@@ -46,7 +46,7 @@ module qsmpm_point
     type(point_type) :: point
     type(batch_type) :: batch
     type(ramp_type), allocatable :: ramps(:)
-    type(tally_type) :: tally
+    type(point_statistics_type) :: statistics
     !> Table and log so far: `curves(:length)`.
     character(len=:), allocatable :: curves, log
     integer :: length = 0
@@ -112,7 +112,6 @@ contains
   subroutine point_law(analysis, law, error)
     !> The analysis, checked.
     type(analysis_type), intent(in) :: analysis
-    !> The law.
     class(law_type), allocatable, intent(out) :: law
     !> Set when a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
@@ -129,7 +128,6 @@ contains
 
   !> What will be tested, in a few lines.
   pure function point_summary(analysis) result(text)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text
     integer :: i, steps
@@ -148,7 +146,6 @@ contains
 
   !> Run the test and write what came of it.
   subroutine record_test(analysis, wanted_directory, clock, bench, error)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Directory of the results, empty for the usual one.
     character(len=*), intent(in) :: wanted_directory
@@ -172,7 +169,6 @@ contains
 
   !> Run the test and write into a folder where no other one does.
   subroutine run_locked(analysis, directory, clock, bench, error)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Directory of the results.
     character(len=*), intent(in) :: directory
@@ -189,8 +185,9 @@ contains
     call write_text(directory//'/'//analysis%job//'.echo.inp', echo, error, durable=.false.)
     if (allocated(error)) return
     call run_stages(analysis, bench, error)
-    if (bench%tangent) bench%log = bench%log//tangent_text(bench%tally)//newline
-    bench%log = bench%log//integer_text(bench%tally%steps)//' steps, '//integer_text(bench%tally%iterations)// &
+    if (bench%tangent) bench%log = bench%log//tangent_text(bench%statistics)//newline
+    bench%log = bench%log//integer_text(bench%statistics%steps)//' steps, '// &
+      integer_text(bench%statistics%iterations)// &
       ' iterations, '//seconds_text(cpu_seconds(clock))//' s'//newline
     if (allocated(error)) then
       bench%log = bench%log//error%message//newline
@@ -206,7 +203,6 @@ contains
 
   !> Take away what a former test left: a test that breaks off must not look finished.
   subroutine remove_earlier_test(directory, error)
-    !> The directory.
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
@@ -222,7 +218,6 @@ contains
 
   !> All stages.
   subroutine run_stages(analysis, bench, error)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> The test.
     type(bench_type), intent(inout) :: bench
@@ -245,7 +240,7 @@ contains
         row%stage = i
         row%increments = 0
         do k = 1, size(test%stages(i)%targets, 2)
-          call aim_ramps(test, test%stages(i)%leads, test%stages(i)%targets(:, k), bench%point, bench%ramps)
+          call aim_ramps(test, test%stages(i)%driven_components, test%stages(i)%targets(:, k), bench%point, bench%ramps)
           call run_targets(analysis, k, bench, row, error)
           if (allocated(error)) return
         end do
@@ -257,7 +252,6 @@ contains
   !> Width of a sample: that of the band in which softening was measured, so that a test gives back what was
   !> measured.
   pure real(wp) function measured_width(analysis)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     integer :: m
 
@@ -272,7 +266,6 @@ contains
 
   !> The steps to one row of targets.
   subroutine run_targets(analysis, number, bench, row, error)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Number of the targets in their stage.
     integer, intent(in) :: number
@@ -296,8 +289,8 @@ contains
           return
         end if
         row%load_factor = (real(number - 1, wp) + real(k, wp)/real(stage%steps, wp))/rows
-        if (bench%tangent) call take_tangent(bench%tally, bench%law, bench%batch, row%step, row%tangent_error)
-        bench%tally%steps = row%step
+        if (bench%tangent) call take_tangent(bench%statistics, bench%law, bench%batch, row%step, row%tangent_error)
+        bench%statistics%steps = row%step
         call put(bench, point_row(test, bench%law, bench%point, row, bench%tangent))
       end do
     end associate
@@ -305,7 +298,6 @@ contains
 
   !> One step, in parts where it has no equilibrium.
   subroutine run_step(test, number, step, bench, row, error)
-    !> The test.
     type(point_test_type), intent(in) :: test
     !> Number of the targets in their stage, and of the step to them.
     integer, intent(in) :: number, step
@@ -316,7 +308,7 @@ contains
     !> Set when there is no equilibrium.
     type(error_type), allocatable, intent(out) :: error
     type(control_type) :: controls(size(bench%ramps))
-    type(moment_type) :: moment
+    type(step_info_type) :: step_info
     real(wp) :: done, part, steps, rows
     integer :: iterations
 
@@ -328,20 +320,20 @@ contains
     part = 1.0_wp
     do while (done < 1.0_wp)
       call set_controls(bench%ramps, (real(step - 1, wp) + min(1.0_wp, done + part))/steps, controls)
-      moment = moment_type(row%stage, row%step, row%increments + 1, &
+      step_info = step_info_type(row%stage, row%step, row%increments + 1, &
         (real(number - 1, wp) + (real(step - 1, wp) + done)/steps)/rows, part/(steps*rows), &
         test%start_time + sum(test%stages(:row%stage - 1)%duration), test%stages(row%stage)%duration)
       if (allocated(test%stages(row%stage)%times)) &
-        call take_times(test%stages(row%stage), number, step, done, part, moment)
-      call control_point(bench%law, bench%point, controls, test%tolerance, moment, bench%batch, iterations, error)
+        call take_times(test%stages(row%stage), number, step, done, part, step_info)
+      call control_point(bench%law, bench%point, controls, test%tolerance, step_info, bench%batch, iterations, error)
       row%iterations = row%iterations + iterations
-      bench%tally%iterations = bench%tally%iterations + iterations
+      bench%statistics%iterations = bench%statistics%iterations + iterations
       if (.not. allocated(error)) then
         row%parts = row%parts + 1
         row%increments = row%increments + 1
         done = done + part
         part = min(2.0_wp*part, 1.0_wp - done)
-        row%time = moment%phase_start + (moment%start + moment%duration)*moment%phase_time
+        row%time = step_info%phase_start + (step_info%start + step_info%duration)*step_info%phase_time
       else
         if (error%code /= error_not_converged .or. part <= smallest_part) return
         part = part*smaller(bench%batch%share)
@@ -350,22 +342,21 @@ contains
   end subroutine run_step
 
   !> Start and length of a part of a step to a row of a table with times, as shares of the stage.
-  pure subroutine take_times(stage, number, step, done, part, moment)
-    !> The stage.
+  pure subroutine take_times(stage, number, step, done, part, step_info)
     type(point_stage_type), intent(in) :: stage
     !> Number of the row, and of the step to it.
     integer, intent(in) :: number, step
     !> Share of the step that is done, and that is to be done.
     real(wp), intent(in) :: done, part
     !> When the part takes place.
-    type(moment_type), intent(inout) :: moment
+    type(step_info_type), intent(inout) :: step_info
     real(wp) :: before, length
 
     before = 0.0_wp
     if (number > 1) before = stage%times(number - 1)
     length = (stage%times(number) - before)/(real(stage%steps, wp)*stage%duration)
-    moment%start = before/stage%duration + (real(step - 1, wp) + done)*length
-    moment%duration = part*length
+    step_info%start = before/stage%duration + (real(step - 1, wp) + done)*length
+    step_info%duration = part*length
   end subroutine take_times
 
   !> Share of a part that is tried next.

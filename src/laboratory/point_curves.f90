@@ -55,9 +55,7 @@ contains
 
   !> The first line, without its end.
   pure function point_header(test, stress_unit, law, with_tangent) result(text)
-    !> The test.
     type(point_test_type), intent(in) :: test
-    !> Unit of stress.
     character(len=*), intent(in) :: stress_unit
     !> The law, whose state variables that have names are written.
     class(law_type), intent(in) :: law
@@ -87,7 +85,6 @@ contains
 
   !> Whether a state variable is one of the results: it has a name.
   pure logical function is_named(law, i)
-    !> The law.
     class(law_type), intent(in) :: law
     !> Number of the variable.
     integer, intent(in) :: i
@@ -98,13 +95,9 @@ contains
 
   !> A row, without its end.
   pure function point_row(test, law, point, row, with_tangent) result(text)
-    !> The test.
     type(point_test_type), intent(in) :: test
-    !> The law.
     class(law_type), intent(in) :: law
-    !> The point.
     type(point_type), intent(in) :: point
-    !> How the step went.
     type(point_row_type), intent(in) :: row
     !> There is a column of the tangent.
     logical, intent(in) :: with_tangent
@@ -132,9 +125,7 @@ contains
 
   !> What a laboratory would record of the point.
   pure function laboratory_values(test, point) result(values)
-    !> The test.
     type(point_test_type), intent(in) :: test
-    !> The point.
     type(point_type), intent(in) :: point
     type(laboratory_type) :: values
     real(wp) :: left(size(point%stress)), deviator(size(point%stress))
@@ -161,7 +152,6 @@ contains
 
   !> A compression in the measure of the test.
   pure real(wp) function compression(test, ratio)
-    !> The test.
     type(point_test_type), intent(in) :: test
     !> Ratio of lengths or volumes.
     real(wp), intent(in) :: ratio

@@ -9,9 +9,9 @@ module qsmpm_point_stages
   use qsmpm_point_control, only: control_type, control_value, control_gradient, control_volume, control_stress
   use qsmpm_point_driver, only: point_type
   use qsmpm_point_test, only: point_test_type, test_drained, test_undrained, test_biaxial, test_shear, &
-    strain_logarithmic, lead_axial_strain, lead_axial_stress, lead_deviator, &
-    lead_cell_pressure, lead_shear_strain, lead_shear_stress, lead_normal_stress, lead_pressure, &
-    lead_volumetric_strain, lead_strain, lead_stress, lead_row, lead_column
+    strain_logarithmic, driven_axial_strain, driven_axial_stress, driven_deviator, &
+    driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, &
+    driven_volumetric_strain, driven_strain, driven_stress, driven_row, driven_column
   use qsmpm_tensor, only: gradient_size, gradient_index
   implicit none
   private
@@ -31,7 +31,6 @@ contains
 
   !> Controls of a test before its first stage: what it holds.
   pure subroutine begin_ramps(test, ramps)
-    !> The test.
     type(point_test_type), intent(in) :: test
     !> One a component (5 or 9).
     type(ramp_type), allocatable, intent(out) :: ramps(:)
@@ -62,7 +61,6 @@ contains
 
   !> Place of a component.
   pure integer function component(test, row, column)
-    !> The test.
     type(point_test_type), intent(in) :: test
     !> Row and column.
     integer, intent(in) :: row, column
@@ -72,9 +70,7 @@ contains
 
   !> Make a control that of the deviator: lateral less axial stress, tension positive.
   pure subroutine weigh_deviator(test, control)
-    !> The test.
     type(point_test_type), intent(in) :: test
-    !> The control.
     type(control_type), intent(inout) :: control
 
     control%kind = control_stress
@@ -87,11 +83,10 @@ contains
   end subroutine weigh_deviator
 
   !> Aim the controls at the targets of a stage.
-  subroutine aim_ramps(test, leads, targets, point, ramps)
-    !> The test.
+  subroutine aim_ramps(test, driven_components, targets, point, ramps)
     type(point_test_type), intent(in) :: test
     !> Quantities led and their values at the end.
-    integer, intent(in) :: leads(:)
+    integer, intent(in) :: driven_components(:)
     real(wp), intent(in) :: targets(:)
     !> The point at the start of the stage.
     type(point_type), intent(in) :: point
@@ -104,10 +99,10 @@ contains
     unmoved = 0.0_wp
     led = .false.
     ! An axial quantity of the stage before is let go: the deviator is kept, unless the stage names another.
-    if (any(test%kind == [test_drained, test_biaxial]) .and. all(leads == lead_cell_pressure)) &
+    if (any(test%kind == [test_drained, test_biaxial]) .and. all(driven_components == driven_cell_pressure)) &
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
-    do i = 1, size(leads)
-      call lead_ramps(test, leads(i), targets(i), ramps, led)
+    do i = 1, size(driven_components)
+      call lead_ramps(test, driven_components(i), targets(i), ramps, led)
     end do
     do i = 1, size(ramps)
       associate (ramp => ramps(i))
@@ -120,10 +115,10 @@ contains
   end subroutine aim_ramps
 
   !> Aim the controls that a quantity leads.
-  subroutine lead_ramps(test, lead, target, ramps, led)
+  subroutine lead_ramps(test, driven, target, ramps, led)
     type(point_test_type), intent(in) :: test
     !> The quantity.
-    integer, intent(in) :: lead
+    integer, intent(in) :: driven
     !> Its value at the end.
     real(wp), intent(in) :: target
     type(ramp_type), intent(inout) :: ramps(:)
@@ -131,36 +126,36 @@ contains
     logical, intent(inout) :: led(:)
     integer :: i
 
-    select case (lead)
-    case (lead_axial_strain)
+    select case (driven)
+    case (driven_axial_strain)
       call aim(test, 2, 2, control_gradient, -target, .true., ramps, led)
-    case (lead_axial_stress, lead_normal_stress)
+    case (driven_axial_stress, driven_normal_stress)
       call aim(test, 2, 2, control_stress, -target, .false., ramps, led)
-    case (lead_deviator)
+    case (driven_deviator)
       call aim(test, 2, 2, control_stress, target, .false., ramps, led)
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
-    case (lead_cell_pressure)
+    case (driven_cell_pressure)
       call aim(test, 1, 1, control_stress, -target, .false., ramps, led)
       if (test%kind == test_drained) call aim(test, 3, 3, control_stress, -target, .false., ramps, led)
-    case (lead_shear_strain)
+    case (driven_shear_strain)
       call aim(test, 1, 2, control_gradient, target, .false., ramps, led)
-    case (lead_shear_stress)
+    case (driven_shear_stress)
       call aim(test, 1, 2, control_stress, target, .false., ramps, led)
-    case (lead_pressure)
+    case (driven_pressure)
       do i = 1, 3
         call aim(test, i, i, control_stress, -target, .false., ramps, led)
       end do
-    case (lead_volumetric_strain)
+    case (driven_volumetric_strain)
       call aim(test, 1, 1, control_volume, -target, .true., ramps, led)
       do i = 2, 3
         call keep_difference(component(test, i, i), component(test, 1, 1), ramps(component(test, i, i)))
       end do
     case default
-      if (lead > lead_stress) then
-        call aim(test, lead_row(lead), lead_column(lead), control_stress, target, .false., ramps, led)
+      if (driven > driven_stress) then
+        call aim(test, driven_row(driven), driven_column(driven), control_stress, target, .false., ramps, led)
       else
-        call aim(test, lead_row(lead), lead_column(lead), control_gradient, target, &
-          lead > lead_strain .and. lead_row(lead) == lead_column(lead), ramps, led)
+        call aim(test, driven_row(driven), driven_column(driven), control_gradient, target, &
+          driven > driven_strain .and. driven_row(driven) == driven_column(driven), ramps, led)
       end if
     end select
   end subroutine lead_ramps

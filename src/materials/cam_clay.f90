@@ -49,7 +49,7 @@ module qsmpm_cam_clay
   end type cam_clay_type
 
   !> A return: its data and its two unknowns.
-  type :: return_type
+  type :: cam_clay_return_type
     !> Trial elastic volume strain, trial q^2, G, pc at the start.
     real(wp) :: e = 0.0_wp, w = 0.0_wp, shear = 0.0_wp, start = 0.0_wp
     !> Plastic volume strain, scaled multiplier.
@@ -58,13 +58,12 @@ module qsmpm_cam_clay
     real(wp) :: p = 0.0_wp, bulk = 0.0_wp, pc = 0.0_wp
     !> Derivatives of the two residuals by x and y.
     real(wp) :: jacobian(2, 2) = 0.0_wp
-  end type return_type
+  end type cam_clay_return_type
 
 contains
 
   !> Model of checked parameters.
   subroutine make_cam_clay(parameters, model)
-    !> What the user said, checked.
     type(cam_clay_parameters_type), intent(in) :: parameters
     type(cam_clay_type), intent(out) :: model
     real(wp) :: pressure
@@ -195,7 +194,7 @@ contains
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
-    type(return_type) :: r
+    type(cam_clay_return_type) :: r
     real(wp) :: p, deviator(3)
     logical :: found
 
@@ -229,7 +228,7 @@ contains
   !> Residuals of the return at x and y, and their derivatives.
   pure subroutine residuals(self, r, residual)
     type(cam_clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Of the flow rule (a strain), and of the yield surface over pc0^2.
     real(wp), intent(out) :: residual(2)
     real(wp) :: c, z
@@ -249,7 +248,7 @@ contains
   !> Find x and y.
   pure subroutine solve_return(self, r, found)
     type(cam_clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether they were found.
     logical, intent(out) :: found
 
@@ -262,7 +261,7 @@ contains
   !> Newton's method from the x and y at hand.
   pure subroutine newton(self, r, found)
     type(cam_clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether it arrived.
     logical, intent(out) :: found
     real(wp) :: residual(2), change(2), det
@@ -295,7 +294,7 @@ contains
   !> (2 p > pc) have 0 <= x, those on the dry side x <= 0.
   pure subroutine bracket(self, r, found)
     type(cam_clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether there is a bracket.
     logical, intent(out) :: found
     real(wp) :: low, high, violation, reach
@@ -335,7 +334,7 @@ contains
   pure subroutine surface_violation(self, r, violation)
     type(cam_clay_type), intent(in) :: self
     !> The return: x in, y out.
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Negative where x is too small.
     real(wp), intent(out) :: violation
     real(wp) :: q, trial, c
@@ -362,7 +361,7 @@ contains
   !> derivatives, the stress is trial/(1 + y) - p.
   pure subroutine find_derivative(self, r, trial, derivative)
     type(cam_clay_type), intent(in) :: self
-    type(return_type), intent(in) :: r
+    type(cam_clay_return_type), intent(in) :: r
     !> Deviator of the trial stress (3).
     real(wp), intent(in) :: trial(3)
     !> d stress / d strain (3,3).

@@ -2,7 +2,7 @@
 module qsmpm_difference_tangent
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   implicit none
   private
 
@@ -14,7 +14,7 @@ module qsmpm_difference_tangent
 contains
 
   !> Tangent by central differences of the model's stress; the model is asked for stress only.
-  subroutine difference_tangent(model, increment, stress, state, answer)
+  subroutine difference_tangent(model, increment, stress, state, response)
     class(soil_model_type), intent(in) :: model
     !> The step.
     type(soil_increment_type), intent(in) :: increment
@@ -22,9 +22,9 @@ contains
     real(wp), intent(in) :: stress(6)
     real(wp), intent(in) :: state(:)
     !> What the model says; its tangent is set.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     type(soil_increment_type) :: moved
-    type(soil_answer_type) :: said
+    type(soil_response_type) :: said
     real(wp) :: ahead(6), back(6), own(size(state)), change(3, 3), h
     integer :: j
 
@@ -46,12 +46,12 @@ contains
       if (said%status == status_ok) call model%update(moved, back, own, said)
       moved%strain(j) = increment%strain(j)
       if (said%status /= status_ok) exit
-      answer%tangent(:, j) = (ahead - back)/(2.0_wp*h)
+      response%tangent(:, j) = (ahead - back)/(2.0_wp*h)
     end do
     if (said%status == status_ok) return
-    answer%status = said%status
-    answer%share = said%share
-    if (allocated(said%message)) answer%message = said%message
+    response%status = said%status
+    response%share = said%share
+    if (allocated(said%message)) response%message = said%message
   end subroutine difference_tangent
 
   !> Change of a deformation gradient with a strain at its end.

@@ -26,7 +26,6 @@ contains
 
   !> Moduli of checked parameters.
   pure subroutine set_moduli(parameters, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     class(elastic_model_type), intent(inout) :: model
 

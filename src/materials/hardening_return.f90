@@ -17,7 +17,7 @@ module qsmpm_hardening_return
   implicit none
   private
 
-  public :: return_type, solve_return, is_outside, stress_derivative
+  public :: hardening_return_type, solve_return, is_outside, stress_derivative
 
   integer, parameter :: most_steps = 30, most_halvings = 8, most_changes = 8
   !> Edges.
@@ -26,7 +26,7 @@ module qsmpm_hardening_return
   real(wp), parameter :: small_change = 1.0e-8_wp, round_off = 1.0e-11_wp
 
   !> A return: its data, its set of surfaces, its unknowns.
-  type :: return_type
+  type :: hardening_return_type
     !> Trial stress, moduli of the step, history at the start: gamma and P.
     real(wp) :: trial(3) = 0.0_wp, lame = 0.0_wp, shear = 0.0_wp, gamma = 0.0_wp, size_of = 0.0_wp
     logical :: slips = .false., caps = .false.
@@ -34,16 +34,14 @@ module qsmpm_hardening_return
     !> s1, s2, s3, g, h, v.
     real(wp) :: unknown(6) = 0.0_wp
     real(wp) :: jacobian(6, 6) = 0.0_wp
-  end type return_type
+  end type hardening_return_type
 
 contains
 
   !> Whether the trial lies outside the surfaces.
   pure logical function is_outside(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     real(wp) :: slip, cap
 
     call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
@@ -52,20 +50,16 @@ contains
 
   !> Stress that counts as none.
   pure real(wp) function tolerance(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
 
     tolerance = round_off*(maxval(abs(r%trial)) + surfaces%least*surfaces%reference)
   end function tolerance
 
   !> How far a stress lies outside the two surfaces.
   pure subroutine excess(surfaces, r, stress, strain, volume, slip, cap)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     !> Ordered stress (3).
     real(wp), intent(in) :: stress(3)
     !> Plastic shear strain and plastic volume strain of the cap in the step.
@@ -82,10 +76,8 @@ contains
 
   !> Find the stress of a trial that lies outside.
   pure subroutine solve_return(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it was found.
     logical, intent(out) :: found
 
@@ -99,10 +91,8 @@ contains
 
   !> The surfaces that the trial lies outside of.
   pure subroutine choose_first_set(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     real(wp) :: slip, cap, gap
 
     call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
@@ -120,10 +110,8 @@ contains
 
   !> Newton's method, changing the set as the signs of its answer say.
   pure subroutine follow_signs(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether an admissible answer was found.
     logical, intent(out) :: found
     integer :: i
@@ -141,10 +129,8 @@ contains
 
   !> Whether an answer is on the right branch: cone and cap go on, mirrored, beyond the apex.
   pure logical function is_compressed(surfaces, r)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
 
     associate (s => r%unknown(1:3))
       is_compressed = s(1) - s(3) >= -10.0_wp*tolerance(surfaces, r) &
@@ -154,10 +140,8 @@ contains
 
   !> Let go of surfaces with negative multipliers and take up those that are passed.
   pure subroutine change_set(surfaces, r, changed)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether the set is another one.
     logical, intent(out) :: changed
     real(wp) :: slip, cap, small, tiny_strain
@@ -190,10 +174,8 @@ contains
 
   !> Every set from the trial.
   pure subroutine try_all_sets(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether one has an admissible answer.
     logical, intent(out) :: found
     integer :: set
@@ -216,14 +198,12 @@ contains
 
   !> Walk to the trial from the isotropic stress of the smallest trial pressure that is elastic.
   pure subroutine walk_to_trial(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it was reached.
     logical, intent(out) :: found
     real(wp) :: goal(3), from(3), share, step
-    type(return_type) :: last
+    type(hardening_return_type) :: last
 
     goal = r%trial
     from = min(max(sum(goal)/3.0_wp, surfaces%least*surfaces%reference - surfaces%shift), &
@@ -255,10 +235,8 @@ contains
 
   !> Newton's method for the set at hand from the unknowns at hand.
   pure subroutine newton(surfaces, r, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it arrived.
     logical, intent(out) :: found
     real(wp) :: residual(6), change(6), before(6), old, scale
@@ -289,10 +267,8 @@ contains
 
   !> Residuals and Jacobian, all of them stresses.
   pure subroutine residuals(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> (6)
     real(wp), intent(out) :: residual(6)
     real(wp) :: limit, by_s3, by_g
@@ -327,11 +303,8 @@ contains
 
   !> What the slip on the planes takes from the trial stress.
   pure subroutine add_slip(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
-    !> Residuals.
+    type(hardening_return_type), intent(inout) :: r
     real(wp), intent(inout) :: residual(6)
     real(wp) :: psi, slope(2), up, down, strain(3), by_psi(3)
 
@@ -341,30 +314,27 @@ contains
     associate (g => r%unknown(4), h => r%unknown(5))
       strain = g*[up, 0.0_wp, down]
       by_psi = -0.5_wp*g*[1.0_wp, 0.0_wp, 1.0_wp]
-      r%jacobian(1:3, 4) = relief(r, [up, 0.0_wp, down])
+      r%jacobian(1:3, 4) = corrector(r, [up, 0.0_wp, down])
       if (r%edge == low_edge) then
         strain = strain + h*[up, down, 0.0_wp]
         by_psi = by_psi - 0.5_wp*h*[1.0_wp, 1.0_wp, 0.0_wp]
-        r%jacobian(1:3, 5) = relief(r, [up, down, 0.0_wp])
+        r%jacobian(1:3, 5) = corrector(r, [up, down, 0.0_wp])
       else if (r%edge == high_edge) then
         strain = strain + h*[0.0_wp, up, down]
         by_psi = by_psi - 0.5_wp*h*[0.0_wp, 1.0_wp, 1.0_wp]
-        r%jacobian(1:3, 5) = relief(r, [0.0_wp, up, down])
+        r%jacobian(1:3, 5) = corrector(r, [0.0_wp, up, down])
       end if
     end associate
-    residual(1:3) = residual(1:3) + relief(r, strain)
-    by_psi = relief(r, by_psi)
+    residual(1:3) = residual(1:3) + corrector(r, strain)
+    by_psi = corrector(r, by_psi)
     r%jacobian(1:3, 1) = r%jacobian(1:3, 1) + by_psi*slope(1)
     r%jacobian(1:3, 3) = r%jacobian(1:3, 3) + by_psi*slope(2)
   end subroutine add_slip
 
   !> What the cap takes from the trial stress, and its own equation.
   pure subroutine add_cap(surfaces, r, residual)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
-    !> Residuals.
+    type(hardening_return_type), intent(inout) :: r
     real(wp), intent(inout) :: residual(6)
     real(wp) :: p, dev(3), flow(3), limit, slope, now, c
     integer :: b
@@ -374,13 +344,13 @@ contains
       dev = s - sum(s)/3.0_wp
       c = 1.5_wp/(surfaces%cap2*p)
       flow = 1.0_wp/3.0_wp + c*dev
-      residual(1:3) = residual(1:3) + relief(r, v*flow)
+      residual(1:3) = residual(1:3) + corrector(r, v*flow)
       do b = 1, 3
         ! Without a mean, so that D is 2 G.
         r%jacobian(1:3, b) = r%jacobian(1:3, b) &
           + 2.0_wp*r%shear*v*c*(identity(:, b) - 1.0_wp/3.0_wp - dev/(3.0_wp*p))
       end do
-      r%jacobian(1:3, 6) = relief(r, flow)
+      r%jacobian(1:3, 6) = corrector(r, flow)
       call cap_growth(surfaces, r%size_of, v, limit, slope)
       now = cap_size(surfaces, s)
       residual(6) = now - limit
@@ -390,20 +360,19 @@ contains
   end subroutine add_cap
 
   !> D times a strain.
-  pure function relief(r, strain) result(stress)
+  pure function corrector(r, strain) result(stress)
     !> Moduli.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     !> Strain (3).
     real(wp), intent(in) :: strain(3)
     real(wp) :: stress(3)
 
     stress = r%lame*(strain(1) + strain(2) + strain(3)) + 2.0_wp*r%shear*strain
-  end function relief
+  end function corrector
 
   !> d stress / d trial stress of a return that was found.
   pure subroutine stress_derivative(r, derivative, found)
-    !> The return.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     real(wp), intent(out) :: derivative(3, 3)
     !> Whether there is one.
     logical, intent(out) :: found

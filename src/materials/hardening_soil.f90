@@ -9,7 +9,7 @@ module qsmpm_hardening_soil
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
-  use qsmpm_hardening_return, only: return_type, solve_return, is_outside, stress_derivative
+  use qsmpm_hardening_return, only: hardening_return_type, solve_return, is_outside, stress_derivative
   use qsmpm_hardening_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, cap_size
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
@@ -35,9 +35,7 @@ contains
 
   !> Model of checked parameters.
   subroutine make_hardening_soil(parameters, model, error)
-    !> What the user said, checked.
     type(hardening_soil_parameters_type), intent(in) :: parameters
-    !> The model.
     type(hardening_soil_type), intent(out) :: model
     !> Set when no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
@@ -143,7 +141,7 @@ contains
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
-    type(return_type) :: r
+    type(hardening_return_type) :: r
     real(wp) :: slope(3, 3)
     logical :: found
     integer :: order(3), i
@@ -176,10 +174,8 @@ contains
 
   !> Return an ordered trial stress to the surfaces, or to the apex.
   pure subroutine return_ordered(surfaces, r, with_derivative, slope, found)
-    !> The surfaces.
     type(surfaces_type), intent(in) :: surfaces
-    !> The return.
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     !> d stress / d trial stress (3,3).

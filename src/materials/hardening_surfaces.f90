@@ -37,7 +37,6 @@ contains
 
   !> Constants of checked parameters.
   pure subroutine make_surfaces(parameters, surfaces, error)
-    !> What the user said, checked.
     type(hardening_soil_parameters_type), intent(in) :: parameters
     !> The constants.
     type(surfaces_type), intent(out) :: surfaces

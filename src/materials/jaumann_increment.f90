@@ -9,7 +9,7 @@
 !>     sigma = R return(sigma_trial) R^T,
 !>   second order, objective, and exact under confined compression in any number of steps.
 !> With the Cauchy rate, the usual one of a UMAT, the terms -sigma tr d(eps) are absent from both.
-!> Both are one formula, whose terms `increment_type` holds. The return mapping and the derivative are those of
+!> Both are one formula, whose terms `rotated_increment_type` holds. The return mapping and the derivative are those of
 !> qsmpm_jaumann_solid; the plane has its own form of all this, qsmpm_jaumann_plane.
 module qsmpm_jaumann_increment
   use qsmpm_kinds, only: wp
@@ -18,7 +18,7 @@ module qsmpm_jaumann_increment
   implicit none
   private
 
-  public :: increment_type, make_increment, is_cauchy
+  public :: rotated_increment_type, make_increment, is_cauchy
 
   !> How the rate of J sigma is integrated, numbered as in the deck's description, and that of sigma.
   integer, parameter, public :: rate_paper = 1, rate_midpoint = 2, rate_paper_cauchy = 3, rate_midpoint_cauchy = 4
@@ -27,7 +27,7 @@ module qsmpm_jaumann_increment
   real(wp), parameter, public :: smallest_pivot = 1.0e-3_wp
 
   !> sigma_trial = (keep start + D d(eps) - ...)/pivot, and what its derivative needs.
-  type :: increment_type
+  type :: rotated_increment_type
     !> Whether the stress turns by `rotation` before and after the strain increment.
     logical :: turns = .false.
     !> ((F + I)/2)^-1, not used where the stress does not turn: dG = mid dF mid (3,3).
@@ -44,7 +44,7 @@ module qsmpm_jaumann_increment
     real(wp) :: trial(3, 3) = 0.0_wp
     real(wp) :: keep = 1.0_wp
     real(wp) :: pivot = 1.0_wp
-  end type increment_type
+  end type rotated_increment_type
 
 contains
 
@@ -60,8 +60,7 @@ contains
     real(wp), intent(in) :: f(3, 3)
     !> Cauchy stress at the start (3,3).
     real(wp), intent(in) :: stress(3, 3)
-    !> The increment.
-    type(increment_type), intent(out) :: increment
+    type(rotated_increment_type), intent(out) :: increment
     !> False when the step is too large for the rule.
     logical, intent(out) :: ok
     logical :: cauchy
@@ -95,8 +94,7 @@ contains
     real(wp), intent(in) :: g(3, 3)
     !> Cauchy stress at the start (3,3).
     real(wp), intent(in) :: stress(3, 3)
-    !> The increment.
-    type(increment_type), intent(out) :: increment
+    type(rotated_increment_type), intent(out) :: increment
 
     real(wp) :: spin(3, 3), turn(3, 3)
 
@@ -120,8 +118,7 @@ contains
     real(wp), intent(in) :: f(3, 3)
     !> Cauchy stress at the start (3,3).
     real(wp), intent(in) :: stress(3, 3)
-    !> The increment.
-    type(increment_type), intent(out) :: increment
+    type(rotated_increment_type), intent(out) :: increment
     !> False when the mid configuration is turned inside out or compressed to nothing.
     logical, intent(out) :: ok
     real(wp) :: half(3, 3), g(3, 3), t(3), det

@@ -20,7 +20,7 @@ module qsmpm_jaumann_plane
   public :: update_plane
 
   !> A step of a point up to its trial.
-  type :: step_type
+  type :: stress_step_type
     !> Whether the stress turns before and after the strain increment.
     logical :: turns = .false.
     !> Half rotation: cosine, tangent, and the turn of a tensor.
@@ -36,7 +36,7 @@ module qsmpm_jaumann_plane
     real(wp) :: lame = 0.0_wp, shear = 0.0_wp
     !> Stress or elastic strain at the start after the first half rotation, and trial: mean, half difference, shear, 33.
     real(wp) :: start(4) = 0.0_wp, trial(4) = 0.0_wp
-  end type step_type
+  end type stress_step_type
 
 contains
 
@@ -51,7 +51,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    type(step_type) :: step
+    type(stress_step_type) :: step
     type(stress_update_type) :: result
     real(wp) :: start(4), stress(4), map(4, 4), lame, shear, modulus, cell_size, value(3), c, s, turn(4)
     logical :: principal
@@ -128,7 +128,7 @@ contains
     real(wp), intent(in) :: f(5)
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
-    type(step_type), intent(out) :: step
+    type(stress_step_type), intent(out) :: step
     !> status_ok, or why there is none.
     integer, intent(out) :: status
     real(wp) :: g(5), det
@@ -158,7 +158,7 @@ contains
     real(wp), intent(in) :: g(5)
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
-    type(step_type), intent(inout) :: step
+    type(stress_step_type), intent(inout) :: step
     real(wp) :: spin
 
     spin = g(2) - g(3)
@@ -177,7 +177,7 @@ contains
     real(wp), intent(in) :: u(5)
     !> Stress or elastic strain at the start.
     real(wp), intent(in) :: start(4)
-    type(step_type), intent(inout) :: step
+    type(stress_step_type), intent(inout) :: step
     !> status_cut when the mid configuration is turned inside out or compressed to nothing.
     integer, intent(inout) :: status
     real(wp) :: g(5), half(4), det, trace, c
@@ -210,7 +210,7 @@ contains
 
   !> What the symmetric part of a gradient adds to the trial: the stress of linear elasticity, or the strain.
   pure function elastic_change(step, g) result(stress)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Displacement gradient, packed.
     real(wp), intent(in) :: g(5)
     real(wp) :: stress(4)
@@ -223,7 +223,7 @@ contains
 
   !> A tensor after a half rotation.
   pure function turned(step, a) result(b)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> The tensor.
     real(wp), intent(in) :: a(4)
     real(wp) :: b(4)
@@ -254,14 +254,13 @@ contains
 
   !> Change of the stress with mean, half difference, shear and spin of dG, and dG_33.
   pure subroutine stress_change(step, principal, map, stress, change)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial.
     real(wp), intent(in) :: map(4, 4)
     !> Stress at the end.
     real(wp), intent(in) :: stress(4)
-    !> The change.
     real(wp), intent(out) :: change(4, 5)
     real(wp) :: start(4), volume(4), scale, lame, shear
     integer :: j
@@ -291,7 +290,7 @@ contains
 
   !> A = dQ/dF of a point.
   pure subroutine point_tangent(step, principal, map, stress, f, a)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> Whether the stress is another than the trial, by `map`.
     logical, intent(in) :: principal
     !> Change of the stress with the trial.
@@ -321,7 +320,7 @@ contains
 
   !> R mid and mid R^T.
   pure subroutine mid_factors(step, left, right)
-    type(step_type), intent(in) :: step
+    type(stress_step_type), intent(in) :: step
     !> R mid.
     real(wp), intent(out) :: left(2, 2)
     !> mid R^T.

@@ -8,7 +8,7 @@ module qsmpm_jaumann_solid
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose, isotropic_change, pair_quotients
-  use qsmpm_jaumann_increment, only: increment_type, make_increment, is_cauchy
+  use qsmpm_jaumann_increment, only: rotated_increment_type, make_increment, is_cauchy
   use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, tangent_none, tangent_elastic
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, blend_elastic
   use qsmpm_principal_point, only: keep_update, size_of_cell, elastic_share
@@ -31,7 +31,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    type(increment_type) :: increment
+    type(rotated_increment_type) :: increment
     type(stress_update_type) :: result
     real(wp) :: trial(3), n(3, 3), stress(3, 3), inverse(3, 3), det, modulus, cell_size
     logical :: principal
@@ -84,7 +84,7 @@ contains
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
     !> The step up to the trial.
-    type(increment_type), intent(out) :: increment
+    type(rotated_increment_type), intent(out) :: increment
     !> F^-1 and det(F).
     real(wp), intent(out) :: inverse(3, 3)
     real(wp), intent(out) :: det
@@ -119,7 +119,6 @@ contains
     real(wp), intent(in) :: f(3, 3)
     !> Its determinant.
     real(wp), intent(in) :: det
-    !> The inverse.
     real(wp), intent(out) :: inverse(3, 3)
     integer, parameter :: next(3) = [2, 3, 1], last(3) = [3, 1, 2]
     real(wp) :: scale
@@ -182,7 +181,7 @@ contains
 
   !> Stress at the end of the step.
   pure subroutine end_stress(increment, principal, value, n, stress)
-    type(increment_type), intent(in) :: increment
+    type(rotated_increment_type), intent(in) :: increment
     !> Whether the stress is another than the trial.
     logical, intent(in) :: principal
     !> Its principal values then (3), and principal directions of the trial, turned (3,3).
@@ -223,7 +222,7 @@ contains
   !> A = dQ/dF of a point.
   pure subroutine point_tangent(model, increment, principal, result, n, stress, inverse, det, a)
     class(principal_model_type), intent(in) :: model
-    type(increment_type), intent(in) :: increment
+    type(rotated_increment_type), intent(in) :: increment
     !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
@@ -297,14 +296,13 @@ contains
   !> Change of the stress with dG.
   pure subroutine stress_change(model, increment, principal, result, n, stress, change)
     class(principal_model_type), intent(in) :: model
-    type(increment_type), intent(in) :: increment
+    type(rotated_increment_type), intent(in) :: increment
     !> Whether the stress is another than the trial; stress and derivative then, and directions of the trial, turned.
     logical, intent(in) :: principal
     type(stress_update_type), intent(in) :: result
     real(wp), intent(in) :: n(3, 3)
     !> Cauchy stress that enters the tangent.
     real(wp), intent(in) :: stress(3, 3)
-    !> The change.
     real(wp), intent(out) :: change(6, 3, 3)
     real(wp) :: part(6, 9), spin(6, 3), back(3, 3), volume(3, 3), start(3, 3)
     integer :: i, c

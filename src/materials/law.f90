@@ -15,33 +15,33 @@ module qsmpm_law
   implicit none
   private
 
-  public :: law_type, law_slot_type, batch_type, moment_type, start_time, time_increment
+  public :: law_type, law_slot_type, batch_type, step_info_type, start_time, time_increment
 
   !> What a law says of a point: updated; not in a step as long as this one; not at all; and the law itself is out
   !> of order, so that the run must end.
-  integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2, status_broken = 3
+  integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2, status_unrecoverable = 3
 
   !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
 
-  !> Share of the phase that a step at held load counts as in time: models divide by it.
+  !> Load fraction that a step at held load counts as in time: models divide by it.
   real(wp), parameter :: held_duration = 1.0e-6_wp
 
   !> When a step takes place. Nothing in a quasi-static analysis depends on time but what a model makes of it: a phase
   !> lasts as long as the deck says, one unit where it says nothing, and its load runs evenly from start to end.
-  type :: moment_type
+  type :: step_info_type
     !> Number of the phase, and of the step in all phases, from 1.
     integer :: phase = 1
     integer :: step = 1
     !> Number of the step in its phase, from 1.
     integer :: step_of_phase = 1
-    !> Share of the phase at the start of the step, and the share that the step goes.
+    !> Load fraction at the start of the step, and the share that the step goes.
     real(wp) :: start = 0.0_wp
     real(wp) :: duration = 1.0_wp
     !> Time at the start of the phase, and how long the phase lasts.
     real(wp) :: phase_start = 0.0_wp
     real(wp) :: phase_time = 1.0_wp
-  end type moment_type
+  end type step_info_type
 
   !> Points of one material in one step. Inputs are set by the caller, outputs by the law;
   !> arrays may be longer than `count`.
@@ -56,7 +56,7 @@ module qsmpm_law
     !> In: law's state at the start (state_count, n).
     real(wp), allocatable :: state_start(:, :)
     !> In: when the step takes place.
-    type(moment_type) :: moment
+    type(step_info_type) :: step_info
     !> In, for laws that ask where they are: number of the material point, 0 for a point of a cell's own, and of its
     !> cell (n).
     integer, allocatable :: number(:), cell(:)
@@ -178,17 +178,17 @@ module qsmpm_law
 contains
 
   !> Time at the start of a step.
-  pure real(wp) function start_time(moment) result(time)
-    type(moment_type), intent(in) :: moment
+  pure real(wp) function start_time(step_info) result(time)
+    type(step_info_type), intent(in) :: step_info
 
-    time = moment%phase_start + moment%start*moment%phase_time
+    time = step_info%phase_start + step_info%start*step_info%phase_time
   end function start_time
 
   !> Time that a step takes; not 0 at held load, for models that divide by it.
-  pure real(wp) function time_increment(moment) result(increment)
-    type(moment_type), intent(in) :: moment
+  pure real(wp) function time_increment(step_info) result(increment)
+    type(step_info_type), intent(in) :: step_info
 
-    increment = max(held_duration, moment%duration)*moment%phase_time
+    increment = max(held_duration, step_info%duration)*step_info%phase_time
   end function time_increment
 
   !> State of a point whose place does not matter.

@@ -26,7 +26,7 @@ module qsmpm_logarithmic_plane
   public :: update_plane
 
   !> A point between its trial and its tangent.
-  type :: trial_type
+  type :: plane_trial_type
     !> Mean, half difference and shear of the plane block of b; y of above.
     real(wp) :: m, h, o, y
     !> g, and (g - 1)/y.
@@ -39,7 +39,7 @@ module qsmpm_logarithmic_plane
     real(wp) :: block, det, scale
     !> Kirchhoff stress over the stress of the model: 1, or det(F).
     real(wp) :: jacobian
-  end type trial_type
+  end type plane_trial_type
 
 contains
 
@@ -52,7 +52,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    type(trial_type) :: trial
+    type(plane_trial_type) :: trial
     type(stress_update_type) :: result
     real(wp) :: start(4), part(2), b(4), tau(4), k(4, 4), lame, shear, modulus, cell_size, volume_ratio, value(3), c, s
     integer :: p, first
@@ -125,7 +125,7 @@ contains
     real(wp), intent(in) :: part(2)
     !> J_n.
     real(wp), intent(in) :: volume_ratio
-    type(trial_type), intent(out) :: trial
+    type(plane_trial_type), intent(out) :: trial
     !> b over the same factors, in stress order.
     real(wp), intent(out) :: b(4)
     !> status_ok, or why there is none.
@@ -199,7 +199,7 @@ contains
   pure subroutine set_artanh(log_det, trial)
     !> ln of the determinant of the plane block of b.
     real(wp), intent(in) :: log_det
-    type(trial_type), intent(inout) :: trial
+    type(plane_trial_type), intent(inout) :: trial
     real(wp) :: x
 
     trial%y = (trial%h*trial%h + trial%o*trial%o)/(trial%m*trial%m)
@@ -257,7 +257,7 @@ contains
 
   !> K of a point in the frame of the principal directions, then turned; and the stress that goes with it.
   pure subroutine principal_stiffness(trial, hookean, result, c, s, tau, k)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     !> Whether the model is Hookean.
     logical, intent(in) :: hookean
     !> Stress and derivatives in principal values.
@@ -286,7 +286,7 @@ contains
 
   !> K of a Hookean point that does not yield.
   pure subroutine elastic_stiffness(trial, k)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     real(wp), intent(out) :: k(4, 4)
     real(wp) :: lame, shear, turned, h, o
 
@@ -306,7 +306,7 @@ contains
 
   !> A = dQ/dF of K and the stress.
   pure subroutine pull_back(trial, tau, k, f, a)
-    type(trial_type), intent(in) :: trial
+    type(plane_trial_type), intent(in) :: trial
     !> Kirchhoff stress: mean, half difference, shear, 33.
     real(wp), intent(in) :: tau(4)
     real(wp), intent(in) :: k(4, 4)

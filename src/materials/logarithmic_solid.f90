@@ -27,14 +27,14 @@ module qsmpm_logarithmic_solid
   real(wp), parameter :: small_ratio = 1.0e-4_wp
 
   !> A point between its trial and its tangent.
-  type :: trial_type
+  type :: solid_trial_type
     !> det(F) F^-T, its determinant det(F) and 1/(J_n det F).
     real(wp) :: cofactor(3, 3), det, scale
     !> Kirchhoff stress over the stress of the model: 1, or det(F).
     real(wp) :: jacobian
     !> Principal values and logarithmic strains, trial strain or stress (3), principal directions (3,3).
     real(wp) :: value(3), strain(3), trial(3), direction(3, 3)
-  end type trial_type
+  end type solid_trial_type
 
 contains
 
@@ -47,7 +47,7 @@ contains
     type(batch_type), intent(inout) :: batch
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    type(trial_type) :: trial
+    type(solid_trial_type) :: trial
     type(stress_update_type) :: result
     real(wp) :: modulus, cell_size, b(6)
     integer :: p, first
@@ -95,7 +95,7 @@ contains
     real(wp), intent(in) :: volume_ratio
     !> Shear modulus of the step; stays as it is for a Hookean model.
     real(wp), intent(inout) :: modulus
-    type(trial_type), intent(out) :: trial
+    type(solid_trial_type), intent(out) :: trial
     !> b in stress order.
     real(wp), intent(out) :: b(6)
     !> status_ok, or why there is none.
@@ -215,7 +215,7 @@ contains
 
   !> Cauchy stress and Q of principal Kirchhoff stresses.
   pure subroutine store_stress(trial, tau, stress, piola)
-    type(trial_type), intent(in) :: trial
+    type(solid_trial_type), intent(in) :: trial
     !> Principal stresses (3).
     real(wp), intent(in) :: tau(3)
     !> Cauchy stress.
@@ -237,7 +237,7 @@ contains
   !> A = dQ/dF of a point.
   pure subroutine point_tangent(model, trial, result, a)
     class(principal_model_type), intent(in) :: model
-    type(trial_type), intent(in) :: trial
+    type(solid_trial_type), intent(in) :: trial
     !> Stress and derivatives in principal values.
     type(stress_update_type), intent(in) :: result
     real(wp), intent(out) :: a(9, 9)
@@ -295,7 +295,7 @@ contains
   !> C_ab - 2 tau_a I_ab.
   pure function normal_stiffness(model, trial, result) result(k)
     class(principal_model_type), intent(in) :: model
-    type(trial_type), intent(in) :: trial
+    type(solid_trial_type), intent(in) :: trial
     !> Stress and derivatives in principal values.
     type(stress_update_type), intent(in) :: result
     real(wp) :: k(3, 3)
@@ -314,7 +314,7 @@ contains
 
   !> artanh(x)/x with x = (b_a - b_b)/(b_a + b_b).
   pure real(wp) function log_ratio(trial, a, b)
-    type(trial_type), intent(in) :: trial
+    type(solid_trial_type), intent(in) :: trial
     !> The two directions.
     integer, intent(in) :: a, b
     real(wp) :: x

@@ -7,7 +7,7 @@
 module qsmpm_material_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
-  use qsmpm_softening_parameters, only: softening_parameters_type, softening_fault
+  use qsmpm_softening_parameters, only: softening_parameters_type, softening_error
   implicit none
   private
 
@@ -71,18 +71,18 @@ contains
       else if (.not. (p%cohesion > 0.0_wp .or. p%friction_angle > 0.0_wp)) then
         call fail(error, error_deck, 'cohesion and friction angle must not both be zero')
       else if (p%softening%given) then
-        call check_softening(softening_fault(p%softening, p%cohesion, p%friction_angle, p%dilatancy_angle), error)
+        call check_softening(softening_error(p%softening, p%cohesion, p%friction_angle, p%dilatancy_angle), error)
       end if
     end associate
   end subroutine check_strength
 
   !> Fail where softening has a fault.
-  pure subroutine check_softening(fault, error)
+  pure subroutine check_softening(sentence, error)
     !> The fault, '' for none.
-    character(len=*), intent(in) :: fault
+    character(len=*), intent(in) :: sentence
     !> Set when there is one.
     type(error_type), allocatable, intent(inout) :: error
 
-    if (len(fault) > 0) call fail(error, error_deck, fault)
+    if (len(sentence) > 0) call fail(error, error_deck, sentence)
   end subroutine check_softening
 end module qsmpm_material_parameters

@@ -18,7 +18,7 @@ module qsmpm_mohr_coulomb
   implicit none
   private
 
-  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
+  public :: mohr_coulomb_type, active_planes_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
     return_principal, return_outside
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
@@ -32,17 +32,17 @@ module qsmpm_mohr_coulomb
   real(wp), parameter, public :: round_off = 1.0e-12_wp
   !> A set that misses by less than this is taken when none passes: the trial lies where two
   !> regions meet and nu near 0.5 has amplified round-off.
-  real(wp), parameter, public :: near_miss = 1.0e-9_wp
+  real(wp), parameter, public :: near_tolerance = 1.0e-9_wp
 
   !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
-  type :: set_type
+  type :: active_planes_type
     integer :: planes = 0
     real(wp) :: slope(3, 3) = 0.0_wp
     real(wp) :: shift(3) = 0.0_wp
     !> Rows are planes; multiplied by 2 G, so that they are stresses.
     real(wp) :: weights(3, 3) = 0.0_wp
     real(wp) :: offsets(3) = 0.0_wp
-  end type set_type
+  end type active_planes_type
 
   !> Strength parameters and the table of answers.
   type :: mohr_coulomb_type
@@ -54,14 +54,13 @@ module qsmpm_mohr_coulomb
     real(wp) :: apex = huge(1.0_wp)
     logical :: has_apex = .false.
     logical :: has_cut_off = .false.
-    type(set_type) :: sets(set_count)
+    type(active_planes_type) :: sets(set_count)
   end type mohr_coulomb_type
 
 contains
 
   !> Strength and table of answers of checked parameters.
   pure subroutine make_mohr_coulomb(parameters, lame, shear, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     !> Lame's first modulus.
     real(wp), intent(in) :: lame
@@ -80,7 +79,6 @@ contains
 
   !> Strength of checked parameters; the table stays as it is.
   pure subroutine set_strength(parameters, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     !> Strength.
     type(mohr_coulomb_type), intent(inout) :: model
@@ -147,20 +145,20 @@ contains
     !> Shear modulus.
     real(wp), intent(in) :: shear
     !> The answer.
-    type(set_type), intent(out) :: set
-    real(wp) :: normals(3, 3), relief(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
+    type(active_planes_type), intent(out) :: set
+    real(wp) :: normals(3, 3), corrector(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
     integer :: i, n
 
     normals = 0.0_wp
-    relief = 0.0_wp
+    corrector = 0.0_wp
     limits = 0.0_wp
     system = identity
     n = count(planes > 0)
     do i = 1, n
       call plane(model, planes(i), normals(:, i), flow, limits(i))
-      relief(:, i) = 2.0_wp*shear*flow + lame*sum(flow)
+      corrector(:, i) = 2.0_wp*shear*flow + lame*sum(flow)
     end do
-    system(1:n, 1:n) = matmul(transpose(normals(:, 1:n)), relief(:, 1:n))/(2.0_wp*shear)
+    system(1:n, 1:n) = matmul(transpose(normals(:, 1:n)), corrector(:, 1:n))/(2.0_wp*shear)
     solver = inverse(system, determinant(system))
     set%planes = n
     set%weights(1:n, :) = matmul(solver(1:n, 1:n), transpose(normals(:, 1:n)))
@@ -169,9 +167,9 @@ contains
       ! A corner: the stress is where the planes meet, whatever the trial.
       set%shift = matmul(transpose(inverse(normals, determinant(normals))), limits)
     else
-      relief = relief/(2.0_wp*shear)
-      set%slope = identity - matmul(relief, set%weights)
-      set%shift = -matmul(relief, set%offsets)
+      corrector = corrector/(2.0_wp*shear)
+      set%slope = identity - matmul(corrector, set%weights)
+      set%shift = -matmul(corrector, set%offsets)
     end if
   end subroutine make_set
 
@@ -287,7 +285,7 @@ contains
       stress = candidate
       if (miss <= round_off*scale) exit
     end do
-    if (best == 0 .or. (model%has_apex .and. least > near_miss*scale)) then
+    if (best == 0 .or. (model%has_apex .and. least > near_tolerance*scale)) then
       stress = model%apex
       slope = 0.0_wp
     else
@@ -299,8 +297,7 @@ contains
   pure subroutine try_set(model, set, trial, stress, miss)
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
-    !> Set of planes.
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling (3).
     real(wp), intent(in) :: trial(3)
     !> Stress of the set (3).

@@ -23,7 +23,6 @@ contains
 
   !> Moduli and strength of checked parameters.
   pure subroutine set_mohr_coulomb(parameters, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     class(mohr_coulomb_model_type), intent(inout) :: model
 

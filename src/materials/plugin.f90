@@ -94,7 +94,6 @@ contains
     character(len=*), intent(in) :: path
     !> Name of the procedure.
     character(len=*), intent(in) :: symbol
-    !> The procedure.
     type(c_funptr), intent(out) :: procedure
     !> error_user_material: no such library or procedure.
     type(error_type), allocatable, intent(out) :: error
@@ -125,7 +124,6 @@ contains
 
   !> A path that the loader does not look for elsewhere.
   pure function with_slash(path) result(text)
-    !> The path.
     character(len=*), intent(in) :: path
     character(len=:), allocatable :: text
 
@@ -143,7 +141,6 @@ contains
 
   !> Capital letters; every other character stays.
   pure function capitals(text) result(large)
-    !> The text.
     character(len=*), intent(in) :: text
     character(len=len(text)) :: large
     integer :: i
@@ -156,7 +153,6 @@ contains
 
   !> Small letters; every other character stays.
   pure function small(text) result(changed)
-    !> The text.
     character(len=*), intent(in) :: text
     character(len=len(text)) :: changed
     integer :: i

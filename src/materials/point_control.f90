@@ -29,7 +29,6 @@ contains
 
   !> Present value of what is controlled.
   pure real(wp) function control_value(control, gradient, whole, stress) result(value)
-    !> The control.
     type(control_type), intent(in) :: control
     !> Incremental deformation gradient, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)

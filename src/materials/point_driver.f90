@@ -6,7 +6,7 @@
 module qsmpm_point_driver
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
-  use qsmpm_law, only: law_type, batch_type, moment_type, status_ok, status_broken, tangent_consistent
+  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, status_unrecoverable, tangent_consistent
   use qsmpm_point_control, only: control_type, control_misfit, control_jacobian, control_increment, control_stress
   use qsmpm_tensor, only: determinant, unpack_gradient, pack_gradient, gradient_size, stress_size, identity
   implicit none
@@ -43,11 +43,9 @@ contains
 
   !> A point with a given stress.
   subroutine start_point(law, stress, point)
-    !> The law.
     class(law_type), intent(in) :: law
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
-    !> The point.
     type(point_type), intent(out) :: point
 
     point%stress = stress
@@ -57,9 +55,7 @@ contains
 
   !> One step by components of f. When it fails the point stays as it was.
   subroutine step_point(law, point, prescribed, values, error)
-    !> The law.
     class(law_type), intent(in) :: law
-    !> The point.
     type(point_type), intent(inout) :: point
     !> Which components of the incremental gradient are prescribed (5 or 9).
     logical, intent(in) :: prescribed(:)
@@ -77,14 +73,12 @@ contains
       controls(i)%value = values(i)
     end do
     call prepare_point(law, batch)
-    call control_point(law, point, controls, tight, moment_type(), batch, iterations, error)
+    call control_point(law, point, controls, tight, step_info_type(), batch, iterations, error)
   end subroutine step_point
 
   !> A batch for one point.
   subroutine prepare_point(law, batch)
-    !> The law.
     class(law_type), intent(in) :: law
-    !> The batch.
     type(batch_type), intent(out) :: batch
     integer :: n, m
 
@@ -101,26 +95,24 @@ contains
   end subroutine prepare_point
 
   !> One step by controls. When it fails the point stays as it was.
-  subroutine control_point(law, point, controls, tolerance, moment, batch, iterations, error)
-    !> The law.
+  subroutine control_point(law, point, controls, tolerance, step_info, batch, iterations, error)
     class(law_type), intent(in) :: law
-    !> The point.
     type(point_type), intent(inout) :: point
     !> The controls (5 or 9).
     type(control_type), intent(in) :: controls(:)
     !> Stress error allowed, relative to the largest stress.
     real(wp), intent(in) :: tolerance
     !> When the step takes place.
-    type(moment_type), intent(in) :: moment
+    type(step_info_type), intent(in) :: step_info
     !> The point's batch; at the end start and end of the step, with the consistent tangent.
     type(batch_type), intent(inout) :: batch
     !> Corrections it took.
     integer, intent(out) :: iterations
-    !> Set when no deformation gives the values, or the law is out of order.
+    !> Set when no deformation gives the values, or the law has failed.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: f(3, 3)
 
-    batch%moment = moment
+    batch%step_info = step_info
     batch%share = 0.0_wp
     if (allocated(batch%message)) deallocate (batch%message)
     batch%volume_ratio = point%volume_ratio
@@ -139,11 +131,9 @@ contains
 
   !> Newton's method, each correction halved until the error falls.
   subroutine solve_step(law, batch, controls, start, tolerance, iterations, error)
-    !> The law.
     class(law_type), intent(in) :: law
     !> The point with f = I.
     type(batch_type), intent(inout) :: batch
-    !> The controls.
     type(control_type), intent(in) :: controls(:)
     !> Deformation gradient at the start (3,3).
     real(wp), intent(in) :: start(3, 3)
@@ -171,16 +161,16 @@ contains
         batch%gradient(:, 1) = before - misfit*0.5_wp**halving
         if (.not. determinant(unpack_gradient(batch%gradient(:, 1))) > 0.0_wp) cycle
         call law%update(batch, tangent_consistent)
-        if (batch%status(1) == status_broken) exit
+        if (batch%status(1) == status_unrecoverable) exit
         if (batch%status(1) /= status_ok) cycle
         if (scaled_misfit(law, controls, batch, start) < goal) exit
       end do
     end do
-    call tell_failure(batch, error)
+    call report_failure(batch, error)
   end subroutine solve_step
 
   !> Why a step has no end.
-  pure subroutine tell_failure(batch, error)
+  pure subroutine report_failure(batch, error)
     !> The point.
     type(batch_type), intent(in) :: batch
     !> Set.
@@ -189,7 +179,7 @@ contains
 
     message = ''
     if (allocated(batch%message)) message = trim(batch%message)
-    if (batch%status(1) == status_broken) then
+    if (batch%status(1) == status_unrecoverable) then
       if (len(message) == 0) message = 'the material law is out of order'
       call fail(error, error_user_material, message)
     else if (len(message) > 0) then
@@ -199,11 +189,10 @@ contains
     else
       call fail(error, error_not_converged, 'no deformation of the point gives the stresses wanted')
     end if
-  end subroutine tell_failure
+  end subroutine report_failure
 
   !> Whether every control has its value.
   pure logical function has_arrived(controls, misfit, batch, tolerance)
-    !> The controls.
     type(control_type), intent(in) :: controls(:)
     !> Their misfits.
     real(wp), intent(in) :: misfit(:)
@@ -225,9 +214,7 @@ contains
 
   !> Rows of stresses over the stiffness, and the ridge on them.
   pure subroutine scale_rows(law, controls, jacobian, misfit)
-    !> The law.
     class(law_type), intent(in) :: law
-    !> The controls.
     type(control_type), intent(in) :: controls(:)
     !> Derivatives and misfits.
     real(wp), intent(inout) :: jacobian(:, :), misfit(:)
@@ -242,9 +229,7 @@ contains
 
   !> Size of the misfits, those of stresses over the stiffness.
   pure real(wp) function scaled_misfit(law, controls, batch, start)
-    !> The law.
     class(law_type), intent(in) :: law
-    !> The controls.
     type(control_type), intent(in) :: controls(:)
     !> The point, updated.
     type(batch_type), intent(in) :: batch

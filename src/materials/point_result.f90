@@ -13,7 +13,6 @@ contains
   !> Check the points' results; where a status is not ok or a result cannot be computed with, put the start
   !> values back and zero the rest.
   pure subroutine finish_points(batch, tangent)
-    !> The batch.
     type(batch_type), intent(inout) :: batch
     !> Which tangent was asked for.
     integer, intent(in) :: tangent
@@ -35,7 +34,6 @@ contains
 
   !> Whether stress, state, piola and, if wanted, tangent of a range of points can be computed with.
   pure logical function results_usable(batch, from, to, tangent)
-    !> The batch.
     type(batch_type), intent(in) :: batch
     !> The first point.
     integer, intent(in) :: from
@@ -55,7 +53,6 @@ contains
 
   !> Name of the first result of a point that cannot be computed with, one of which there is.
   pure function unusable_result(batch, p) result(name)
-    !> The batch.
     type(batch_type), intent(in) :: batch
     !> Number of the point.
     integer, intent(in) :: p
@@ -68,7 +65,6 @@ contains
 
   !> Put the start values of a point back.
   pure subroutine undo(batch, p, tangent)
-    !> The batch.
     type(batch_type), intent(inout) :: batch
     !> Number of the point.
     integer, intent(in) :: p

@@ -137,7 +137,6 @@ contains
   !> Mix stress, derivative and quotients with those of the model without strength. All enter a tangent linearly, so
   !> this mixes the tangents.
   pure subroutine blend_elastic(model, modulus, trial, share, result)
-    !> The model.
     class(principal_model_type), intent(in) :: model
     !> Shear modulus of the step.
     real(wp), intent(in) :: modulus

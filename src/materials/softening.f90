@@ -51,7 +51,6 @@ contains
 
   !> Softening of checked parameters.
   pure subroutine make_softening(parameters, softening)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     !> The way from peak to residual strength.
     type(softening_type), intent(out) :: softening
@@ -71,7 +70,6 @@ contains
 
   !> Degree of softening, 0 at the peak and 1 in the residual state.
   pure real(wp) function degree_of(softening, kappa)
-    !> The softening.
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain.
     real(wp), intent(in) :: kappa
@@ -85,7 +83,6 @@ contains
 
   !> Change of the degree with kappa.
   pure real(wp) function degree_change(softening, kappa)
-    !> The softening.
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain.
     real(wp), intent(in) :: kappa
@@ -100,9 +97,7 @@ contains
 
   !> The least plastic shear strain of a degree; degrees beyond peak and residual state are taken for those.
   pure real(wp) function strain_of_degree(softening, degree)
-    !> The softening.
     type(softening_type), intent(in) :: softening
-    !> Degree.
     real(wp), intent(in) :: degree
 
     if (softening%exponential) then
@@ -114,9 +109,7 @@ contains
 
   !> How often the strain of a cell counts: h/L.
   pure real(wp) function band_ratio(softening, cell_size)
-    !> The softening.
     type(softening_type), intent(in) :: softening
-    !> Size of the cell.
     real(wp), intent(in) :: cell_size
 
     band_ratio = 1.0_wp
@@ -125,7 +118,6 @@ contains
 
   !> Strength at a plastic shear strain, and its derivative.
   pure subroutine softened_strength(softening, kappa, strength, change)
-    !> The softening.
     type(softening_type), intent(in) :: softening
     !> Plastic shear strain.
     real(wp), intent(in) :: kappa

@@ -44,7 +44,7 @@ module qsmpm_softening_model
   end type softening_model_type
 
   !> Everything at a trial value of kappa.
-  type :: state_type
+  type :: softening_state_type
     real(wp) :: stress(3) = 0.0_wp
     real(wp) :: by_trial(3, 3) = 0.0_wp
     real(wp) :: by_kappa(3) = 0.0_wp
@@ -53,13 +53,12 @@ module qsmpm_softening_model
     real(wp) :: strain = 0.0_wp
     !> h.
     real(wp) :: slope = 1.0_wp
-  end type state_type
+  end type softening_state_type
 
 contains
 
   !> Moduli, strength and softening of checked parameters.
   subroutine set_softening(parameters, model)
-    !> What the user said, checked.
     type(material_parameters_type), intent(in) :: parameters
     class(softening_model_type), intent(inout) :: model
 
@@ -107,7 +106,7 @@ contains
     type(stress_update_type), intent(inout) :: result
     type(mohr_coulomb_type) :: strength
     type(strength_change_type) :: change
-    type(state_type) :: end_state
+    type(softening_state_type) :: end_state
     real(wp) :: ratio
     logical :: ok
 
@@ -143,7 +142,7 @@ contains
     !> Plastic shear strain at the end.
     real(wp), intent(out) :: kappa
     !> Stress and derivatives there.
-    type(state_type), intent(out) :: state
+    type(softening_state_type), intent(out) :: state
     !> False where there is none near.
     logical, intent(out) :: ok
     real(wp) :: low, high, next, miss, noise
@@ -183,10 +182,9 @@ contains
     real(wp), intent(in) :: trial(3)
     !> Plastic shear strain.
     real(wp), intent(in) :: kappa
-    !> Its strength.
     type(mohr_coulomb_type), intent(inout) :: strength
     !> Stress and derivatives.
-    type(state_type), intent(inout) :: state
+    type(softening_state_type), intent(inout) :: state
     type(strength_change_type) :: change
     real(wp) :: corrector(3), size
 
@@ -205,7 +203,7 @@ contains
   !> d stress / d trial stress with the change of kappa.
   pure function total_derivative(state) result(derivative)
     !> Stress and derivatives.
-    type(state_type), intent(in) :: state
+    type(softening_state_type), intent(in) :: state
     real(wp) :: derivative(3, 3)
     integer :: j
 
@@ -220,7 +218,7 @@ contains
     class(softening_model_type), intent(in) :: model
     type(mohr_coulomb_type) :: strength
     type(strength_change_type) :: change
-    type(state_type) :: state
+    type(softening_state_type) :: state
     integer, parameter :: samples = 50
     integer :: i
 

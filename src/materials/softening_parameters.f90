@@ -5,7 +5,7 @@ module qsmpm_softening_parameters
   implicit none
   private
 
-  public :: softening_parameters_type, softening_fault
+  public :: softening_parameters_type, softening_error
 
   !> How the strength falls; numbered as the deck's words.
   integer, parameter, public :: softening_linear = 1, softening_exponential = 2
@@ -35,30 +35,30 @@ module qsmpm_softening_parameters
 contains
 
   !> What is wrong with softening, '' for nothing.
-  pure function softening_fault(softening, cohesion, friction_angle, dilatancy_angle) result(fault)
+  pure function softening_error(softening, cohesion, friction_angle, dilatancy_angle) result(sentence)
     !> What the user said.
     type(softening_parameters_type), intent(in) :: softening
     !> Cohesion, friction angle and dilatancy angle at the peak; degrees.
     real(wp), intent(in) :: cohesion, friction_angle, dilatancy_angle
-    character(len=:), allocatable :: fault
+    character(len=:), allocatable :: sentence
 
-    fault = ''
+    sentence = ''
     associate (s => softening)
       if (.not. (s%cohesion >= 0.0_wp .and. s%cohesion <= cohesion)) then
-        fault = 'the residual cohesion must lie from 0 to the cohesion'
+        sentence = 'the residual cohesion must lie from 0 to the cohesion'
       else if (.not. (s%friction_angle >= 0.0_wp .and. s%friction_angle <= friction_angle)) then
-        fault = 'the residual friction angle must lie from 0 to the friction angle'
+        sentence = 'the residual friction angle must lie from 0 to the friction angle'
       else if (.not. (s%dilatancy_angle >= 0.0_wp .and. s%dilatancy_angle <= dilatancy_angle)) then
-        fault = 'the residual dilatancy angle must lie from 0 to the dilatancy angle'
+        sentence = 'the residual dilatancy angle must lie from 0 to the dilatancy angle'
       else if (s%dilatancy_angle > s%friction_angle) then
-        fault = 'the residual dilatancy angle is above the residual friction angle'
+        sentence = 'the residual dilatancy angle is above the residual friction angle'
       else if (.not. (s%cohesion > 0.0_wp .or. s%friction_angle > 0.0_wp)) then
-        fault = 'residual cohesion and friction angle are both zero: no strength would be left'
+        sentence = 'residual cohesion and friction angle are both zero: no strength would be left'
       else if (.not. s%strain > 0.0_wp) then
-        fault = 'the plastic shear strain of the residual strength must be positive'
+        sentence = 'the plastic shear strain of the residual strength must be positive'
       else if (s%regularisation == regularise_cell .and. .not. s%length > 0.0_wp) then
-        fault = 'softening by cells needs the LENGTH in which its strain was measured'
+        sentence = 'softening by cells needs the LENGTH in which its strain was measured'
       end if
     end associate
-  end function softening_fault
+  end function softening_error
 end module qsmpm_softening_parameters

@@ -5,8 +5,8 @@
 !>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
-  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, set_type, set_count, set_planes, make_set, plane, inside, &
-    round_off, near_miss
+  use qsmpm_mohr_coulomb, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, make_set, plane, inside, &
+    round_off, near_tolerance
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
   implicit none
@@ -57,7 +57,6 @@ contains
 
   !> Find the set of active planes of an ordered trial stress that lies outside, working the sets out in turn.
   pure subroutine find_set(strength, change, lame, shear, trial, stress, slope, rate)
-    !> Strength.
     type(mohr_coulomb_type), intent(in) :: strength
     !> Its derivative.
     type(strength_change_type), intent(in) :: change
@@ -71,7 +70,7 @@ contains
     real(wp), intent(out) :: slope(3, 3)
     !> d stress / d parameter (3).
     real(wp), intent(out) :: rate(3)
-    type(set_type) :: set, nearest
+    type(active_planes_type) :: set, nearest
     real(wp) :: candidate(3), miss, least, scale
     integer :: i, best
 
@@ -90,7 +89,7 @@ contains
       stress = candidate
       if (miss <= round_off*scale) exit
     end do
-    if (best == 0 .or. (strength%has_apex .and. least > near_miss*scale)) then
+    if (best == 0 .or. (strength%has_apex .and. least > near_tolerance*scale)) then
       stress = strength%apex
       slope = 0.0_wp
       rate = change%apex
@@ -103,7 +102,6 @@ contains
   !> How far a stress lies outside the strength: that of qsmpm_mohr_coulomb, which is kept to itself so that the
   !> compiler opens it up where perfect plasticity spends its time.
   pure real(wp) function excess(strength, stress)
-    !> Strength.
     type(mohr_coulomb_type), intent(in) :: strength
     !> Principal stresses in any order (3).
     real(wp), intent(in) :: stress(3)
@@ -114,8 +112,7 @@ contains
 
   !> By how much the multipliers of a set are negative; <= 0 where none is.
   pure real(wp) function least_multiplier(set, trial) result(miss)
-    !> The set.
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling (3).
     real(wp), intent(in) :: trial(3)
     integer :: i
@@ -128,7 +125,6 @@ contains
 
   !> Change of the answer of a set with the strength.
   pure function set_rate(strength, change, lame, shear, planes, set, trial, stress) result(rate)
-    !> Strength.
     type(mohr_coulomb_type), intent(in) :: strength
     !> Its derivative.
     type(strength_change_type), intent(in) :: change
@@ -137,7 +133,7 @@ contains
     !> Numbers of the active planes, 0 where there is none (3).
     integer, intent(in) :: planes(3)
     !> Their answer.
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling, and stresses (3).
     real(wp), intent(in) :: trial(3), stress(3)
     real(wp) :: rate(3)

@@ -8,15 +8,15 @@
 !> owns its Cauchy stress: nothing is added to it afterwards.
 module qsmpm_soil_model
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: moment_type
+  use qsmpm_law, only: step_info_type
   use qsmpm_tensor, only: identity
   use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: soil_model_type, soil_increment_type, soil_answer_type
+  public :: soil_model_type, soil_increment_type, soil_response_type
 
-  !> What a model is told of a step of a point.
+  !> What a model is given of a step of a point.
   type :: soil_increment_type
     !> Strain increment (6), and the sum of the increments before, turned with the material (6).
     real(wp) :: strain(6) = 0.0_wp
@@ -27,7 +27,7 @@ module qsmpm_soil_model
     real(wp) :: gradient_start(3, 3) = identity
     real(wp) :: gradient_end(3, 3) = identity
     !> When the step takes place.
-    type(moment_type) :: moment
+    type(step_info_type) :: step_info
     !> Number of the material point (1 where it has none) and of its cell.
     integer :: point = 1
     integer :: cell = 1
@@ -40,10 +40,10 @@ module qsmpm_soil_model
   end type soil_increment_type
 
   !> What a model says beside stress and state.
-  type :: soil_answer_type
+  type :: soil_response_type
     !> One of the status_* values of qsmpm_law.
     integer :: status = 0
-    !> Share of the step that may be tried next, with status_cut; 0 for no opinion.
+    !> Share of the step that may be tried next, with status_cut; 0 when not set.
     real(wp) :: share = 0.0_wp
     !> Whether the point yields.
     logical :: plastic = .false.
@@ -51,7 +51,7 @@ module qsmpm_soil_model
     real(wp) :: tangent(6, 6) = 0.0_wp
     !> What there is to say when the status is not ok.
     character(len=:), allocatable :: message
-  end type soil_answer_type
+  end type soil_response_type
 
   !> A soil model with its parameters. It holds no state.
   type, abstract :: soil_model_type
@@ -94,8 +94,8 @@ module qsmpm_soil_model
     end subroutine start_interface
 
     !> One step of one point.
-    subroutine update_interface(self, increment, stress, state, answer)
-      import :: soil_model_type, soil_increment_type, soil_answer_type, wp
+    subroutine update_interface(self, increment, stress, state, response)
+      import :: soil_model_type, soil_increment_type, soil_response_type, wp
       class(soil_model_type), intent(in) :: self
       !> The step.
       type(soil_increment_type), intent(in) :: increment
@@ -104,7 +104,7 @@ module qsmpm_soil_model
       !> State: in at the start, out at the end (state_count).
       real(wp), intent(inout) :: state(:)
       !> Tangent and status.
-      type(soil_answer_type), intent(inout) :: answer
+      type(soil_response_type), intent(inout) :: response
     end subroutine update_interface
   end interface
 contains

@@ -12,10 +12,10 @@ module qsmpm_soil_model_law
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_kinds, only: wp
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_broken, tangent_none, &
+  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
     tangent_elastic
   use qsmpm_point_result, only: finish_points
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_step_turn, only: step_turn_type, make_step_turn, turned_stress, turned_strain, step_tangent
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, unpack_symmetric, pack_gradient, stress_size
   use qsmpm_text, only: integer_text
@@ -48,11 +48,9 @@ contains
 
   !> Law of a soil model.
   subroutine make_soil_model_law(model, dimension, law)
-    !> The model.
     class(soil_model_type), intent(in) :: model
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The law.
     type(soil_model_law_type), intent(out) :: law
 
     allocate (law%model, source=model)
@@ -73,7 +71,6 @@ contains
 
   !> The model's own state has names, what the law keeps before it has none.
   subroutine name_states(model, law)
-    !> The model.
     class(soil_model_type), intent(in) :: model
     !> Gains the names.
     type(soil_model_law_type), intent(inout) :: law
@@ -147,7 +144,7 @@ contains
     integer, intent(in) :: tangent
     type(step_turn_type) :: turn
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: f(3, 3), stress(6), det
     logical :: ok
 
@@ -165,36 +162,35 @@ contains
     call describe_step(self, batch, p, turn, f, increment)
     increment%wants_tangent = tangent /= tangent_none
     increment%elastic_tangent = tangent == tangent_elastic
-    call ask_model(self, increment, stress, batch%state_start(:, p), batch%state(:, p), answer)
-    batch%status(p) = answer%status
-    if (answer%status == status_ok) call check_answer(increment, stress, batch%state(:self%state_count, p), answer)
-    if (answer%status == status_failed .and. .not. any(abs(increment%strain) > 0.0_wp)) then
+    call ask_model(self, increment, stress, batch%state_start(:, p), batch%state(:, p), response)
+    batch%status(p) = response%status
+    if (response%status == status_ok) call check_answer(increment, stress, batch%state(:self%state_count, p), response)
+    if (response%status == status_failed .and. .not. any(abs(increment%strain) > 0.0_wp)) then
       stress = 0.0_wp
       stress(:size(batch%stress, 1)) = batch%stress_start(:, p)
-      call rest(self, increment, turned_stress(turn, stress), batch%state_start(:, p), batch%state(:, p), answer)
+      call rest(self, increment, turned_stress(turn, stress), batch%state_start(:, p), batch%state(:, p), response)
       stress = turned_stress(turn, stress)
     end if
-    if (answer%status /= status_ok) then
-      call report(self, increment, answer, batch, p)
+    if (response%status /= status_ok) then
+      call report(self, increment, response, batch, p)
       return
     end if
-    batch%plastic(p) = merge(1, 0, answer%plastic)
+    batch%plastic(p) = merge(1, 0, response%plastic)
     batch%stress(:, p) = stress(:size(batch%stress, 1))
-    call finish_point(self, batch, p, tangent, turn, f, det, stress, answer%tangent)
+    call finish_point(self, batch, p, tangent, turn, f, det, stress, response%tangent)
   end subroutine update_point
 
-  !> What the model is told beside stress and state.
+  !> What the model is given beside stress and state.
   subroutine describe_step(self, batch, p, turn, f, increment)
     class(soil_model_law_type), intent(in) :: self
     !> The points.
     type(batch_type), intent(in) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient.
     real(wp), intent(in) :: f(3, 3)
-    !> What the model is told.
+    !> What the model is given.
     type(soil_increment_type), intent(inout) :: increment
 
     increment%strain = turn%strain
@@ -206,7 +202,7 @@ contains
     end if
     if (self%before_own > self%before_strain) increment%strain_start = turned_strain(turn, &
       batch%state_start(self%before_strain + 1:self%before_own, p))
-    increment%moment = batch%moment
+    increment%step_info = batch%step_info
     if (.not. allocated(batch%number)) return
     increment%point = max(1, batch%number(p))
     increment%cell = max(1, batch%cell(p))
@@ -215,7 +211,7 @@ contains
   end subroutine describe_step
 
   !> Ask the model; one thread at a time where it wants that.
-  subroutine ask_model(self, increment, stress, state_start, state, answer)
+  subroutine ask_model(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
@@ -226,7 +222,7 @@ contains
     !> State at the end (state_count or more).
     real(wp), intent(inout) :: state(:)
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
     state = state_start
     if (self%before_strain > 0) call pack_gradient(increment%gradient_end, state(1:9))
@@ -234,10 +230,10 @@ contains
       increment%strain_start + increment%strain
     associate (own => state(self%before_own + 1:self%state_count))
       if (self%model%thread_safe) then
-        call self%model%update(increment, stress, own, answer)
+        call self%model%update(increment, stress, own, response)
       else
         !$omp critical (qsmpm_soil_model)
-        call self%model%update(increment, stress, own, answer)
+        call self%model%update(increment, stress, own, response)
         !$omp end critical (qsmpm_soil_model)
       end if
     end associate
@@ -245,7 +241,7 @@ contains
 
   !> Without strain stress and state stay; the tangent is that of small strains around. A model that refuses those as
   !> well has no answer.
-  subroutine rest(self, increment, stress, state_start, state, answer)
+  subroutine rest(self, increment, stress, state_start, state, response)
     class(soil_model_law_type), intent(in) :: self
     !> A step without strain.
     type(soil_increment_type), intent(in) :: increment
@@ -255,8 +251,8 @@ contains
     real(wp), intent(in) :: state_start(:)
     real(wp), intent(inout) :: state(:)
     !> What the model says; unchanged when it has no answer.
-    type(soil_answer_type), intent(inout) :: answer
-    type(soil_answer_type) :: said
+    type(soil_response_type), intent(inout) :: response
+    type(soil_response_type) :: said
 
     associate (own => state_start(self%before_own + 1:self%state_count))
       said%status = status_ok
@@ -267,64 +263,64 @@ contains
         call difference_tangent(self%model, increment, stress, own, said)
         !$omp end critical (qsmpm_soil_model)
       end if
-      if (said%status == status_broken) answer = said
+      if (said%status == status_unrecoverable) response = said
       if (said%status /= status_ok .or. .not. all(is_usable(said%tangent))) return
       state(self%before_own + 1:self%state_count) = own
     end associate
-    answer = said
+    response = said
   end subroutine rest
 
   !> A model that says all is well must have given numbers.
-  subroutine check_answer(increment, stress, state, answer)
+  subroutine check_answer(increment, stress, state, response)
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> Stress and state at the end.
     real(wp), intent(in) :: stress(:)
     real(wp), intent(in) :: state(:)
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     character(len=:), allocatable :: what
 
     what = ''
     if (increment%wants_tangent) then
-      if (.not. all(is_usable(answer%tangent))) what = 'a tangent'
+      if (.not. all(is_usable(response%tangent))) what = 'a tangent'
     end if
     if (.not. all(is_usable(state))) what = 'a state'
     if (.not. all(is_usable(stress))) what = 'a stress'
     if (len(what) == 0) return
-    answer%status = status_failed
-    if (allocated(answer%message)) then
-      what = what//unusable//'; '//answer%message
+    response%status = status_failed
+    if (allocated(response%message)) then
+      what = what//unusable//'; '//response%message
     else
       what = what//unusable
     end if
-    answer%message = 'the model returns '//what
+    response%message = 'the model returns '//what
   end subroutine check_answer
 
   !> Pass on why a point could not be updated, and where it is.
-  subroutine report(self, increment, answer, batch, p)
+  subroutine report(self, increment, response, batch, p)
     class(soil_model_law_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
     !> What the model says.
-    type(soil_answer_type), intent(in) :: answer
+    type(soil_response_type), intent(in) :: response
     !> The points.
     type(batch_type), intent(inout) :: batch
     !> Number of the point in the batch.
     integer, intent(in) :: p
     character(len=:), allocatable :: place
 
-    batch%status(p) = answer%status
-    if (answer%share > 0.0_wp .and. (answer%share < batch%share .or. .not. batch%share > 0.0_wp)) &
-      batch%share = answer%share
+    batch%status(p) = response%status
+    if (response%share > 0.0_wp .and. (response%share < batch%share .or. .not. batch%share > 0.0_wp)) &
+      batch%share = response%share
     place = 'cell '//integer_text(increment%cell)
     if (allocated(batch%number)) then
       if (batch%number(p) > 0) place = 'material point '//integer_text(batch%number(p))
     end if
     batch%message = 'the model refuses the step'
-    if (allocated(answer%message)) batch%message = answer%message
+    if (allocated(response%message)) batch%message = response%message
     batch%message = "material '"//self%name//"': "//batch%message//'; '//place//', phase '// &
-      integer_text(increment%moment%phase)//', step '//integer_text(increment%moment%step)
+      integer_text(increment%step_info%phase)//', step '//integer_text(increment%step_info%step)
   end subroutine report
 
   !> Q and A of a point.
@@ -335,7 +331,6 @@ contains
     !> Number of the point, and which tangent is wanted.
     integer, intent(in) :: p
     integer, intent(in) :: tangent
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> Incremental deformation gradient and its determinant.
     real(wp), intent(in) :: f(3, 3)

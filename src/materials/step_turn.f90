@@ -1,9 +1,9 @@
-!> Strain increment and rotation of a step, as a soil model is told of them, and their derivative.
+!> Strain increment and rotation of a step, as a soil model is given them, and their derivative.
 !>
 !> G = (F - I) ((F + I)/2)^-1 is the displacement gradient on the mid configuration (Hughes and Winget 1980). Its
 !> skew part turns by R = R_h R_h, R_h the half rotation of qsmpm_midpoint_rotation; R turns the tensors of the
 !> start to the frame at the end of the step. The strain increment is brought to that frame too, by R_h, so that
-!> everything a model is told is in one frame, a step is of second order, and an isotropic model answers as if
+!> everything a model is given is in one frame, a step is of second order, and an isotropic model answers as if
 !> half of the rotation came before and half after the strain increment.
 !>
 !> The stress of the end is M(R s0 R^T, e) with e = R_h sym(G) R_h^T. When every tensor turns by a small w beside
@@ -41,7 +41,6 @@ contains
   pure subroutine make_step_turn(f, turn, ok)
     !> Incremental deformation gradient (3,3).
     real(wp), intent(in) :: f(3, 3)
-    !> The step.
     type(step_turn_type), intent(out) :: turn
     !> False when the mid configuration is turned inside out.
     logical, intent(out) :: ok
@@ -64,7 +63,6 @@ contains
 
   !> Stress of the start in the frame at the end.
   pure function turned_stress(turn, stress) result(turned)
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> 11, 22, 33, 12, 13, 23.
     real(wp), intent(in) :: stress(6)
@@ -77,7 +75,6 @@ contains
 
   !> Strain of the start in the frame at the end.
   pure function turned_strain(turn, strain) result(turned)
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> 11, 22, 33, 12, 13, 23, shear gamma.
     real(wp), intent(in) :: strain(6)
@@ -89,7 +86,6 @@ contains
 
   !> A = dQ/dF of a point.
   pure subroutine step_tangent(turn, stress, modulus, symmetric, inverse, det, a)
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> Cauchy stress at the end (6).
     real(wp), intent(in) :: stress(6)
@@ -130,7 +126,6 @@ contains
   !> Change of the stress with half the axial vector of the turned dG. With L of rotation_jacobian, dR_h R_h^T has
   !> the axial vector L R_h^T/2 times that of the turned dG, W that and R_h times it, W' what R_h made of it, negative.
   pure function change_by_spin(turn, stress, c) result(columns)
-    !> The step.
     type(step_turn_type), intent(in) :: turn
     !> Cauchy stress at the end (3,3).
     real(wp), intent(in) :: stress(3, 3)

@@ -43,7 +43,6 @@ contains
 
   !> Compare the tangent of a step.
   subroutine check_tangent(law, batch, check)
-    !> The law.
     class(law_type), intent(in) :: law
     !> A point at the end of a step with its consistent tangent.
     type(batch_type), intent(in) :: batch
@@ -87,7 +86,7 @@ contains
     n = size(batch%gradient, 1)
     m = 2*n + 1
     trial%count = m
-    trial%moment = batch%moment
+    trial%step_info = batch%step_info
     allocate (trial%gradient(n, m), source=spread(batch%gradient(:, 1), 2, m))
     allocate (trial%volume_ratio(m), source=batch%volume_ratio(1))
     allocate (trial%stress_start(size(batch%stress, 1), m), source=spread(batch%stress_start(:, 1), 2, m))

@@ -7,17 +7,18 @@
 !>   3      D as tangent, where the model has one
 !> Props are 50 numbers that the model may write to in the first task 1. With a bulk modulus of the pore
 !> water the model is undrained: Sig is the effective stress, Swp the excess pore pressure, which is carried as
-!> first state variable, and the stress of the point is their sum. What each argument holds is listed in docs/doors.md.
+!> first state variable, and the stress of the point is their sum. What each argument holds is listed in
+!> docs/user_models.md.
 module qsmpm_udsm
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_ptr, c_funptr, c_loc, c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_door, only: door_type, margin, begin_silence, end_silence, judge_call, &
-    judge_arguments, add_margin, take_user
+  use qsmpm_user_adapter, only: adapter_type, margin, begin_silence, end_silence, check_call, &
+    check_arguments, add_margin, take_user
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok, status_cut, start_time, time_increment
   use qsmpm_plugin, only: load_procedure, guarded_call, may_write
-  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: integer_text, string_type
   use qsmpm_udsm_words, only: check_parameters, name_states
   use qsmpm_user_material, only: user_material_type, put_start, model_tangent_auto, model_tangent_consistent, &
@@ -57,7 +58,7 @@ module qsmpm_udsm
   end interface
 
   !> The model.
-  type, extends(door_type) :: udsm_type
+  type, extends(adapter_type) :: udsm_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     real(c_double) :: props(constants) = 0.0_c_double
     !> Directory of the model's own files.
@@ -74,7 +75,7 @@ module qsmpm_udsm
   end type udsm_type
 
   !> Arguments of a call.
-  type :: call_type
+  type :: udsm_call_type
     procedure(udsm_interface), pointer, nopass :: routine => null()
     integer(c_int) :: task, model, is_undrained, step, iteration, element, point
     real(c_double) :: x, y, z, time0, dtime, props(constants), sig0(stresses), swp0, deps(strains), d(36), &
@@ -82,7 +83,7 @@ module qsmpm_udsm
     real(c_double), pointer :: stvar0(:) => null(), stvar(:) => null()
     integer(c_int) :: plastic, states, non_symmetric, stress_dependent, time_dependent, has_tangent
     integer(c_int) :: directory(len(elsewhere)), directory_length, abort
-  end type call_type
+  end type udsm_call_type
 
 contains
 
@@ -140,14 +141,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     real(c_double), target :: first(margin), second(margin)
     real(c_double), allocatable, target :: room(:), other(:)
-    type(call_type), target :: arguments
-    type(soil_answer_type) :: answer
+    type(udsm_call_type), target :: arguments
+    type(soil_response_type) :: response
 
     call prepare(model, soil_increment_type(), spread(0.0_wp, 1, 6), 0.0_wp, first, second, arguments)
-    call perform(model, task_states, arguments, answer)
-    if (answer%status == status_ok) call perform(model, task_kind, arguments, answer)
-    if (answer%status /= status_ok) then
-      call fail(error, error_user_material, answer%message)
+    call perform(model, task_states, arguments, response)
+    if (response%status == status_ok) call perform(model, task_kind, arguments, response)
+    if (response%status /= status_ok) then
+      call fail(error, error_user_material, response%message)
       return
     end if
     model%non_symmetric = arguments%non_symmetric /= 0
@@ -169,8 +170,8 @@ contains
     call prepare(model, soil_increment_type(), [-1.0_wp, -1.0_wp, -1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], 0.0_wp, room, &
       other, arguments)
     call put_start(model%user, [0.0_wp, 0.0_wp, 0.0_wp], room(:model%user%states))
-    call perform(model, task_start, arguments, answer)
-    if (answer%status /= status_ok) call fail(error, error_user_material, answer%message)
+    call perform(model, task_start, arguments, response)
+    if (response%status /= status_ok) call fail(error, error_user_material, response%message)
     model%props = arguments%props
   end subroutine inquire
 
@@ -193,20 +194,20 @@ contains
     !> State (state_count).
     real(wp), intent(out) :: state(:)
     real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
-    type(call_type), target :: arguments
-    type(soil_answer_type) :: answer
+    type(udsm_call_type), target :: arguments
+    type(soil_response_type) :: response
 
     room = 0.0_c_double
     other = 0.0_c_double
     call prepare(self, soil_increment_type(place=place), stress, 0.0_wp, room, other, arguments)
     call put_start(self%user, place, room(:self%user%states))
-    call perform(self, task_start, arguments, answer)
+    call perform(self, task_start, arguments, response)
     state(:self%before) = 0.0_wp
     state(self%before + 1:self%state_count) = room(:self%user%states)
   end subroutine start_at
 
   !> One step of one point.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(udsm_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
@@ -215,9 +216,9 @@ contains
     !> State: in at the start, out at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(c_double), target :: room(self%user%states + margin), other(self%user%states + margin)
-    type(call_type), target :: arguments
+    type(udsm_call_type), target :: arguments
     real(wp) :: stress_start(6), state_start(self%state_count), water
     logical :: wants_elastic
 
@@ -228,65 +229,65 @@ contains
     room(:self%user%states) = state(self%before + 1:self%state_count)
     other(:self%user%states) = room(:self%user%states)
     call prepare(self, increment, stress, water, room, other, arguments)
-    call perform(self, task_elastic, arguments, answer)
-    if (answer%status == status_ok) call take_tangent(arguments, answer)
-    if (answer%status == status_ok) call perform(self, task_stress, arguments, answer)
-    if (answer%status /= status_ok) return
+    call perform(self, task_elastic, arguments, response)
+    if (response%status == status_ok) call take_tangent(arguments, response)
+    if (response%status == status_ok) call perform(self, task_stress, arguments, response)
+    if (response%status /= status_ok) return
     if (arguments%abort /= 0) then
-      answer%status = status_cut
-      answer%message = 'the model asks for a stop, iAbort = '//integer_text(int(arguments%abort))
+      response%status = status_cut
+      response%message = 'the model asks for a stop, iAbort = '//integer_text(int(arguments%abort))
       return
     end if
-    call take_stress(self, arguments, stress, state, answer)
+    call take_stress(self, arguments, stress, state, response)
     wants_elastic = increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic
     if (increment%wants_tangent .and. .not. wants_elastic) then
       if (self%user%tangent == model_tangent_numerical) then
-        call difference_tangent(self, increment, stress_start, state_start, answer)
+        call difference_tangent(self, increment, stress_start, state_start, response)
         return
       end if
-      call perform(self, task_tangent, arguments, answer)
-      if (answer%status /= status_ok) return
-      call take_tangent(arguments, answer)
+      call perform(self, task_tangent, arguments, response)
+      if (response%status /= status_ok) return
+      call take_tangent(arguments, response)
     end if
-    if (self%before > 0) answer%tangent(1:3, 1:3) = answer%tangent(1:3, 1:3) + arguments%bulk_water
+    if (self%before > 0) response%tangent(1:3, 1:3) = response%tangent(1:3, 1:3) + arguments%bulk_water
   end subroutine update
 
   !> D in the order of the soil model.
-  pure subroutine take_tangent(arguments, answer)
-    type(call_type), intent(in) :: arguments
+  pure subroutine take_tangent(arguments, response)
+    type(udsm_call_type), intent(in) :: arguments
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     integer :: i, j
 
     do j = 1, 6
       do i = 1, 6
-        answer%tangent(i, j) = arguments%d(6*(place(j) - 1) + place(i))
+        response%tangent(i, j) = arguments%d(6*(place(j) - 1) + place(i))
       end do
     end do
   end subroutine take_tangent
 
   !> Stress and state at the end.
-  pure subroutine take_stress(self, arguments, stress, state, answer)
+  pure subroutine take_stress(self, arguments, stress, state, response)
     class(udsm_type), intent(in) :: self
-    type(call_type), intent(in) :: arguments
+    type(udsm_call_type), intent(in) :: arguments
     !> Cauchy stress (6) and state (state_count).
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     integer :: i
 
     do i = 1, 6
       stress(i) = arguments%sig(place(i))
     end do
     state(self%before + 1:self%state_count) = arguments%stvar(:self%user%states)
-    answer%plastic = arguments%plastic /= 0
+    response%plastic = arguments%plastic /= 0
     if (self%before == 0) return
     state(1) = arguments%swp
     stress(1:3) = stress(1:3) + arguments%swp
   end subroutine take_stress
 
-  !> What the model is told in every task.
+  !> What the model is given in every task.
   subroutine prepare(self, increment, stress, water, stvar0, stvar, arguments)
     class(udsm_type), intent(in) :: self
     !> The step.
@@ -297,8 +298,7 @@ contains
     !> State at the start and room for that of the end, with margins.
     real(c_double), intent(inout), target :: stvar0(:)
     real(c_double), intent(inout), target :: stvar(:)
-    !> The arguments.
-    type(call_type), intent(inout) :: arguments
+    type(udsm_call_type), intent(inout) :: arguments
     integer :: i
 
     call add_margin(stvar0)
@@ -308,15 +308,15 @@ contains
     arguments%routine => self%routine
     arguments%model = int(self%user%model, c_int)
     arguments%is_undrained = int(self%before, c_int)
-    arguments%step = int(increment%moment%step, c_int)
+    arguments%step = int(increment%step_info%step, c_int)
     arguments%iteration = 1
     arguments%element = int(increment%cell, c_int)
     arguments%point = int(increment%point, c_int)
     arguments%x = increment%place(1)
     arguments%y = increment%place(2)
     arguments%z = increment%place(3)
-    arguments%time0 = start_time(increment%moment)
-    arguments%dtime = time_increment(increment%moment)
+    arguments%time0 = start_time(increment%step_info)
+    arguments%dtime = time_increment(increment%step_info)
     arguments%props = self%props
     arguments%sig0 = 0.0_c_double
     arguments%deps = 0.0_c_double
@@ -337,8 +337,7 @@ contains
   !> Answers before they are given, and the directory as numbers of characters.
   subroutine prepare_answers(self, arguments)
     class(udsm_type), intent(in) :: self
-    !> The arguments.
-    type(call_type), intent(inout) :: arguments
+    type(udsm_call_type), intent(inout) :: arguments
     integer :: i
 
     arguments%plastic = 0
@@ -355,29 +354,28 @@ contains
   end subroutine prepare_answers
 
   !> One task.
-  subroutine perform(self, task, arguments, answer)
+  subroutine perform(self, task, arguments, response)
     class(udsm_type), intent(in) :: self
     !> Its number.
     integer(c_int), intent(in) :: task
-    !> The arguments.
-    type(call_type), intent(inout), target :: arguments
+    type(udsm_call_type), intent(inout), target :: arguments
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
-    integer(c_int) :: what, saved, told(whole_arguments)
+    type(soil_response_type), intent(inout) :: response
+    integer(c_int) :: what, saved, sent(whole_arguments)
 
     arguments%task = task
-    told = whole_numbers(arguments)
+    sent = whole_numbers(arguments)
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call judge_call(self, what, arguments%stvar0, answer)
-    if (answer%status == status_ok) call judge_call(self, what, arguments%stvar, answer)
-    if (answer%status == status_ok) call judge_arguments(self, told, whole_numbers(arguments), whole_names, answer)
+    call check_call(self, what, arguments%stvar0, response)
+    if (response%status == status_ok) call check_call(self, what, arguments%stvar, response)
+    if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
   end subroutine perform
 
-  !> The whole numbers that a model is told and must leave as they are, as `whole_names` names them.
+  !> The whole numbers that a model is given and must leave as they are, as `whole_names` names them.
   pure function whole_numbers(arguments) result(numbers)
-    type(call_type), intent(in) :: arguments
+    type(udsm_call_type), intent(in) :: arguments
     integer(c_int) :: numbers(whole_arguments)
 
     numbers = [arguments%task, arguments%model, arguments%is_undrained, arguments%step, arguments%iteration, &
@@ -388,7 +386,7 @@ contains
   subroutine make_call(data) bind(c, name='qsmpm_make_udsm_call')
     !> The arguments.
     type(c_ptr), value :: data
-    type(call_type), pointer :: a
+    type(udsm_call_type), pointer :: a
 
     call c_f_pointer(data, a)
     call a%routine(a%task, a%model, a%is_undrained, a%step, a%iteration, a%element, a%point, a%x, a%y, a%z, a%time0, &

@@ -94,7 +94,6 @@ contains
   pure subroutine make_plain(characters, name)
     !> The first is the length of what follows.
     character(kind=c_char), intent(in) :: characters(:)
-    !> The name.
     character(len=:), allocatable, intent(out) :: name
     character(len=*), parameter :: kept = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_^+-'
     integer :: i, last

@@ -3,20 +3,20 @@
 !> Stress, strain and rotation are those of qsmpm_soil_model, whose order 11, 22, 33, 12, 13, 23 and shear gamma are
 !> the UMAT's own. NDI, NSHR, NTENS are 3, 3, 6 also in the plane unless four components are asked for. The model
 !> gets the turned stress and strain of the start, DROT, and the deformation gradients; tensors in its state are
-!> its own to turn. What each argument holds is listed in docs/doors.md.
+!> its own to turn. What each argument holds is listed in docs/user_models.md.
 module qsmpm_umat
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_int, c_double, c_char, c_ptr, c_funptr, c_null_funptr, c_size_t, c_loc, &
     c_funloc, c_f_pointer, c_f_procpointer
   use qsmpm_difference_tangent, only: difference_tangent
-  use qsmpm_door, only: door_type, margin, begin_silence, end_silence, judge_call, &
-    judge_arguments, add_margin, take_user, number_states
+  use qsmpm_user_adapter, only: adapter_type, margin, begin_silence, end_silence, check_call, &
+    check_arguments, add_margin, take_user, number_states
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_jaumann_solid, only: product_of
   use qsmpm_law, only: status_ok, status_cut, time_increment
   use qsmpm_plugin, only: load_procedure, guarded_call
-  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_text, only: upper, real_text, integer_text
   use qsmpm_umat_start, only: find_sdvini, initial_state
   use qsmpm_user_material, only: user_material_type, put_start, model_tangent_elastic, model_tangent_numerical
@@ -51,7 +51,7 @@ module qsmpm_umat
   end interface
 
   !> The model.
-  type, extends(door_type) :: umat_type
+  type, extends(adapter_type) :: umat_type
     procedure(umat_interface), pointer, nopass :: routine => null()
     character(kind=c_char) :: cmname(name_length) = ' '
     !> Constants, at least one.
@@ -65,7 +65,7 @@ module qsmpm_umat
   end type umat_type
 
   !> Arguments of a call.
-  type :: call_type
+  type :: umat_call_type
     procedure(umat_interface), pointer, nopass :: routine => null()
     real(c_double) :: stress(6), ddsdde(36), strain(6), strain_start(6), drot(3, 3), dfgrd0(3, 3), dfgrd1(3, 3)
     real(c_double) :: time(2), dtime, coords(3), celent, pnewdt
@@ -73,7 +73,7 @@ module qsmpm_umat
     real(c_double), pointer :: statev(:) => null(), props(:) => null()
     character(kind=c_char) :: cmname(name_length)
     integer(c_int) :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, jstep(4), kinc
-  end type call_type
+  end type umat_call_type
 
 contains
 
@@ -138,7 +138,7 @@ contains
   end subroutine start_at
 
   !> One step of one point.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
@@ -147,15 +147,15 @@ contains
     !> State: in at the start, out at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     type(soil_increment_type) :: rest
-    type(soil_answer_type) :: said
+    type(soil_response_type) :: said
     real(wp) :: stress_start(6), state_start(self%state_count)
 
     stress_start = stress
     state_start = state
-    call ask(self, increment, stress, state, answer)
-    if (.not. increment%wants_tangent .or. answer%status /= status_ok) return
+    call ask(self, increment, stress, state, response)
+    if (.not. increment%wants_tangent .or. response%status /= status_ok) return
     rest = increment
     if (increment%elastic_tangent .or. self%user%tangent == model_tangent_elastic) then
       if (.not. any(abs(increment%strain) > 0.0_wp) .and. self%user%tangent /= model_tangent_numerical) return
@@ -165,17 +165,17 @@ contains
       return
     end if
     if (self%user%tangent == model_tangent_numerical) then
-      call difference_tangent(self, rest, stress_start, state_start, answer)
+      call difference_tangent(self, rest, stress_start, state_start, response)
     else
       call ask(self, rest, stress_start, state_start, said)
-      answer%tangent = said%tangent
-      answer%status = said%status
-      if (allocated(said%message)) answer%message = said%message
+      response%tangent = said%tangent
+      response%status = said%status
+      if (allocated(said%message)) response%message = said%message
     end if
   end subroutine update
 
   !> One call.
-  subroutine ask(self, increment, stress, state, answer)
+  subroutine ask(self, increment, stress, state, response)
     class(umat_type), intent(in) :: self
     !> The step.
     type(soil_increment_type), intent(in) :: increment
@@ -184,10 +184,10 @@ contains
     !> State: in at the start, out at the end (state_count).
     real(wp), intent(inout) :: state(:)
     !> Tangent and status.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(c_double), target :: room(self%state_count + margin), props(size(self%props) + margin)
-    type(call_type), target :: arguments
-    integer(c_int) :: what, saved, told(whole_arguments)
+    type(umat_call_type), target :: arguments
+    integer(c_int) :: what, saved, sent(whole_arguments)
 
     room(:self%state_count) = state
     call add_margin(room)
@@ -196,41 +196,41 @@ contains
     arguments%statev => room
     arguments%props => props
     call fill_call(self, increment, stress, arguments)
-    told = whole_numbers(arguments)
+    sent = whole_numbers(arguments)
     call begin_silence(self, saved)
     what = guarded_call(self%address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call judge_call(self, what, room, answer)
-    if (answer%status == status_ok) call judge_arguments(self, told, whole_numbers(arguments), whole_names, answer)
-    if (answer%status /= status_ok) return
+    call check_call(self, what, room, response)
+    if (response%status == status_ok) call check_arguments(self, sent, whole_numbers(arguments), whole_names, response)
+    if (response%status /= status_ok) return
     if (arguments%pnewdt < 1.0_wp) then
-      answer%status = status_cut
-      answer%share = max(0.0_wp, arguments%pnewdt)
-      answer%message = 'the model asks for a shorter step, PNEWDT = '//real_text(arguments%pnewdt)
+      response%status = status_cut
+      response%share = max(0.0_wp, arguments%pnewdt)
+      response%message = 'the model asks for a shorter step, PNEWDT = '//real_text(arguments%pnewdt)
       return
     end if
     associate (n => int(arguments%ntens))
       stress(:n) = arguments%stress(:n)
-      answer%tangent = 0.0_wp
-      answer%tangent(:n, :n) = reshape(arguments%ddsdde(:n*n), [n, n])
+      response%tangent = 0.0_wp
+      response%tangent(:n, :n) = reshape(arguments%ddsdde(:n*n), [n, n])
     end associate
     state = room(:self%state_count)
-    if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(answer%tangent)) .and. &
-      all(ieee_is_finite(state)))) answer%message = 'should it read more '// &
+    if (.not. (all(ieee_is_finite(stress)) .and. all(ieee_is_finite(response%tangent)) .and. &
+      all(ieee_is_finite(state)))) response%message = 'should it read more '// &
       'than the '//integer_text(size(self%user%constants))//' constants and '//integer_text(self%state_count)// &
       ' state variables it is given: those are not numbers'
   end subroutine ask
 
-  !> The whole numbers that a model is told and must leave as they are, as `whole_names` names them.
+  !> The whole numbers that a model is given and must leave as they are, as `whole_names` names them.
   pure function whole_numbers(arguments) result(numbers)
-    type(call_type), intent(in) :: arguments
+    type(umat_call_type), intent(in) :: arguments
     integer(c_int) :: numbers(whole_arguments)
 
     numbers = [arguments%ndi, arguments%nshr, arguments%ntens, arguments%nstatv, arguments%nprops, arguments%noel, &
       arguments%npt, arguments%layer, arguments%kspt, arguments%jstep(1), arguments%kinc]
   end function whole_numbers
 
-  !> What the model is told.
+  !> What the model is given.
   subroutine fill_call(self, increment, stress, arguments)
     class(umat_type), intent(in) :: self
     !> The step.
@@ -238,7 +238,7 @@ contains
     !> Cauchy stress at the start, turned (6).
     real(wp), intent(in) :: stress(6)
     !> The arguments, state and constants set.
-    type(call_type), intent(inout) :: arguments
+    type(umat_call_type), intent(inout) :: arguments
 
     arguments%routine => self%routine
     arguments%stress = stress
@@ -248,8 +248,9 @@ contains
     arguments%drot = increment%rotation
     arguments%dfgrd0 = increment%gradient_start
     arguments%dfgrd1 = increment%gradient_end
-    arguments%time = increment%moment%start*increment%moment%phase_time + [0.0_wp, increment%moment%phase_start]
-    arguments%dtime = time_increment(increment%moment)
+    arguments%time = increment%step_info%start*increment%step_info%phase_time + [0.0_wp, &
+      increment%step_info%phase_start]
+    arguments%dtime = time_increment(increment%step_info)
     arguments%coords = increment%place
     arguments%celent = increment%cell_size
     arguments%pnewdt = 1.0_c_double
@@ -271,15 +272,15 @@ contains
     arguments%npt = int(increment%point, c_int)
     arguments%layer = 1
     arguments%kspt = 1
-    arguments%jstep = int([increment%moment%phase, 1, 1, 0], c_int)
-    arguments%kinc = int(increment%moment%step_of_phase, c_int)
+    arguments%jstep = int([increment%step_info%phase, 1, 1, 0], c_int)
+    arguments%kinc = int(increment%step_info%step_of_phase, c_int)
   end subroutine fill_call
 
   !> Call the UMAT, under guard.
   subroutine make_call(data) bind(c, name='qsmpm_make_umat_call')
     !> The arguments.
     type(c_ptr), value :: data
-    type(call_type), pointer :: a
+    type(umat_call_type), pointer :: a
 
     call c_f_pointer(data, a)
     call a%routine(a%stress, a%statev, a%ddsdde, a%energy(1), a%energy(2), a%energy(3), a%rpl, a%ddsddt, a%drplde, &

@@ -4,12 +4,12 @@ module qsmpm_umat_start
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_f_procpointer, c_funloc, c_funptr, &
     c_int, c_loc, c_null_funptr, c_ptr
-  use qsmpm_door, only: door_type, margin, add_margin, begin_silence, end_silence, judge_call
+  use qsmpm_user_adapter, only: adapter_type, margin, add_margin, begin_silence, end_silence, check_call
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
   use qsmpm_plugin, only: load_procedure, guarded_call
-  use qsmpm_soil_model, only: soil_answer_type
+  use qsmpm_soil_model, only: soil_response_type
   implicit none
   private
 
@@ -26,12 +26,12 @@ module qsmpm_umat_start
   end interface
 
   !> Arguments of a call.
-  type :: call_type
+  type :: umat_start_call_type
     type(c_funptr) :: address
     real(c_double), pointer :: statev(:) => null()
     real(c_double) :: coords(3)
     integer(c_int) :: nstatv
-  end type call_type
+  end type umat_start_call_type
 
 contains
 
@@ -46,8 +46,8 @@ contains
   end subroutine find_sdvini
 
   !> State of a point; not a number where the procedure fails, so that the point's first step says so.
-  subroutine initial_state(door, address, place, state)
-    class(door_type), intent(in) :: door
+  subroutine initial_state(adapter, address, place, state)
+    class(adapter_type), intent(in) :: adapter
     !> Procedure, by find_sdvini; without one nothing changes.
     type(c_funptr), intent(in) :: address
     !> Position of the point.
@@ -55,8 +55,8 @@ contains
     !> In: as the deck has it; out: as the procedure leaves it.
     real(wp), intent(inout) :: state(:)
     real(c_double), target :: room(size(state) + margin)
-    type(call_type), target :: arguments
-    type(soil_answer_type) :: answer
+    type(umat_start_call_type), target :: arguments
+    type(soil_response_type) :: response
     integer(c_int) :: what, saved
 
     if (.not. c_associated(address) .or. size(state) == 0) return
@@ -66,19 +66,19 @@ contains
     arguments%statev => room
     arguments%coords = place
     arguments%nstatv = int(size(state), c_int)
-    call begin_silence(door, saved)
+    call begin_silence(adapter, saved)
     what = guarded_call(address, c_funloc(make_call), c_loc(arguments))
     call end_silence(saved)
-    call judge_call(door, what, room, answer)
+    call check_call(adapter, what, room, response)
     state = room(:size(state))
-    if (answer%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
+    if (response%status /= status_ok) state = ieee_value(state, ieee_quiet_nan)
   end subroutine initial_state
 
   !> Call the procedure, under guard.
   subroutine make_call(data) bind(c, name='qsmpm_make_sdvini_call')
     !> The arguments.
     type(c_ptr), value :: data
-    type(call_type), pointer :: a
+    type(umat_start_call_type), pointer :: a
     procedure(sdvini_interface), pointer :: procedure
     integer(c_int), parameter :: one = 1
 

@@ -33,7 +33,7 @@ module qsmpm_user_material
     logical :: silent = .false.
     !> Its state variables are among the results.
     logical :: shows_state = .true.
-    !> Stress components that a UMAT is told of, 6 or 4.
+    !> Stress components that a UMAT is reported, 6 or 4.
     integer :: components = 6
     !> Young's modulus that scales stabilisation; 0 asks the model for its elastic tangent.
     real(wp) :: stiffness = 0.0_wp

@@ -1,13 +1,13 @@
 !> Makes the law of a material whose model is in a shared library, or of what stands in for it where the library may not
 !> be loaded.
 module qsmpm_user_material_law
-  use qsmpm_door, only: door_type, ask_stiffness
+  use qsmpm_user_adapter, only: adapter_type, ask_stiffness
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
   use qsmpm_plugin, only: find_library
   use qsmpm_soil_model, only: soil_model_type
-  use qsmpm_stand_in, only: stand_in_type, make_stand_in
+  use qsmpm_placeholder_model, only: placeholder_model_type, make_placeholder_model
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_text, only: integer_text
   use qsmpm_udsm, only: udsm_type, make_udsm
@@ -33,23 +33,22 @@ contains
     real(wp), intent(in) :: stress(6)
     !> 2 or 3.
     integer, intent(in) :: dimension
-    !> The law.
     class(law_type), allocatable, intent(out) :: law
     !> error_user_material: why there is none.
     type(error_type), allocatable, intent(out) :: error
-    class(door_type), allocatable :: door
-    type(stand_in_type) :: stand_in
+    class(adapter_type), allocatable :: adapter
+    type(placeholder_model_type) :: placeholder_model
 
     if (user%loads) then
-      call load_model(user, name, dimension, door, error)
-      if (.not. allocated(error)) call ask_stiffness(door, young, poisson, stress, error)
-      if (.not. allocated(error)) call adapt(door, name, dimension, law)
+      call load_model(user, name, dimension, adapter, error)
+      if (.not. allocated(error)) call ask_stiffness(adapter, young, poisson, stress, error)
+      if (.not. allocated(error)) call adapt(adapter, name, dimension, law)
     else
       call find_library(user%library, error)
       if (.not. allocated(error)) call check_fit(user, huge(1), dimension, error)
       if (allocated(error)) return
-      call make_stand_in(user, young, poisson, stand_in)
-      call adapt(stand_in, name, dimension, law)
+      call make_placeholder_model(user, young, poisson, placeholder_model)
+      call adapt(placeholder_model, name, dimension, law)
     end if
   end subroutine new_user_law
 
@@ -70,7 +69,7 @@ contains
   end subroutine adapt
 
   !> Load the library.
-  subroutine load_model(user, name, dimension, door, error)
+  subroutine load_model(user, name, dimension, adapter, error)
     !> What the user says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
@@ -78,7 +77,7 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
     !> The model.
-    class(door_type), allocatable, intent(out) :: door
+    class(adapter_type), allocatable, intent(out) :: adapter
     !> error_user_material: why there is none.
     type(error_type), allocatable, intent(out) :: error
     type(umat_type), allocatable :: umat
@@ -88,12 +87,12 @@ contains
       allocate (udsm)
       call make_udsm(user, name, udsm, error)
       if (.not. allocated(error)) call check_fit(user, udsm%user%states, dimension, error)
-      call move_alloc(udsm, door)
+      call move_alloc(udsm, adapter)
     else
       allocate (umat)
       call check_fit(user, max(0, user%states), dimension, error)
       if (.not. allocated(error)) call make_umat(user, name, umat, error)
-      call move_alloc(umat, door)
+      call move_alloc(umat, adapter)
     end if
   end subroutine load_model
 

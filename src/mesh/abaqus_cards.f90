@@ -6,15 +6,15 @@
 module qsmpm_abaqus_cards
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, upper, stripped, squeezed
-  use qsmpm_text_file, only: text_file_type, unquoted, file_fault
+  use qsmpm_text_file, only: text_file_type, unquoted, file_error
   use qsmpm_element, only: tri3, tri6, quad4, quad8, tet4, tet10, hex8, hex20, wedge6, wedge15
   implicit none
   private
 
-  public :: card_type, start_card
+  public :: abaqus_card_type, start_card
 
   !> The card whose data lines are being read.
-  type :: card_type
+  type :: abaqus_card_type
     !> Keyword in capitals with its star; empty before the first and where data are passed over.
     character(len=:), allocatable :: keyword
     !> Values of the parameters, empty when they are not given.
@@ -29,7 +29,7 @@ module qsmpm_abaqus_cards
     !> Element that runs over several lines: label and nodes so far, and its first line.
     integer, allocatable :: pending(:)
     integer :: pending_line = 0
-  end type card_type
+  end type abaqus_card_type
 
 contains
 
@@ -40,7 +40,7 @@ contains
     !> Keyword and parameters.
     type(string_type), intent(in) :: words(:)
     !> The card before; becomes the new one.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
     !> A keyword or element type that cannot be read.
     type(error_type), allocatable, intent(out) :: error
 
@@ -56,7 +56,7 @@ contains
       card%keyword = ''
     if (card%keyword /= '*ELEMENT') return
     card%kind = kind_of(card%type)
-    if (card%kind == 0) call file_fault(file, "element type '"//card%type//"' is not known", error)
+    if (card%kind == 0) call file_error(file, "element type '"//card%type//"' is not known", error)
   end subroutine start_card
 
   !> Parameters of a keyword line.
@@ -64,7 +64,7 @@ contains
     !> Name, or name = value.
     type(string_type), intent(in) :: words(:)
     !> Gets the values.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
     character(len=:), allocatable :: value
     integer :: i, place
 
@@ -98,8 +98,7 @@ contains
 
   !> Keep account of where the cards stand.
   pure subroutine follow_assembly(card)
-    !> The card.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
 
     select case (card%keyword)
     case ('*ASSEMBLY')
@@ -119,28 +118,27 @@ contains
     type(text_file_type), intent(in) :: file
     !> Parameters.
     type(string_type), intent(in) :: words(:)
-    !> The card.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> Set when it is refused.
     type(error_type), allocatable, intent(out) :: error
     integer :: i
 
     select case (card%keyword)
     case ('*INCLUDE', '*NGEN', '*NFILL', '*NCOPY', '*NMAP', '*ELGEN', '*ELCOPY', '*SYSTEM')
-      call file_fault(file, card%keyword//' is not followed; write nodes and elements out', error)
+      call file_error(file, card%keyword//' is not followed; write nodes and elements out', error)
     case ('*NODE', '*ELEMENT')
       do i = 1, size(words)
         if (upper(words(i)%text) == 'SYSTEM=R') cycle
         if (index(upper(words(i)%text), 'SYSTEM') /= 1 .and. &
           index(upper(words(i)%text), 'INPUT') /= 1) cycle
-        call file_fault(file, "'"//words(i)%text//"' is not followed; write the mesh out", error)
+        call file_error(file, "'"//words(i)%text//"' is not followed; write the mesh out", error)
       end do
     case ('*NSET')
-      if (len(card%nset) == 0) call file_fault(file, '*NSET needs NSET=name', error)
+      if (len(card%nset) == 0) call file_error(file, '*NSET needs NSET=name', error)
     case ('*ELSET')
-      if (len(card%elset) == 0) call file_fault(file, '*ELSET needs ELSET=name', error)
+      if (len(card%elset) == 0) call file_error(file, '*ELSET needs ELSET=name', error)
     case ('*SURFACE')
-      if (len(card%name) == 0) call file_fault(file, '*SURFACE needs NAME=name', error)
+      if (len(card%name) == 0) call file_error(file, '*SURFACE needs NAME=name', error)
     end select
   end subroutine check_card
 

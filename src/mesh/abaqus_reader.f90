@@ -6,11 +6,11 @@ module qsmpm_abaqus_reader
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, split, stripped, integer_text
-  use qsmpm_text_file, only: text_file_type, open_text, next_line, file_fault, word_label, word_real
+  use qsmpm_text_file, only: text_file_type, open_text, next_line, file_error, word_label, word_real
   use qsmpm_element, only: node_count
-  use qsmpm_abaqus_cards, only: card_type, start_card
+  use qsmpm_abaqus_cards, only: abaqus_card_type, start_card
   use qsmpm_abaqus_sets, only: open_card_set, take_set, take_surface
-  use qsmpm_raw_mesh, only: raw_mesh_type, start_raw, add_node, add_cell, append_labels, raw_fault
+  use qsmpm_raw_mesh, only: raw_mesh_type, start_raw, add_node, add_cell, append_labels, raw_mesh_error
   implicit none
   private
 
@@ -27,7 +27,7 @@ contains
     !> `path:line: what is wrong`.
     type(error_type), allocatable, intent(out) :: error
     type(text_file_type) :: file
-    type(card_type) :: card
+    type(abaqus_card_type) :: card
     type(string_type), allocatable :: words(:)
     logical :: more
 
@@ -81,17 +81,17 @@ contains
     !> For the message.
     type(raw_mesh_type), intent(in) :: raw
     !> The card, with what is pending.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> Set when nodes are missing.
     type(error_type), allocatable, intent(out) :: error
 
-    if (size(card%pending) > 0) call raw_fault(raw, card%pending_line, wrong_nodes(card), error)
+    if (size(card%pending) > 0) call raw_mesh_error(raw, card%pending_line, wrong_nodes(card), error)
   end subroutine check_complete
 
   !> Message for an element with too few or too many nodes.
   pure function wrong_nodes(card) result(message)
     !> The card, with what is pending.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     character(len=:), allocatable :: message
 
     message = 'element '//integer_text(card%pending(1))//' ('//card%type//') has '// &
@@ -105,11 +105,9 @@ contains
     type(text_file_type), intent(in) :: file
     !> Words of the line.
     type(string_type), intent(in) :: words(:)
-    !> The card.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
     !> Gets what the line says.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
 
     select case (card%keyword)
@@ -124,7 +122,7 @@ contains
     case ('*SURFACE')
       call take_surface(file, words, card, raw, error)
     case ('*INSTANCE')
-      call file_fault(file, 'an instance that is moved or turned is not followed', error)
+      call file_error(file, 'an instance that is moved or turned is not followed', error)
     end select
   end subroutine take_data
 
@@ -134,17 +132,15 @@ contains
     type(text_file_type), intent(in) :: file
     !> Words of the line.
     type(string_type), intent(in) :: words(:)
-    !> The card.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> Gets the node.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: place(3)
     integer :: i, label
 
     if (size(words) < 3) then
-      call file_fault(file, 'a node has a label and two or three coordinates', error)
+      call file_error(file, 'a node has a label and two or three coordinates', error)
       return
     end if
     call word_label(file, words(1)%text, label, error)
@@ -164,10 +160,9 @@ contains
     !> Words of the line.
     type(string_type), intent(in) :: words(:)
     !> The card; keeps what is to be continued.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
     !> Gets the element.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     logical :: continued
     integer :: i, n, label
@@ -182,7 +177,7 @@ contains
     n = node_count(card%kind)
     if (size(card%pending) < n + 1 .and. continued) return
     if (size(card%pending) /= n + 1) then
-      call file_fault(file, wrong_nodes(card), error)
+      call file_error(file, wrong_nodes(card), error)
       return
     end if
     call add_cell(raw, card%pending(1), card%kind, card%pending(2:), card%pending_line)

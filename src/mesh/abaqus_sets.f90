@@ -5,9 +5,9 @@
 module qsmpm_abaqus_sets
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, upper, integer_text
-  use qsmpm_text_file, only: text_file_type, unquoted, file_fault, word_label
+  use qsmpm_text_file, only: text_file_type, unquoted, file_error, word_label
   use qsmpm_element, only: node_count
-  use qsmpm_abaqus_cards, only: card_type
+  use qsmpm_abaqus_cards, only: abaqus_card_type
   use qsmpm_raw_mesh, only: raw_mesh_type, label_set_type, open_set, append_labels, find_label
   use qsmpm_sorting, only: sort
   implicit none
@@ -25,7 +25,7 @@ contains
     !> The file, for messages.
     type(text_file_type), intent(in) :: file
     !> Gets the place of the set.
-    type(card_type), intent(inout) :: card
+    type(abaqus_card_type), intent(inout) :: card
     !> Gets the set.
     type(raw_mesh_type), intent(inout) :: raw
     !> *NSET, ELSET= with an unknown element set.
@@ -47,9 +47,7 @@ contains
 
   !> Place of a named set, 0 when it is not there.
   pure integer function set_place(sets, name) result(place)
-    !> The sets.
     type(label_set_type), intent(in) :: sets(:)
-    !> The name.
     character(len=*), intent(in) :: name
     integer :: s
 
@@ -61,9 +59,7 @@ contains
 
   !> A name as it was written first.
   pure function spelling(sets, name) result(first)
-    !> The sets.
     type(label_set_type), intent(in) :: sets(:)
-    !> The name.
     character(len=*), intent(in) :: name
     character(len=:), allocatable :: first
     integer :: s
@@ -75,7 +71,6 @@ contains
 
   !> A label or set name without the name of its instance.
   pure function without_instance(word, sets) result(rest)
-    !> The word.
     character(len=*), intent(in) :: word
     !> Sets it may name.
     type(label_set_type), intent(in) :: sets(:)
@@ -87,7 +82,6 @@ contains
 
   !> True for a word of digits only.
   pure logical function is_label(word)
-    !> The word.
     character(len=*), intent(in) :: word
 
     is_label = len(word) > 0 .and. verify(word, '0123456789') == 0
@@ -99,11 +93,9 @@ contains
     type(text_file_type), intent(in) :: file
     !> Words of the line.
     type(string_type), intent(in) :: words(:)
-    !> The card.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> The sets of its kind.
     type(label_set_type), intent(inout) :: sets(:)
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word
     integer :: i, s, label
@@ -126,7 +118,7 @@ contains
         if (allocated(error)) return
         call append_labels(sets(card%set), [label], 0, [file%line])
       else
-        call file_fault(file, "there is no set '"//words(i)%text//"' above this line", error)
+        call file_error(file, "there is no set '"//words(i)%text//"' above this line", error)
         return
       end if
     end do
@@ -134,7 +126,6 @@ contains
 
   !> Append the labels of one set to another.
   pure subroutine copy_labels(sets, from, to)
-    !> The sets.
     type(label_set_type), intent(inout) :: sets(:)
     !> Places of the two.
     integer, intent(in) :: from
@@ -154,13 +145,12 @@ contains
     type(string_type), intent(in) :: words(:)
     !> Gets the labels.
     type(label_set_type), intent(inout) :: set
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer :: limits(3), i, count
 
     limits(3) = 1
     if (size(words) < 2 .or. size(words) > 4) then
-      call file_fault(file, 'a range has first, last and step', error)
+      call file_error(file, 'a range has first, last and step', error)
       return
     end if
     do i = 1, min(3, size(words))
@@ -170,7 +160,7 @@ contains
     if (allocated(error)) return
     count = (limits(2) - limits(1))/limits(3) + 1
     if (limits(2) < limits(1) .or. count > longest_range) then
-      call file_fault(file, 'the range '//integer_text(limits(1))//' to '// &
+      call file_error(file, 'the range '//integer_text(limits(1))//' to '// &
         integer_text(limits(2))//' is empty or longer than '//integer_text(longest_range)// &
         ' labels', error)
       return
@@ -183,7 +173,7 @@ contains
     !> The file, for messages.
     type(text_file_type), intent(in) :: file
     !> The card, with the place of the node set.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> Gets the nodes.
     type(raw_mesh_type), intent(inout) :: raw
     !> Set when there is no such element set.
@@ -193,7 +183,7 @@ contains
 
     s = set_place(raw%cell_sets, without_instance(card%elset, raw%cell_sets))
     if (s == 0) then
-      call file_fault(file, "there is no element set '"//card%elset//"' above this line", error)
+      call file_error(file, "there is no element set '"//card%elset//"' above this line", error)
       return
     end if
     allocate (labels(raw%cell_sets(s)%count), source=raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
@@ -211,11 +201,9 @@ contains
     type(text_file_type), intent(in) :: file
     !> Words of the line.
     type(string_type), intent(in) :: words(:)
-    !> The card.
-    type(card_type), intent(in) :: card
+    type(abaqus_card_type), intent(in) :: card
     !> Gets the faces.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: word
     integer :: face, label, s
@@ -223,7 +211,7 @@ contains
     face = 0
     if (size(words) >= 2) face = face_number(upper(words(2)%text))
     if (face == 0) then
-      call file_fault(file, 'a surface line holds an element or element set and a face S1 to S6', &
+      call file_error(file, 'a surface line holds an element or element set and a face S1 to S6', &
         error)
       return
     end if
@@ -234,7 +222,7 @@ contains
       if (.not. allocated(error)) &
         call append_labels(raw%face_sets(card%set), [label], face, [file%line])
     else if (s == 0) then
-      call file_fault(file, "there is no element set '"//words(1)%text//"' above this line", error)
+      call file_error(file, "there is no element set '"//words(1)%text//"' above this line", error)
     else
       associate (labels => raw%cell_sets(s)%labels(:raw%cell_sets(s)%count))
         call append_labels(raw%face_sets(card%set), labels, face, &

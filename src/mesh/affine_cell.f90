@@ -21,7 +21,6 @@ contains
 
   !> Local coordinates of a place in a cell, also outside of it, when the cell is affine.
   pure subroutine affine_map(mesh, cell, x, local, done)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell

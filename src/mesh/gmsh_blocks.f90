@@ -3,7 +3,7 @@ module qsmpm_gmsh_blocks
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, integer_text
-  use qsmpm_text_file, only: text_file_type, file_fault, word_label, word_real
+  use qsmpm_text_file, only: text_file_type, file_error, word_label, word_real
   use qsmpm_gmsh_lines, only: words_of_line, numbers_of_line, check_count
   use qsmpm_gmsh_elements, only: gmsh_type_type, gmsh_type, gmsh_places
   use qsmpm_gmsh_content, only: content_type, room_for_elements, keep_element
@@ -17,13 +17,11 @@ contains
 
   !> Nodes of either format.
   subroutine read_nodes(file, content, raw, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Says the format.
     type(content_type), intent(in) :: content
     !> Gets the nodes.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: head(:)
     integer :: b, i, total
@@ -39,7 +37,7 @@ contains
         call read_node_block(file, raw, error)
         if (allocated(error)) return
       end do
-      if (raw%node_count /= total) call file_fault(file, 'the blocks hold '// &
+      if (raw%node_count /= total) call file_error(file, 'the blocks hold '// &
         integer_text(raw%node_count)//' nodes instead of '//integer_text(total), error)
     else
       do i = 1, total
@@ -51,11 +49,9 @@ contains
 
   !> MSH 4.1: the labels of a block of nodes, then their places.
   subroutine read_node_block(file, raw, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the nodes.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: block(:), label(:), labels(:)
     integer :: i
@@ -78,7 +74,6 @@ contains
 
   !> One node: its label (MSH 2.2 only) and three coordinates.
   subroutine read_node(file, shift, label, raw, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Words before the coordinates: 1 with a label, 0 without.
     integer, intent(in) :: shift
@@ -86,7 +81,6 @@ contains
     integer, intent(in) :: label
     !> Gets the node.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     real(wp) :: place(3)
@@ -104,11 +98,9 @@ contains
 
   !> Elements of either format.
   subroutine read_elements(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the elements.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: head(:)
     integer :: b, i, total
@@ -125,7 +117,7 @@ contains
         call read_element_block(file, content, error)
         if (allocated(error)) return
       end do
-      if (content%element_count /= total) call file_fault(file, 'the blocks hold '// &
+      if (content%element_count /= total) call file_error(file, 'the blocks hold '// &
         integer_text(content%element_count)//' elements instead of '//integer_text(total), error)
     else
       do i = 1, total
@@ -137,11 +129,9 @@ contains
 
   !> MSH 2.2: label, type, number of tags, tags (the first is the physical group), nodes.
   subroutine read_old_element(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the element.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: numbers(:)
     integer :: group
@@ -149,7 +139,7 @@ contains
     call numbers_of_line(file, 4, 'an element', numbers, error)
     if (allocated(error)) return
     if (numbers(3) < 0 .or. numbers(3) > size(numbers) - 3) then
-      call file_fault(file, 'the element has fewer tags than it announces', error)
+      call file_error(file, 'the element has fewer tags than it announces', error)
       return
     end if
     group = 0
@@ -160,11 +150,9 @@ contains
 
   !> MSH 4.1: a block of elements of one type and one entity.
   subroutine read_element_block(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the elements.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: block(:), numbers(:)
     integer :: i, entity
@@ -186,31 +174,28 @@ contains
 
   !> Check and keep one element.
   subroutine take_element(file, content, numbers, number_of_type, owner, error)
-    !> The file.
     type(text_file_type), intent(in) :: file
     !> Gets the element.
     type(content_type), intent(inout) :: content
     !> Label and nodes as in the file.
     integer, intent(in) :: numbers(:)
-    !> Its type.
     integer, intent(in) :: number_of_type
     !> Physical group or entity.
     integer, intent(in) :: owner
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     type(gmsh_type_type) :: meaning
 
     meaning = gmsh_type(number_of_type)
     if (meaning%dimension < 0) then
-      call file_fault(file, 'gmsh element type '//integer_text(number_of_type)// &
+      call file_error(file, 'gmsh element type '//integer_text(number_of_type)// &
         ' is not known', error)
     else if (any(numbers < 1)) then
-      call file_fault(file, 'labels of elements and nodes are positive', error)
+      call file_error(file, 'labels of elements and nodes are positive', error)
     else if (size(numbers) /= meaning%nodes + 1) then
-      call file_fault(file, 'element '//integer_text(numbers(1))//' has '// &
+      call file_error(file, 'element '//integer_text(numbers(1))//' has '// &
         integer_text(size(numbers) - 1)//' nodes instead of '//integer_text(meaning%nodes), error)
     else if (content%element_count >= size(content%label)) then
-      call file_fault(file, 'there are more elements than announced', error)
+      call file_error(file, 'there are more elements than announced', error)
     else if (meaning%kind > 0) then
       call keep_element(content, numbers(1), meaning, owner, &
         numbers(1 + gmsh_places(meaning%kind)), file%line)

@@ -41,7 +41,6 @@ contains
 
   !> Make room for elements.
   pure subroutine room_for_elements(content, count)
-    !> The content.
     type(content_type), intent(inout) :: content
     !> Number of elements of the file.
     integer, intent(in) :: count
@@ -57,7 +56,6 @@ contains
     type(content_type), intent(inout) :: content
     !> Label of the element.
     integer, intent(in) :: label
-    !> Its type.
     type(gmsh_type_type), intent(in) :: meaning
     !> Group or entity.
     integer, intent(in) :: owner
@@ -80,11 +78,9 @@ contains
 
   !> True when an element belongs to a physical group.
   pure logical function is_member(content, element, group)
-    !> The content.
     type(content_type), intent(in) :: content
     !> Place of the element.
     integer, intent(in) :: element
-    !> The group.
     type(group_type), intent(in) :: group
     integer :: owner
 

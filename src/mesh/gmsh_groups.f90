@@ -7,7 +7,7 @@ module qsmpm_gmsh_groups
   use qsmpm_error, only: error_type
   use qsmpm_element, only: node_count, face_count, face_corners, face_corner_count, max_faces
   use qsmpm_gmsh_content, only: content_type, group_type, is_member
-  use qsmpm_raw_mesh, only: raw_mesh_type, add_cell, open_set, append_labels, raw_fault
+  use qsmpm_raw_mesh, only: raw_mesh_type, add_cell, open_set, append_labels, raw_mesh_error
   use qsmpm_sorting, only: sort, order_columns
   use qsmpm_text, only: integer_text
   implicit none
@@ -39,7 +39,7 @@ contains
 
     highest = maxval(content%dimension(:content%element_count))
     if (highest < 2) then
-      call raw_fault(raw, 0, 'the file has no plane or solid elements', error)
+      call raw_mesh_error(raw, 0, 'the file has no plane or solid elements', error)
       return
     end if
     call find_repeats(content, highest, first)
@@ -104,7 +104,6 @@ contains
   subroutine take_group(content, group, highest, first, raw)
     !> What was read.
     type(content_type), intent(in) :: content
-    !> The group.
     type(group_type), intent(in) :: group
     !> Dimension of cells.
     integer, intent(in) :: highest
@@ -131,7 +130,6 @@ contains
   subroutine make_face_table(raw, table)
     !> Has the cells.
     type(raw_mesh_type), intent(in) :: raw
-    !> The faces.
     type(face_table_type), intent(out) :: table
     integer, allocatable :: corners(:, :), owner(:, :), order(:)
     integer :: c, f, k, n
@@ -158,7 +156,6 @@ contains
   subroutine take_surface(content, group, table, raw, error)
     !> What was read.
     type(content_type), intent(in) :: content
-    !> The group.
     type(group_type), intent(in) :: group
     !> Faces of the cells.
     type(face_table_type), intent(in) :: table
@@ -189,7 +186,7 @@ contains
         if (any(table%corners(:, i) /= key)) exit
       end do
     end do
-    if (stray > 0 .and. set > 0) call raw_fault(raw, content%line(stray), "surface '"// &
+    if (stray > 0 .and. set > 0) call raw_mesh_error(raw, content%line(stray), "surface '"// &
       group%name//"': element "//integer_text(content%label(stray))//' is no face of a cell', error)
   end subroutine take_surface
 

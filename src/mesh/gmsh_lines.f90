@@ -3,7 +3,7 @@ module qsmpm_gmsh_lines
   use qsmpm_kinds, only: long
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, integer_text
-  use qsmpm_text_file, only: text_file_type, next_words, bytes_left, file_fault, word_integer
+  use qsmpm_text_file, only: text_file_type, next_words, bytes_left, file_error, word_integer
   implicit none
   private
 
@@ -13,7 +13,6 @@ contains
 
   !> The line that closes a section.
   subroutine read_end(file, line, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> The line that must come.
     character(len=*), intent(in) :: line
@@ -25,12 +24,11 @@ contains
     call next_words(file, words, more)
     good = size(words) == 1
     if (good) good = words(1)%text == line
-    if (.not. good) call file_fault(file, 'here should be '//line, error)
+    if (.not. good) call file_error(file, 'here should be '//line, error)
   end subroutine read_end
 
   !> Words of the next line, at least so many.
   subroutine words_of_line(file, least, what, words, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Least number of words.
     integer, intent(in) :: least
@@ -44,21 +42,19 @@ contains
 
     call next_words(file, words, more)
     if (.not. more) then
-      call file_fault(file, what//' is incomplete: the file ends', error)
+      call file_error(file, what//' is incomplete: the file ends', error)
     else if (size(words) < least) then
-      call file_fault(file, what//' is incomplete: it takes '//integer_text(least)//' words', error)
+      call file_error(file, what//' is incomplete: it takes '//integer_text(least)//' words', error)
     end if
   end subroutine words_of_line
 
   !> Words of the next line as whole numbers, at least so many.
   subroutine numbers_of_line(file, least, what, numbers, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Least number of numbers.
     integer, intent(in) :: least
     !> What the line is to hold, for the message.
     character(len=*), intent(in) :: what
-    !> The numbers.
     integer, allocatable, intent(out) :: numbers(:)
     !> Set when the line is too short or holds something else.
     type(error_type), allocatable, intent(out) :: error
@@ -75,7 +71,6 @@ contains
 
   !> A number of entries must be one that the rest of the file can hold.
   subroutine check_count(file, count, what, error)
-    !> The file.
     type(text_file_type), intent(in) :: file
     !> The number the file announces.
     integer, intent(in) :: count
@@ -86,7 +81,7 @@ contains
 
     if (allocated(error)) return
     ! An entry takes a digit and a line end at least.
-    if (count < 0 .or. int(count, long) > bytes_left(file)/2 + 1) call file_fault(file, &
+    if (count < 0 .or. int(count, long) > bytes_left(file)/2 + 1) call file_error(file, &
       integer_text(count)//' '//what//' cannot be: the file is too short', error)
   end subroutine check_count
 end module qsmpm_gmsh_lines

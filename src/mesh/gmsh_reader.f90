@@ -5,13 +5,13 @@
 module qsmpm_gmsh_reader
   use qsmpm_error, only: error_type
   use qsmpm_text, only: string_type, stripped
-  use qsmpm_text_file, only: text_file_type, open_text, next_line, unquoted, file_fault, &
+  use qsmpm_text_file, only: text_file_type, open_text, next_line, unquoted, file_error, &
     word_integer
   use qsmpm_gmsh_lines, only: read_end, words_of_line, numbers_of_line, check_count
   use qsmpm_gmsh_content, only: content_type
   use qsmpm_gmsh_blocks, only: read_nodes, read_elements
   use qsmpm_gmsh_groups, only: sort_out
-  use qsmpm_raw_mesh, only: raw_mesh_type, raw_fault
+  use qsmpm_raw_mesh, only: raw_mesh_type, raw_mesh_error
   implicit none
   private
 
@@ -51,11 +51,11 @@ contains
       if (allocated(error)) return
     end do
     if (.not. known) then
-      call raw_fault(raw, 0, 'the file has no $MeshFormat: it is no gmsh file', error)
+      call raw_mesh_error(raw, 0, 'the file has no $MeshFormat: it is no gmsh file', error)
     else if (raw%node_count == 0) then
-      call raw_fault(raw, 0, 'the file has no $Nodes', error)
+      call raw_mesh_error(raw, 0, 'the file has no $Nodes', error)
     else if (content%element_count == 0) then
-      call raw_fault(raw, 0, 'the file has no $Elements', error)
+      call raw_mesh_error(raw, 0, 'the file has no $Elements', error)
     else
       call sort_out(content, raw, error)
     end if
@@ -71,7 +71,6 @@ contains
     type(content_type), intent(inout) :: content
     !> Gets the nodes.
     type(raw_mesh_type), intent(inout) :: raw
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
 
     select case (line)
@@ -81,13 +80,13 @@ contains
       call read_entities(file, content, error)
     case ('$Nodes')
       if (allocated(raw%node_label)) then
-        call file_fault(file, 'a second section $Nodes', error)
+        call file_error(file, 'a second section $Nodes', error)
       else
         call read_nodes(file, content, raw, error)
       end if
     case ('$Elements')
       if (allocated(content%label)) then
-        call file_fault(file, 'a second section $Elements', error)
+        call file_error(file, 'a second section $Elements', error)
       else
         call read_elements(file, content, error)
       end if
@@ -99,7 +98,6 @@ contains
 
   !> Version and kind of file.
   subroutine read_format(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the format.
     type(content_type), intent(inout) :: content
@@ -111,9 +109,9 @@ contains
     if (allocated(error)) return
     content%new_format = words(1)%text == '4.1'
     if (.not. content%new_format .and. words(1)%text /= '2.2' .and. words(1)%text /= '2') then
-      call file_fault(file, 'version '//words(1)%text//' is not read; save as 2.2 or 4.1', error)
+      call file_error(file, 'version '//words(1)%text//' is not read; save as 2.2 or 4.1', error)
     else if (words(2)%text /= '0') then
-      call file_fault(file, 'binary files are not read; save as ASCII', error)
+      call file_error(file, 'binary files are not read; save as ASCII', error)
     else
       call read_end(file, '$EndMeshFormat', error)
     end if
@@ -121,11 +119,9 @@ contains
 
   !> Names of the physical groups.
   subroutine read_names(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the groups.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     integer, allocatable :: numbers(:)
@@ -149,11 +145,9 @@ contains
 
   !> MSH 4.1: the physical groups of each entity.
   subroutine read_entities(file, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Gets the entities.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     integer, allocatable :: counts(:)
     integer :: d, i, n
@@ -178,7 +172,6 @@ contains
 
   !> tag, place (a point) or box, number of physical groups, the groups, ...
   subroutine read_entity(file, dimension, place, content, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Dimension of the entity.
     integer, intent(in) :: dimension
@@ -186,7 +179,6 @@ contains
     integer, intent(in) :: place
     !> Gets the entity.
     type(content_type), intent(inout) :: content
-    !> What is wrong.
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: words(:)
     integer :: first, count, k
@@ -200,7 +192,7 @@ contains
       call word_integer(file, words(first)%text, count, error)
       if (allocated(error)) return
       if (count < 0 .or. count > size(words) - first) then
-        call file_fault(file, 'the entity has fewer physical groups than it announces', error)
+        call file_error(file, 'the entity has fewer physical groups than it announces', error)
         return
       end if
       allocate (entity%groups(count))

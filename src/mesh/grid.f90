@@ -56,7 +56,6 @@ contains
   subroutine make_grid(grid, mesh, window)
     !> What to generate.
     type(grid_type), intent(in) :: grid
-    !> The mesh.
     type(mesh_type), intent(out) :: mesh
     !> Part of the grid to generate; all of it when absent.
     type(window_type), intent(in), optional :: window
@@ -78,7 +77,6 @@ contains
 
   !> All cells of a grid.
   pure function whole_window(grid) result(window)
-    !> The grid.
     type(grid_type), intent(in) :: grid
     type(window_type) :: window
     integer :: a
@@ -90,7 +88,6 @@ contains
 
   !> Cells a brick of the grid is cut into.
   pure integer function pieces_of(grid)
-    !> The grid.
     type(grid_type), intent(in) :: grid
     integer, allocatable :: cells(:, :)
 
@@ -104,7 +101,6 @@ contains
     type(grid_type), intent(in) :: grid
     !> The part.
     type(window_type), intent(in) :: window
-    !> The mesh.
     type(mesh_type), intent(out) :: mesh
     integer, allocatable :: ends(:, :)
 
@@ -122,7 +118,6 @@ contains
     type(grid_type), intent(in) :: grid
     !> The part of it.
     type(window_type), intent(in) :: window
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     real(wp) :: shift(2), x(2)
     integer(long) :: random

@@ -21,7 +21,6 @@ contains
     type(window_type), intent(in) :: window
     !> Corner nodes at the ends of the edge of each mid node (2,n).
     integer, intent(in) :: ends(:, :)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer :: i, n, pieces, low(3), along(3), lines(3), corners, cells(3), at(3)
 

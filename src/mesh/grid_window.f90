@@ -23,7 +23,6 @@ contains
 
   !> True when two windows are the same.
   pure logical function same(one, two)
-    !> The windows.
     type(window_type), intent(in) :: one, two
 
     same = all(one%first == two%first) .and. all(one%last == two%last)
@@ -31,7 +30,6 @@ contains
 
   !> Number of cells along each axis.
   pure function cells_of(window) result(cells)
-    !> The window.
     type(window_type), intent(in) :: window
     integer :: cells(3)
 
@@ -40,7 +38,6 @@ contains
 
   !> Smallest window around two.
   pure function hull(one, two) result(both)
-    !> The windows.
     type(window_type), intent(in) :: one, two
     type(window_type) :: both
 
@@ -50,7 +47,6 @@ contains
 
   !> A window with more cells on each side, as far as the grid goes.
   pure function widen(window, margin, whole) result(wide)
-    !> The window.
     type(window_type), intent(in) :: window
     !> Cells to add on either side along each axis (3).
     integer, intent(in) :: margin(3)
@@ -64,7 +60,6 @@ contains
 
   !> True when a window holds another one.
   pure logical function holds(window, other)
-    !> The windows.
     type(window_type), intent(in) :: window, other
 
     holds = all(window%first <= other%first) .and. all(window%last >= other%last)
@@ -108,7 +103,6 @@ contains
 
   !> Place of a mesh cell along the axes of the whole grid.
   pure function cell_place(window, pieces, cell) result(at)
-    !> The window.
     type(window_type), intent(in) :: window
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
@@ -128,7 +122,6 @@ contains
 
   !> Number in one window of a mesh cell of another; both hold it.
   pure integer function renumber(from, to, pieces, cell) result(number)
-    !> The windows.
     type(window_type), intent(in) :: from, to
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces

@@ -21,11 +21,9 @@ contains
   subroutine inline_mesh(kind, node_labels, nodes, element_labels, connectivity, mesh, error)
     !> Element kind.
     integer, intent(in) :: kind
-    !> Labels of the nodes.
     integer, intent(in) :: node_labels(:)
     !> Their coordinates (3, nodes); in the plane z is not looked at.
     real(wp), intent(in) :: nodes(:, :)
-    !> Labels of the elements.
     integer, intent(in) :: element_labels(:)
     !> Node labels (nodes per element, elements).
     integer, intent(in) :: connectivity(:, :)

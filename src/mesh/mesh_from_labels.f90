@@ -7,7 +7,7 @@ module qsmpm_mesh_from_labels
   use qsmpm_element, only: node_count, local_dimension, face_count, element_name
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: add_set
-  use qsmpm_raw_mesh, only: raw_mesh_type, label_set_type, find_label, raw_fault
+  use qsmpm_raw_mesh, only: raw_mesh_type, label_set_type, find_label, raw_mesh_error
   use qsmpm_sorting, only: sort, order_columns
   use qsmpm_text, only: integer_text
   implicit none
@@ -33,7 +33,7 @@ contains
     type(lookup_type) :: nodes, cells
 
     if (raw%cell_count == 0) then
-      call raw_fault(raw, 0, 'the mesh has no elements', error)
+      call raw_mesh_error(raw, 0, 'the mesh has no elements', error)
       return
     end if
     call sort_labels(raw, raw%node_label(:raw%node_count), raw%node_line, 'node', nodes, error)
@@ -70,7 +70,7 @@ contains
     lookup%labels = labels(lookup%place)
     do i = 2, size(labels)
       if (lookup%labels(i) /= lookup%labels(i - 1)) cycle
-      call raw_fault(raw, lines(lookup%place(i)), &
+      call raw_mesh_error(raw, lines(lookup%place(i)), &
         what//' '//integer_text(lookup%labels(i))//' is defined twice', error)
       return
     end do
@@ -78,7 +78,6 @@ contains
 
   !> Dimension of the cells; mixed ones are an error.
   subroutine choose_dimension(raw, mesh, error)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
     !> Gets its dimension.
     type(mesh_type), intent(inout) :: mesh
@@ -89,7 +88,7 @@ contains
     mesh%dimension = local_dimension(raw%cell_kind(1))
     do c = 1, raw%cell_count
       if (local_dimension(raw%cell_kind(c)) == mesh%dimension) cycle
-      call raw_fault(raw, raw%cell_line(c), 'element '//integer_text(raw%cell_label(c))//' ('// &
+      call raw_mesh_error(raw, raw%cell_line(c), 'element '//integer_text(raw%cell_label(c))//' ('// &
         element_name(raw%cell_kind(c))//'): the mesh mixes plane and solid elements', error)
       return
     end do
@@ -97,9 +96,7 @@ contains
 
   !> Cells, with places among the sorted node labels for the present.
   subroutine take_cells(raw, nodes, mesh, error)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
-    !> Its nodes.
     type(lookup_type), intent(in) :: nodes
     !> Gets its cells.
     type(mesh_type), intent(inout) :: mesh
@@ -118,7 +115,7 @@ contains
       do k = 1, n
         place = find_label(nodes%labels, raw%connectivity(k, c))
         if (place == 0) then
-          call raw_fault(raw, raw%cell_line(c), 'element '//integer_text(raw%cell_label(c))// &
+          call raw_mesh_error(raw, raw%cell_line(c), 'element '//integer_text(raw%cell_label(c))// &
             ' names node '//integer_text(raw%connectivity(k, c))//', which is not defined', error)
           return
         end if
@@ -129,9 +126,7 @@ contains
 
   !> Number the nodes of cells by rising label; in the plane z is dropped.
   subroutine keep_used_nodes(raw, nodes, mesh)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
-    !> Its nodes.
     type(lookup_type), intent(in) :: nodes
     !> Gets its nodes.
     type(mesh_type), intent(inout) :: mesh
@@ -155,7 +150,6 @@ contains
 
   !> Node and cell sets.
   subroutine take_sets(raw, nodes, cells, mesh, error)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
     !> Its nodes and cells.
     type(lookup_type), intent(in) :: nodes
@@ -190,7 +184,6 @@ contains
   subroutine require_labels(raw, set, lookup, what, error)
     !> For the message.
     type(raw_mesh_type), intent(in) :: raw
-    !> The set.
     type(label_set_type), intent(in) :: set
     !> What there is.
     type(lookup_type), intent(in) :: lookup
@@ -203,7 +196,7 @@ contains
     do k = 1, set%count
       if (set%lines(k) == 0) cycle
       if (find_label(lookup%labels, set%labels(k)) > 0) cycle
-      call raw_fault(raw, set%lines(k), "set '"//set%name//"' names "//what//' '// &
+      call raw_mesh_error(raw, set%lines(k), "set '"//set%name//"' names "//what//' '// &
         integer_text(set%labels(k))//', which is not defined', error)
       return
     end do
@@ -211,7 +204,6 @@ contains
 
   !> Indices of labels, sorted, each once; labels that are not there are left out.
   pure subroutine indices(set, lookup, items)
-    !> The set.
     type(label_set_type), intent(in) :: set
     !> Where the labels stand.
     type(lookup_type), intent(in) :: lookup
@@ -234,9 +226,7 @@ contains
 
   !> Surfaces: faces by rising cell and face, each once.
   subroutine take_surfaces(raw, cells, mesh, error)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
-    !> Its cells.
     type(lookup_type), intent(in) :: cells
     !> Gets its surfaces.
     type(mesh_type), intent(inout) :: mesh
@@ -265,9 +255,7 @@ contains
 
   !> The elements of surfaces must exist and have the faces.
   subroutine require_faces(raw, cells, error)
-    !> The raw mesh.
     type(raw_mesh_type), intent(in) :: raw
-    !> Its cells.
     type(lookup_type), intent(in) :: cells
     !> Set when one has not.
     type(error_type), allocatable, intent(out) :: error
@@ -280,7 +268,7 @@ contains
         do k = 1, set%count
           kind = raw%cell_kind(cells%place(find_label(cells%labels, set%labels(k))))
           if (set%faces(k) <= face_count(kind)) cycle
-          call raw_fault(raw, set%lines(k), "surface '"//set%name//"': element "// &
+          call raw_mesh_error(raw, set%lines(k), "surface '"//set%name//"': element "// &
             integer_text(set%labels(k))//' ('//element_name(kind)//') has no face S'// &
             integer_text(set%faces(k)), error)
           return

@@ -13,7 +13,6 @@ contains
 
   !> Nodes of a cell in the order of its element.
   pure function cell_nodes_of(mesh, cell) result(nodes)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -24,7 +23,6 @@ contains
 
   !> Coordinates of the nodes of a cell (dimension, nodes).
   pure function cell_coordinates(mesh, cell) result(coordinates)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -35,7 +33,6 @@ contains
 
   !> Volume (area in the plane) of a cell; negative when it is inside out.
   function cell_volume(mesh, cell) result(volume)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -56,7 +53,6 @@ contains
 
   !> Size of a cell: the mean extent of its corners along the axes.
   pure function cell_size(mesh, cell) result(extent)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -80,7 +76,6 @@ contains
   !> Width of a cell, the root of its area or volume: what a band of strain one cell wide is taken for. It stays as it
   !> is where a cell is sheared.
   real(wp) function cell_width(mesh, cell)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -90,7 +85,6 @@ contains
 
   !> Volume of the whole mesh.
   function mesh_volume(mesh) result(volume)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp) :: volume
     integer :: c
@@ -103,7 +97,6 @@ contains
 
   !> Set the bounds of a mesh that is no part of a larger one.
   pure subroutine find_bounds(mesh)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
 
     if (.not. allocated(mesh%bounds)) allocate (mesh%bounds(mesh%dimension, 2))
@@ -113,7 +106,6 @@ contains
 
   !> A nodal field at a place of a cell.
   pure function interpolate(mesh, cell, functions, field) result(value)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell

@@ -18,7 +18,6 @@ contains
     character(len=*), intent(in) :: path
     !> GMSH or ABAQUS.
     character(len=*), intent(in) :: format
-    !> The mesh.
     type(mesh_type), intent(out) :: mesh
     !> `path:line: what is wrong`.
     type(error_type), allocatable, intent(out) :: error

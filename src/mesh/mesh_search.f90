@@ -30,7 +30,6 @@ contains
 
   !> Local coordinates of a place in the straight-edged map of a cell, also outside of it.
   pure subroutine inverse_map(mesh, cell, x, local, ok)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -98,7 +97,6 @@ contains
 
   !> Owner cell of a place.
   subroutine locate(mesh, x, cell, local, found)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -127,7 +125,6 @@ contains
 
   !> Walk over the most violated faces.
   pure subroutine walk(mesh, x, cell, tolerance, found)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -155,9 +152,7 @@ contains
 
   !> Face of a cell that a place lies farthest outside of, or is nearest to from inside.
   pure subroutine find_worst_face(mesh, cell, x, worst, distance, ok)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The cell.
     integer, intent(in) :: cell
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -183,7 +178,6 @@ contains
   !> Of the cells that share a place the one it lies deepest in has it, of several the lowest. The
   !> depth decides because the tolerance is wider in a large cell than in a small one beside it.
   pure subroutine settle_tie(mesh, x, deepest, cell)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Place on a face of the cell (dimension).
     real(wp), intent(in) :: x(:)
@@ -208,7 +202,6 @@ contains
 
   !> Try every cell whose box holds the place.
   pure subroutine look_everywhere(mesh, x, tolerance, cell, found)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Place (dimension).
     real(wp), intent(in) :: x(:)

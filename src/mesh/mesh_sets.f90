@@ -15,7 +15,6 @@ contains
 
   !> Distance below which places count as the same.
   pure function set_tolerance(mesh) result(tolerance)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp) :: tolerance
 
@@ -24,7 +23,6 @@ contains
 
   !> Nodes in a box; limits along z are not looked at in the plane.
   pure subroutine nodes_in_box(mesh, box, items)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
@@ -43,7 +41,6 @@ contains
 
   !> Nodes on a plane normal to an axis.
   pure subroutine nodes_on_plane(mesh, axis, value, items)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: axis
     real(wp), intent(in) :: value
@@ -57,7 +54,6 @@ contains
 
   !> Faces whose corners all lie in a box; an interior face comes from both its cells.
   pure subroutine faces_in_box(mesh, box, faces)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: box(3, 2)
     !> Cell and local face, (2,n).
@@ -83,7 +79,6 @@ contains
   !> Whether faces of some cells lie in the plane of a flat box and reach into it and beyond it. A box with a
   !> thickness may: it is made to choose.
   pure logical function cuts_faces(mesh, box, wanted) result(cuts)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Lower and upper corner (3,2).
     real(wp), intent(in) :: box(3, 2)
@@ -116,7 +111,6 @@ contains
 
   !> True when all corners of a face are marked.
   pure function all_inside(mesh, cell, face, inside) result(yes)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
     logical, intent(in) :: inside(:)
@@ -131,7 +125,6 @@ contains
   pure function find_set(sets, name) result(place)
     !> The list of sets.
     type(index_set_type), intent(in) :: sets(:)
-    !> Name.
     character(len=*), intent(in) :: name
     integer :: place
     integer :: i
@@ -146,7 +139,6 @@ contains
   pure subroutine add_set(sets, name, items)
     !> The list of sets.
     type(index_set_type), allocatable, intent(inout) :: sets(:)
-    !> Name.
     character(len=*), intent(in) :: name
     !> Indices found.
     integer, intent(in) :: items(:)

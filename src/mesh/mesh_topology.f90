@@ -21,7 +21,6 @@ contains
 
   !> Check the cells and fill face_neighbour, interior_face and the corner neighbours.
   subroutine build_topology(mesh, error)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     !> A cell of no or negative volume, or with misplaced mid nodes, by its label.
     type(error_type), allocatable, intent(out) :: error
@@ -44,11 +43,9 @@ contains
 
   !> A cell must have positive volume.
   subroutine check_volume(mesh, cell, error)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     character(len=160) :: text
     real(wp) :: volume
@@ -64,9 +61,7 @@ contains
   !> The map of a cell must not turn inside out at a corner; flat corners of cells with a side
   !> shrunk to a point pass.
   subroutine check_corners(mesh, cell, error)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The cell.
     integer, intent(in) :: cell
     !> Set when it does.
     type(error_type), allocatable, intent(out) :: error
@@ -93,11 +88,9 @@ contains
 
   !> Mid nodes must lie in the middle of straight edges.
   subroutine check_mid_nodes(mesh, cell, error)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: edges(2, node_count(mesh%cell_kind(cell)) - corner_count(mesh%cell_kind(cell)))
     real(wp) :: middle(mesh%dimension)
@@ -123,9 +116,7 @@ contains
 
   !> Pair the faces that share all their corners.
   subroutine find_face_neighbours(mesh, error)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
     integer :: key(4, max_faces*mesh%cell_count), owner(2, max_faces*mesh%cell_count)
     integer :: order(max_faces*mesh%cell_count)
@@ -162,7 +153,6 @@ contains
 
   !> Sorted corner nodes of a face, zeros first.
   pure subroutine face_key(mesh, cell, face, key)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     integer, intent(in) :: cell, face
     integer, intent(out) :: key(4)
@@ -176,7 +166,6 @@ contains
 
   !> Interior faces once each, by rising first cell and face.
   subroutine list_interior_faces(mesh, pairs)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer, intent(in) :: pairs
     integer :: c, f, g, k, beyond, key(4), other(4)
@@ -201,7 +190,6 @@ contains
 
   !> Cells that share a corner.
   subroutine find_corner_neighbours(mesh)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     integer :: first(mesh%node_count + 1), place(mesh%node_count)
     integer, allocatable :: cells(:), list(:)

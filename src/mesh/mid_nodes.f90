@@ -15,7 +15,6 @@ contains
   subroutine add_mid_nodes(kind, mesh, mid_ends)
     !> Quadratic kind of all cells.
     integer, intent(in) :: kind
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     !> Corner nodes at the ends of the edge of each mid node (2,n).
     integer, allocatable, intent(out), optional :: mid_ends(:, :)

@@ -12,7 +12,6 @@ contains
 
   !> Rows between base and plate scale, rows beyond the plate shift, rows behind the base stay.
   pure subroutine scale_rows(mesh, axis, base, plate_old, plate_new)
-    !> The mesh.
     type(mesh_type), intent(inout) :: mesh
     !> Axis along which the plate moves.
     integer, intent(in) :: axis
@@ -46,7 +45,6 @@ contains
 
   !> True when the map of a cell turns inside out at a node or at a point of its full rule.
   subroutine is_tangled(mesh, coordinates, cell, tangled)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Node coordinates to test (dimension, node_count).
     real(wp), intent(in) :: coordinates(:, :)

@@ -11,7 +11,7 @@ module qsmpm_raw_mesh
   private
 
   public :: raw_mesh_type, label_set_type, start_raw, add_node, add_cell, open_set, append_labels, &
-    find_label, raw_fault
+    find_label, raw_mesh_error
 
   !> A named list of labels, or of faces (label of the cell and local face).
   type :: label_set_type
@@ -39,7 +39,6 @@ contains
 
   !> An empty mesh with room for so many entries.
   pure subroutine start_raw(raw, nodes, cells)
-    !> The mesh.
     type(raw_mesh_type), intent(inout) :: raw
     !> Numbers of nodes and cells that are expected; more may come.
     integer, intent(in) :: nodes
@@ -53,7 +52,6 @@ contains
 
   !> Append a node.
   pure subroutine add_node(raw, label, place, line)
-    !> The mesh.
     type(raw_mesh_type), intent(inout) :: raw
     !> Label of the node.
     integer, intent(in) :: label
@@ -80,7 +78,6 @@ contains
 
   !> Append a cell.
   pure subroutine add_cell(raw, label, kind, nodes, line)
-    !> The mesh.
     type(raw_mesh_type), intent(inout) :: raw
     !> Label of the cell.
     integer, intent(in) :: label
@@ -112,7 +109,6 @@ contains
 
   !> Place of a named set, appended when it is new.
   pure subroutine open_set(sets, name, place)
-    !> The sets.
     type(label_set_type), allocatable, intent(inout) :: sets(:)
     !> Name, as it is written.
     character(len=*), intent(in) :: name
@@ -149,9 +145,7 @@ contains
 
   !> Append labels to a set.
   pure subroutine append_labels(set, labels, face, lines)
-    !> The set.
     type(label_set_type), intent(inout) :: set
-    !> Labels.
     integer, intent(in) :: labels(:)
     !> Local face of them all, 0 for nodes and cells.
     integer, intent(in) :: face
@@ -173,7 +167,6 @@ contains
 
   !> Make a list longer; its entries stay.
   pure subroutine lengthen(list, length)
-    !> The list.
     integer, allocatable, intent(inout) :: list(:)
     !> New length.
     integer, intent(in) :: length
@@ -208,12 +201,10 @@ contains
   end function find_label
 
   !> Error of a mesh, with path and line when it comes from a file.
-  pure subroutine raw_fault(raw, line, message, error)
-    !> The mesh.
+  pure subroutine raw_mesh_error(raw, line, message, error)
     type(raw_mesh_type), intent(in) :: raw
     !> Line the message is about, 0 for the file as a whole.
     integer, intent(in) :: line
-    !> What is wrong.
     character(len=*), intent(in) :: message
     !> `path:line: message`.
     type(error_type), allocatable, intent(out) :: error
@@ -225,5 +216,5 @@ contains
     else
       call fail(error, error_deck, raw%path//': '//message)
     end if
-  end subroutine raw_fault
+  end subroutine raw_mesh_error
 end module qsmpm_raw_mesh

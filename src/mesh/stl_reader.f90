@@ -8,7 +8,7 @@ module qsmpm_stl_reader
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_text, only: string_type, upper, integer_text
-  use qsmpm_text_file, only: text_file_type, open_text, next_words, file_fault, word_real
+  use qsmpm_text_file, only: text_file_type, open_text, next_words, file_error, word_real
   implicit none
   private
 
@@ -59,7 +59,6 @@ contains
 
   !> Triangles of a binary file: normal, three corners and two bytes each.
   pure subroutine read_binary(file, count, facets, error)
-    !> The file.
     type(text_file_type), intent(in) :: file
     !> Number of triangles.
     integer, intent(in) :: count
@@ -88,7 +87,6 @@ contains
 
   !> Triangles of an ASCII file.
   subroutine read_ascii(file, facets, error)
-    !> The file.
     type(text_file_type), intent(inout) :: file
     !> Corners (3, 3, n).
     real(wp), allocatable, intent(out) :: facets(:, :, :)
@@ -106,16 +104,16 @@ contains
       call next_words(file, words, more)
       if (.not. more) exit
       lines = lines + 1
-      if (lines == 1 .and. upper(words(1)%text) /= 'SOLID') call file_fault(file, &
+      if (lines == 1 .and. upper(words(1)%text) /= 'SOLID') call file_error(file, &
         "the file is no STL: it neither begins with 'solid' nor has the length of a binary file", error)
       if (allocated(error)) return
       if (upper(words(1)%text) == 'VERTEX') call add_corner(file, words, corners, n, error)
-      if (upper(words(1)%text) == 'ENDFACET' .and. mod(n, 3) /= 0) call file_fault(file, &
+      if (upper(words(1)%text) == 'ENDFACET' .and. mod(n, 3) /= 0) call file_error(file, &
         'a facet has three corners, each on a line of its own that begins with vertex', error)
       if (allocated(error)) return
     end do
     allocate (facets, source=reshape(corners(:, :n - mod(n, 3)), [3, 3, n/3]))
-    if (mod(n, 3) /= 0) call file_fault(file, 'the file ends inside of a facet', error)
+    if (mod(n, 3) /= 0) call file_error(file, 'the file ends inside of a facet', error)
   end subroutine read_ascii
 
   !> A corner out of the words of a line.
@@ -127,13 +125,12 @@ contains
     !> Corners so far (3, room) and their number.
     real(wp), allocatable, intent(inout) :: corners(:, :)
     integer, intent(inout) :: n
-    !> What is wrong.
     type(error_type), allocatable, intent(inout) :: error
     real(wp), allocatable :: longer(:, :)
     integer :: i
 
     if (size(words) /= 4) then
-      call file_fault(file, 'a vertex has three coordinates', error)
+      call file_error(file, 'a vertex has three coordinates', error)
       return
     end if
     if (n == size(corners, 2)) then

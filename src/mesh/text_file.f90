@@ -10,7 +10,7 @@ module qsmpm_text_file
   private
 
   public :: text_file_type, open_text, next_line, next_words, words_of, unquoted, bytes_left, &
-    file_fault, word_integer, word_label, word_real
+    file_error, word_integer, word_label, word_real
 
   !> A file read as a whole, and where the reader stands.
   type :: text_file_type
@@ -135,7 +135,6 @@ contains
 
   !> Bytes behind the reader.
   pure function bytes_left(file) result(bytes)
-    !> The file.
     type(text_file_type), intent(in) :: file
     integer(long) :: bytes
 
@@ -143,22 +142,19 @@ contains
   end function bytes_left
 
   !> Error at the line read last.
-  pure subroutine file_fault(file, message, error)
-    !> The file.
+  pure subroutine file_error(file, message, error)
     type(text_file_type), intent(in) :: file
-    !> What is wrong.
     character(len=*), intent(in) :: message
     !> `path:line: message`.
     type(error_type), allocatable, intent(out) :: error
 
     call fail(error, error_deck, file%path//':'//integer_text(file%line)//': '//message)
-  end subroutine file_fault
+  end subroutine file_error
 
   !> A whole number out of a word.
   pure subroutine word_integer(file, word, value, error)
     !> The file, for the message.
     type(text_file_type), intent(in) :: file
-    !> The word.
     character(len=*), intent(in) :: word
     !> The number.
     integer, intent(out) :: value
@@ -168,14 +164,13 @@ contains
 
     call read_integer(word, value, outcome)
     if (outcome /= number_good .and. .not. allocated(error)) &
-      call file_fault(file, "'"//word//"' is not a whole number", error)
+      call file_error(file, "'"//word//"' is not a whole number", error)
   end subroutine word_integer
 
   !> A label, that is a positive whole number, out of a word.
   pure subroutine word_label(file, word, value, error)
     !> The file, for the message.
     type(text_file_type), intent(in) :: file
-    !> The word.
     character(len=*), intent(in) :: word
     !> The label.
     integer, intent(out) :: value
@@ -184,14 +179,13 @@ contains
 
     call word_integer(file, word, value, error)
     if (value < 1 .and. .not. allocated(error)) &
-      call file_fault(file, "'"//word//"' is not a positive label", error)
+      call file_error(file, "'"//word//"' is not a positive label", error)
   end subroutine word_label
 
   !> A number out of a word.
   pure subroutine word_real(file, word, value, error)
     !> The file, for the message.
     type(text_file_type), intent(in) :: file
-    !> The word.
     character(len=*), intent(in) :: word
     !> The number.
     real(wp), intent(out) :: value
@@ -201,6 +195,6 @@ contains
 
     call read_real(word, value, outcome)
     if (outcome /= number_good .and. .not. allocated(error)) &
-      call file_fault(file, "'"//word//"' is not a number", error)
+      call file_error(file, "'"//word//"' is not a number", error)
   end subroutine word_real
 end module qsmpm_text_file

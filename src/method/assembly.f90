@@ -11,7 +11,7 @@
 module qsmpm_assembly
   !$ use omp_lib, only: omp_get_max_threads, omp_get_thread_num
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_slot_type, moment_type, tangent_none, status_ok
+  use qsmpm_law, only: law_slot_type, step_info_type, tangent_none, status_ok
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type, group_of
   use qsmpm_equations, only: equations_type, add_block
@@ -48,7 +48,7 @@ module qsmpm_assembly
     real(wp) :: bad_share = 0.0_wp
     character(len=:), allocatable :: bad_message
     !> When the step takes place, for the laws.
-    type(moment_type) :: moment
+    type(step_info_type) :: step_info
     !> Blocks of the groups of a chunk (dimension*most nodes squared, groups), each packed as
     !> (dimension, nodes, dimension, nodes); of all groups when there is no matrix to add them to.
     real(wp), allocatable :: block(:, :)
@@ -64,7 +64,6 @@ contains
   !> Size the arrays for a set of integration points; arrays of the right size are kept.
   subroutine prepare_evaluation(integration, dimension, node_count, keep_results, keep_blocks, evaluation, &
       keep_gradients)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -109,7 +108,6 @@ contains
 
   !> Room for the results of some points.
   pure subroutine size_results(integration, count, results)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Number of points whose results are kept.
     integer, intent(in) :: count
@@ -126,9 +124,8 @@ contains
   end subroutine size_results
 
   !> Stresses, internal forces and, when asked for, stiffness: added to a matrix when there is one.
-  subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_patch, matrix, &
+  subroutine evaluate(integration, points, laws, displacement, tangent, evaluation, equations, first_stencil, matrix, &
     prescribed)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
     type(points_type), intent(in) :: points
@@ -142,7 +139,7 @@ contains
     type(evaluation_type), intent(inout) :: evaluation
     !> The equations, the patch that is the first group, and the matrix to add to.
     type(equations_type), intent(in), optional :: equations
-    integer, intent(in), optional :: first_patch
+    integer, intent(in), optional :: first_stencil
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted, most of them zero (dimension, node_count).
     real(wp), intent(in), optional :: prescribed(:, :)
@@ -154,7 +151,7 @@ contains
     me = 1
     !$ me = omp_get_thread_num() + 1
     call allocate_work(integration, laws, size(displacement, 1), tangent, evaluation%work(me))
-    evaluation%work(me)%batch%moment = evaluation%moment
+    evaluation%work(me)%batch%step_info = evaluation%step_info
     do start = 1, integration%group_count, size(evaluation%block, 2)
       last = min(integration%group_count, start + size(evaluation%block, 2) - 1)
       !$omp do schedule(dynamic, 4)
@@ -165,7 +162,7 @@ contains
       end do
       !$omp end do
       !$omp single
-      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_patch, matrix, &
+      call add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_stencil, matrix, &
         prescribed)
       !$omp end single
       if (evaluation%bad_point > 0) exit
@@ -178,9 +175,7 @@ contains
   !> What the law says of the first point that it could not update: it is asked again, because another thread may
   !> have asked it something else since. The share of the step is the smallest that any point has asked for.
   subroutine ask_why(integration, points, laws, displacement, tangent, evaluation)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
@@ -236,9 +231,8 @@ contains
   end subroutine begin
 
   !> Add forces and blocks of a chunk of groups, in their order.
-  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_patch, matrix, &
+  subroutine add_chunk(integration, start, last, displacement, tangent, evaluation, equations, first_stencil, matrix, &
     prescribed)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> The groups.
     integer, intent(in) :: start
@@ -251,7 +245,7 @@ contains
     type(evaluation_type), intent(inout) :: evaluation
     !> The equations, the patch that is the first group, and the matrix.
     type(equations_type), intent(in), optional :: equations
-    integer, intent(in), optional :: first_patch
+    integer, intent(in), optional :: first_stencil
     type(sparse_matrix_type), intent(inout), optional :: matrix
     !> Displacements whose linear force is wanted.
     real(wp), intent(in), optional :: prescribed(:, :)
@@ -275,7 +269,7 @@ contains
         end do
         evaluation%work_size = evaluation%work_size + abs(work)
         if (tangent == tangent_none) cycle
-        if (present(matrix)) call add_packed(equations, first_patch + g - 1, d, n, &
+        if (present(matrix)) call add_packed(equations, first_stencil + g - 1, d, n, &
           evaluation%block(1, k), matrix)
         if (present(prescribed)) call add_product(nodes, d, n, evaluation%block(1, k), prescribed, &
           evaluation%linear_force)
@@ -284,19 +278,16 @@ contains
   end subroutine add_chunk
 
   !> Add a group's block, unpacked by shape.
-  subroutine add_packed(equations, patch, dimension, n, block, matrix)
-    !> The equations.
+  subroutine add_packed(equations, stencil, dimension, n, block, matrix)
     type(equations_type), intent(in) :: equations
     !> The patch, 2 or 3, and the number of nodes.
-    integer, intent(in) :: patch
+    integer, intent(in) :: stencil
     integer, intent(in) :: dimension
     integer, intent(in) :: n
-    !> Its block.
     real(wp), intent(in) :: block(dimension, n, dimension, n)
-    !> The matrix.
     type(sparse_matrix_type), intent(inout) :: matrix
 
-    call add_block(equations, patch, block, matrix)
+    call add_block(equations, stencil, block, matrix)
   end subroutine add_packed
 
   !> Product of a group's block with displacements of its nodes; nothing when these are zero.
@@ -305,7 +296,6 @@ contains
     integer, intent(in) :: nodes(:)
     integer, intent(in) :: dimension
     integer, intent(in) :: n
-    !> Its block.
     real(wp), intent(in) :: block(dimension, n, dimension, n)
     !> (dimension, node_count)
     real(wp), intent(in) :: displacement(:, :)

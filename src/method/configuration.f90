@@ -6,7 +6,7 @@ module qsmpm_configuration
   use qsmpm_body_quadrature, only: body_quadrature_type, choose_sources
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_domains, only: domains_type, place_domains, touch_cells
-  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type, activate
   use qsmpm_integration, only: integration_type, place_of, measure_cells
   use qsmpm_model, only: model_type
   use qsmpm_outlines, only: find_bodies
@@ -14,7 +14,7 @@ module qsmpm_configuration
   implicit none
   private
 
-  public :: configuration_type, find_configuration, forget_configuration
+  public :: configuration_type, find_configuration, reset_configuration
 
   type :: configuration_type
     type(activation_type) :: activation
@@ -108,10 +108,10 @@ contains
   end subroutine lump_volumes
 
   !> Throw away what is as long as a mesh that is no more.
-  subroutine forget_configuration(configuration)
+  subroutine reset_configuration(configuration)
     type(configuration_type), intent(inout) :: configuration
 
     if (allocated(configuration%volumes)) deallocate (configuration%volumes)
     if (allocated(configuration%lumped)) deallocate (configuration%lumped)
-  end subroutine forget_configuration
+  end subroutine reset_configuration
 end module qsmpm_configuration

@@ -1,5 +1,5 @@
 !> The convective phase (paper, section 3.3): the material points are updated by the displacement of
-!> the step, the mesh is reset, and house-keeping finds the points again.
+!> the step, the mesh is reset, and point location finds the points again.
 !>
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
 !> Omega det F; under the pressure of a group det F includes the volume change found there), also
@@ -13,13 +13,13 @@ module qsmpm_convection
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_space, only: space_type, place_type, value_at, refresh_space
+  use qsmpm_space, only: space_type, shape_values_type, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, point_displacement
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
   use qsmpm_surface_basis, only: turn_areas
-  use qsmpm_house_keeping, only: activation_type, relocate
+  use qsmpm_point_location, only: activation_type, relocate
   use qsmpm_model_window, only: follow_material
   use qsmpm_moving_rows, only: scale_rows, is_tangled
   implicit none
@@ -101,7 +101,7 @@ contains
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     class(carried_type), intent(inout) :: carried
-    type(place_type) :: place
+    type(shape_values_type) :: place
     integer :: i
 
     do i = 1, carried%count
@@ -153,7 +153,6 @@ contains
 
   !> Mean displacement of the plate along the axis of the moving mesh.
   function plate_displacement(model, displacement) result(move)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
@@ -169,7 +168,7 @@ contains
     end do
   end function plate_displacement
 
-  !> House-keeping: owner cells of everything that rides.
+  !> Point location: owner cells of everything that rides.
   subroutine find_again(mesh, cell_size, state, error)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: cell_size

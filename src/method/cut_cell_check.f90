@@ -7,7 +7,8 @@
 !>   d_a  =  sum over integration points of V grad N_a  -  integral of N_a n over the outline  =  0
 !>
 !> With the mean stress around the node, sigma_a, sigma_a d_a is the force out of balance in a state that is in
-!> equilibrium. It is told as a share: its norm over all nodes over that of the tractions on the outline, sigma_a times
+!> equilibrium. It is reported as a share: its norm over all nodes over that of the tractions on the outline, sigma_a
+!> times
 !> the integral. At a surface without load it counts as little as the stress there. In axisymmetry the hoop stress is
 !> taken for the radial one. Figures: docs/methods/bodies.md.
 module qsmpm_cut_cell_check
@@ -16,9 +17,9 @@ module qsmpm_cut_cell_check
   use qsmpm_configuration, only: configuration_type
   use qsmpm_text, only: real_text
   use qsmpm_model, only: model_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
-  use qsmpm_space, only: place_type, functions_at, node_position
+  use qsmpm_space, only: shape_values_type, functions_at, node_position
   use qsmpm_body_quadrature, only: body_quadrature_type
   use qsmpm_outlines, only: find_bodies, seed_outlines
   use qsmpm_seed_list, only: seed_list_type
@@ -29,10 +30,10 @@ module qsmpm_cut_cell_check
 
   public :: cut_cell_check_type, measure_cut_cells, warn_of_cut_cells, end_cut_cell_check
 
-  !> Violation from which it is told: at 1.1 % the stress of the turned block is 2.8 % off with GIMP.
-  real(wp), parameter :: worth_a_warning = 0.004_wp
+  !> Violation from which it is reported: at 1.1 % the stress of the turned block is 2.8 % off with GIMP.
+  real(wp), parameter :: warned_from = 0.004_wp
 
-  !> What has been seen and told so far; outlives the step.
+  !> What has been seen and reported so far; outlives the step.
   type :: cut_cell_check_type
     !> Violation in this step, and where it is largest (dimension).
     real(wp) :: share = 0.0_wp
@@ -43,8 +44,8 @@ module qsmpm_cut_cell_check
     logical, allocatable :: lost(:)
     !> Largest violation of the phase, and whether one is told; bodies whose lost outline is told (bodies).
     real(wp) :: worst = 0.0_wp
-    logical :: told = .false.
-    logical, allocatable :: lost_told(:)
+    logical :: warned = .false.
+    logical, allocatable :: lost_reported(:)
   end type cut_cell_check_type
 
 contains
@@ -129,7 +130,7 @@ contains
     type(body_quadrature_type), intent(in) :: bodies
     real(wp), intent(out) :: sums(:, :)
     type(seed_list_type) :: list
-    type(place_type) :: place
+    type(shape_values_type) :: place
     integer :: i, a
 
     sums = 0.0_wp
@@ -198,8 +199,8 @@ contains
     call warn_of_lost(model, check%lost, .false., 'How far stresses beside it are off is not measured any more', &
       check, observer)
     check%worst = max(check%worst, check%share)
-    if (check%told .or. .not. check%share > worth_a_warning) return
-    check%told = .true.
+    if (check%warned .or. .not. check%share > warned_from) return
+    check%warned = .true.
     call observer%note('warning: '//violation_text(check%share)//', most at '//place_text(check%place)// &
       ': stresses beside the outline are off by several times as much; '//trim(merge( &
       'the material can yield, and INTEGRATION=CELL follows the outline of elastic bodies only', &
@@ -218,26 +219,25 @@ contains
     class(observer_type), intent(inout) :: observer
     integer :: k
 
-    if (.not. allocated(check%lost_told)) allocate (check%lost_told(size(lost)), source=.false.)
+    if (.not. allocated(check%lost_reported)) allocate (check%lost_reported(size(lost)), source=.false.)
     do k = 1, size(model%outlines)
       associate (b => model%outlines(k)%body)
-        if (.not. lost(b) .or. check%lost_told(b) .or. (model%outlines(k)%integrates .neqv. integrates)) cycle
-        check%lost_told(b) = .true.
+        if (.not. lost(b) .or. check%lost_reported(b) .or. (model%outlines(k)%integrates .neqv. integrates)) cycle
+        check%lost_reported(b) = .true.
         call observer%note("warning: the outline of body '"//model%analysis%bodies(b)%name//"' has folded: its "// &
           'volume is no longer that of the material points. '//consequence)
       end associate
     end do
   end subroutine warn_of_lost
 
-  !> Tell the worst violation of a phase, where one was told.
+  !> Report the worst violation of a phase, where one was reported.
   subroutine end_cut_cell_check(phase, check, observer)
-    !> Its name.
     character(len=*), intent(in) :: phase
     type(cut_cell_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
 
-    if (check%told) call observer%note("warning: phase '"//phase//"': "//violation_text(check%worst)//' at the most')
-    check%told = .false.
+    if (check%warned) call observer%note("warning: phase '"//phase//"': "//violation_text(check%worst)//' at the most')
+    check%warned = .false.
     check%worst = 0.0_wp
   end subroutine end_cut_cell_check
 

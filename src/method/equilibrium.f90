@@ -13,7 +13,7 @@
 module qsmpm_equilibrium
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_kinds, only: wp
-  use qsmpm_stopwatch, only: turn_to, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
+  use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
@@ -80,9 +80,9 @@ module qsmpm_equilibrium
     !> it was not taken; set by whoever looks at it.
     real(wp) :: step_error = 0.0_wp
     logical :: too_long = .false.
-    !> Share of the step that a law would rather have been asked for; 0 for no opinion.
+    !> Share of the step that a law would rather have been asked for; 0 when not set.
     real(wp) :: share = 0.0_wp
-    !> A law is out of order: no smaller step will help.
+    !> A law has failed: no smaller step will help.
     logical :: broken = .false.
     !> Node with the largest residual, its label and place.
     integer :: worst_node = 0
@@ -250,7 +250,7 @@ contains
     if (step%equations%count == 0) return
     factorised = step%system%factorisations
     if (.not. keep_factors) call factorise(step, solution%displacement, error)
-    call turn_to(step%profile%watch, part_solves)
+    call switch_timer(step%profile%watch, part_solves)
     rhs = residual
     if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
       call linear_force(step, correction, reaction)
@@ -258,7 +258,7 @@ contains
     end if
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
       digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
-    call turn_to(step%profile%watch, part_control)
+    call switch_timer(step%profile%watch, part_control)
     if (step%system%factorisations > factorised) &
       call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     if (allocated(error)) then
@@ -279,9 +279,9 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(error_type), allocatable, intent(out) :: error
 
-    call turn_to(step%profile%watch, part_assembly)
+    call switch_timer(step%profile%watch, part_assembly)
     call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
-    call turn_to(step%profile%watch, part_factorisation)
+    call switch_timer(step%profile%watch, part_factorisation)
     call factorise_system(step%system, step%matrix, error)
   end subroutine factorise
 
@@ -392,7 +392,8 @@ contains
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
 
-    call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%patches, solution%shares)
+    call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
+      solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
     call gather(step%equations, force, transient)
     solution%undamped_out_of_balance = relative(norm2(residual + transient), solution%load_norm)

@@ -42,7 +42,6 @@ contains
 
   !> Room for the largest group; what is there already stays.
   subroutine allocate_work(integration, laws, dimension, tangent, work)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> Laws of the materials.
     type(law_slot_type), intent(in) :: laws(:)
@@ -53,14 +52,14 @@ contains
     !> The work space.
     type(work_type), intent(inout) :: work
     integer :: most, nodes, components
-    logical :: cured
+    logical :: treated
 
     most = maxval([0, integration%first(2:) - integration%first(:integration%group_count)])
     nodes = maxval([0, integration%node_first(2:) - integration%node_first(:integration%group_count)])
     components = merge(5, 9, dimension == 2)
-    cured = any(laws%pressure_factor > 0.0_wp)
+    treated = any(laws%pressure_factor > 0.0_wp)
     call allocate_products(dimension, integration%directions, most, nodes, tangent /= tangent_none, work%products)
-    if ((tangent /= tangent_none .or. cured) .and. .not. allocated(work%batch%tangent)) &
+    if ((tangent /= tangent_none .or. treated) .and. .not. allocated(work%batch%tangent)) &
       allocate (work%batch%tangent(components, components, most))
     if (allocated(work%u)) return
     allocate (work%u(dimension*nodes))
@@ -71,13 +70,12 @@ contains
       allocate (batch%status(most), batch%plastic(most))
       allocate (batch%number(most), batch%cell(most), batch%place(dimension, most), batch%cell_size(most))
     end associate
-    if (cured) call allocate_pressure(components, most, dimension*nodes, &
+    if (treated) call allocate_pressure(components, most, dimension*nodes, &
       components == 9 .or. integration%axisymmetric, work%pressure)
   end subroutine allocate_work
 
   !> One group: runs of points of equal material go to their law together.
   subroutine evaluate_group(integration, points, laws, displacement, tangent, group, work, results, force, block, bad)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> The material points, with the start state of those that are integrated at.
     type(points_type), intent(in) :: points
@@ -134,13 +132,13 @@ contains
     !> First point that could not be updated, 0 for none.
     integer, intent(out) :: bad
     integer :: n, m, b, count
-    logical :: cured
+    logical :: treated
 
     n = integration%node_first(group + 1) - integration%node_first(group)
     m = integration%directions
     count = to - from + 1
     b = m*(integration%value_first(group) + (from - integration%first(group))*n) + 1
-    cured = slot%pressure_factor > 0.0_wp .and. count > 1
+    treated = slot%pressure_factor > 0.0_wp .and. count > 1
     work%batch%count = count
     associate (batch => work%batch, tensor => work%products%tensor, weight => integration%weight(from:to))
       call find_gradients(d, m, n, count, work%u, integration%gradient(b), tensor)
@@ -148,7 +146,7 @@ contains
       call load_states(integration, points, from, batch)
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
-      if (cured) then
+      if (treated) then
         call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
       else
         call slot%law%update(batch, tangent)
@@ -161,7 +159,7 @@ contains
       if (tangent == tangent_none) return
       call add_stiffness(d, m, n, count, slot%law%symmetric .or. tangent == tangent_elastic, weight, &
         integration%gradient(b), batch%tangent, work%products, block)
-      if (cured) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
+      if (treated) call add_pressure_stiffness(d, m, n, count, weight, integration%gradient(b), tensor, work%pressure, &
         block)
     end associate
   end subroutine evaluate_run
@@ -191,7 +189,6 @@ contains
 
   !> Incremental deformation gradients of a run of points.
   pure subroutine load_gradients(integration, d, from, tensor, batch)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> 2 or 3, and the first point.
     integer, intent(in) :: d
@@ -216,9 +213,7 @@ contains
 
   !> Start states of a run of points: those of material points, or the Gauss points' own.
   pure subroutine load_states(integration, points, from, batch)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The material points.
     type(points_type), intent(in) :: points
     !> The first point.
     integer, intent(in) :: from
@@ -252,9 +247,7 @@ contains
 
   !> Where a run of points is.
   pure subroutine load_places(integration, points, group, from, batch)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The material points.
     type(points_type), intent(in) :: points
     !> The group, and the first point.
     integer, intent(in) :: group

@@ -60,7 +60,6 @@ contains
     integer, intent(in) :: points
     !> Displacement of the nodes (dimension, n).
     real(wp), intent(in) :: u(dimension*n)
-    !> G.
     real(wp), intent(in) :: gradient(n*directions*points)
     !> u_i,j.
     real(wp), intent(inout) :: tensor(dimension*directions*points)
@@ -79,7 +78,6 @@ contains
     real(wp), intent(in) :: weight(:)
     !> Q packed as a gradient (5 or 9, points or more).
     real(wp), intent(in) :: packed(:, :)
-    !> G.
     real(wp), intent(in) :: gradient(n*directions*points)
     !> Scratch.
     real(wp), intent(inout) :: tensor(dimension, directions, points)
@@ -104,11 +102,9 @@ contains
     !> Number of nodes and of points.
     integer, intent(in) :: n
     integer, intent(in) :: points
-    !> A is symmetric.
     logical, intent(in) :: symmetric
     !> V (points).
     real(wp), intent(in) :: weight(points)
-    !> G.
     real(wp), intent(in) :: gradient(n*directions, points)
     !> A (5 or 9, 5 or 9, points or more).
     real(wp), contiguous, intent(in) :: tangent(:, :, :)
@@ -159,11 +155,9 @@ contains
     integer, intent(in) :: pair(:, :)
     !> V.
     real(wp), intent(in) :: weight(points)
-    !> G.
     real(wp), intent(in) :: gradient(n, directions, points)
     !> A.
     real(wp), intent(in) :: tangent(5, 5, points)
-    !> S.
     real(wp), intent(out) :: scaled(n, size(pair, 2), directions, points)
     real(wp) :: first, second, hoop
     integer :: q, l, p, i, column
@@ -197,11 +191,9 @@ contains
     integer, intent(in) :: pair(:, :)
     !> V.
     real(wp), intent(in) :: weight(points)
-    !> G.
     real(wp), intent(in) :: gradient(n, 3, points)
     !> A.
     real(wp), intent(in) :: tangent(9, 9, points)
-    !> S.
     real(wp), intent(out) :: scaled(n, size(pair, 2), 3, points)
     real(wp) :: a(3)
     integer :: q, l, p, i, column
@@ -229,7 +221,6 @@ contains
     logical, intent(in) :: symmetric
     !> K.
     real(wp), intent(in) :: stiffness(n, size(pair, 2), n)
-    !> The block.
     real(wp), intent(inout) :: block(dimension, n, dimension, n)
     integer :: a, b, p, i, k
 
@@ -258,13 +249,11 @@ contains
     integer, intent(in) :: points
     !> V (points).
     real(wp), intent(in) :: weight(:)
-    !> G.
     real(wp), intent(in) :: gradient(n*directions*points)
     !> Scratch.
     real(wp), intent(inout) :: tensor(dimension*directions*points)
     !> r, l and k of the points; its vectors and corrections are overwritten.
     type(pressure_type), intent(inout) :: pressure
-    !> The block.
     real(wp), intent(inout) :: block(dimension*n, dimension*n)
     integer :: b
 

@@ -7,7 +7,7 @@
 !>
 !> K0 stresses have no shear stress: they balance level layers and nothing else. Under a slope, or below an interface
 !> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
-!> nor those of a ground that has been loaded. So such ground is refused. It is told by the move max|u|, as a share of
+!> nor those of a ground that has been loaded. So such ground is refused. It is judged by the move max|u|, as a share of
 !> max|u_w|, gamma H^2/2M on level ground: the norm of r alone is as large where the rule of a cell does not integrate
 !> a linear stress, which moves the ground a little and hurts nobody.
 module qsmpm_initial_balance
@@ -34,7 +34,7 @@ module qsmpm_initial_balance
   public :: check_initial_balance, measure_balance, balance_type
 
   !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
-  real(wp), parameter :: worth_a_warning = 1.0e-3_wp, refused = 1.0e-2_wp
+  real(wp), parameter :: warned_from = 1.0e-3_wp, refused = 1.0e-2_wp
   !> The level is that of the bodies up to this share of the height.
   real(wp), parameter :: same_level = 1.0e-9_wp
   !> Residual that an iterated solution may leave.
@@ -75,7 +75,7 @@ contains
       ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
     if (.not. balance%move > refused) then
       kind = ''
-      if (balance%move > worth_a_warning) kind = 'warning: '
+      if (balance%move > warned_from) kind = 'warning: '
       call observer%note(kind//'K0 stresses: '//trim(text))
       return
     end if

@@ -5,20 +5,20 @@
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: newton_modified
-  use qsmpm_configuration, only: configuration_type, find_configuration, forget_configuration
+  use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
   use qsmpm_grid_window, only: window_type, operator(==)
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
-  use qsmpm_stopwatch, only: turn_to, part_initialisation, part_analysis
+  use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
   use qsmpm_unknowns, only: unknowns_type, add_field, join_constraints, most_components, all_nodes
@@ -82,31 +82,31 @@ contains
     type(step_type), intent(inout), target :: step
     !> Failure of the ordering or of the solver's analysis.
     type(error_type), allocatable, intent(out) :: error
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     logical, allocatable :: constrained(:, :)
     logical :: changed
 
-    call turn_to(step%profile%watch, part_initialisation)
-    if (.not. step%window == model%state%window) call forget(step%configuration_type, step%equations)
+    call switch_timer(step%profile%watch, part_initialisation)
+    if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
     step%window = model%state%window
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
-    call prepare_terms(model, step%configuration_type, step%terms, patches)
+    call prepare_terms(model, step%configuration_type, step%terms, connectivity)
     call measure_cut_cells(model, step%configuration_type, integration_of(soil_of(step%terms), &
       step%configuration_type), step%cut)
     call find_unknowns(model, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model, step%terms)
-    call turn_to(step%profile%watch, part_analysis)
-    call number_equations(step%equations, patches, constrained, step%matrix, changed, error)
+    call switch_timer(step%profile%watch, part_analysis)
+    call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error)
     if (allocated(error)) return
     if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
       model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
       model%mesh%dimension, error)
     if (allocated(error)) return
-    call turn_to(step%profile%watch, part_initialisation)
+    call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
 
@@ -144,13 +144,13 @@ contains
   end subroutine note_sizes
 
   !> Throw away what is as long as a mesh that is no more.
-  subroutine forget(configuration, equations)
+  subroutine reset(configuration, equations)
     class(configuration_type), intent(inout) :: configuration
     type(equations_type), intent(inout) :: equations
 
-    call forget_configuration(configuration)
+    call reset_configuration(configuration)
     if (allocated(equations%number)) deallocate (equations%number)
-  end subroutine forget
+  end subroutine reset
 
   !> Whether the matrices of this phase are symmetric: the frozen elastic one always is.
   pure logical function is_symmetric(model, terms)

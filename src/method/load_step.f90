@@ -9,9 +9,9 @@ module qsmpm_load_step
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_finite, only: is_usable, all_usable, unusable
-  use qsmpm_stopwatch, only: turn_to, part_control, part_convection, part_step_error
+  use qsmpm_stopwatch, only: switch_timer, part_control, part_convection, part_step_error
   use qsmpm_analysis, only: controls_type
-  use qsmpm_law, only: moment_type
+  use qsmpm_law, only: step_info_type
   use qsmpm_configuration, only: configuration_type
   use qsmpm_phase_times, only: phase_start_time
   use qsmpm_model, only: model_type, progress_type
@@ -80,7 +80,7 @@ contains
     real(wp), allocatable :: force_before(:, :)
     logical :: undamped
 
-    call turn_to(step%profile%watch, part_control)
+    call switch_timer(step%profile%watch, part_control)
     call set_goal(model, step%configuration_type, attempt, step%terms, force_before, goal, error)
     if (allocated(error)) return
 
@@ -98,9 +98,9 @@ contains
     solution%compliance = compliance_in(step%equations, goal%increment, solution%displacement)
     call take_reactions_and_work(model%loading%constrained, step%equations%active, force_before, solution, &
       model%state%reactions, model%state%progress, error)
-    call turn_to(step%profile%watch, part_convection)
+    call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
-    call turn_to(step%profile%watch, part_control)
+    call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
       call refuse(error, solution)
@@ -152,7 +152,7 @@ contains
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, start_of_step
 
     associate (progress => model%state%progress)
-      call begin_terms(terms, increment_type(moment_type(phase=progress%phase, step=progress%step + 1, &
+      call begin_terms(terms, increment_type(step_info_type(phase=progress%phase, step=progress%step + 1, &
         step_of_phase=progress%phase_steps + 1, start=progress%fraction, &
         duration=attempt%fraction - progress%fraction, &
         phase_start=phase_start_time(model%analysis%phases, progress%phase), &
@@ -201,7 +201,6 @@ contains
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
   subroutine check_nodes(model, name, values, error)
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=*), intent(in) :: name
     !> Values at the nodes (dimension, node_count).
@@ -262,15 +261,14 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_error_type) :: errors
 
-    call turn_to(step%profile%watch, part_step_error)
+    call switch_timer(step%profile%watch, part_step_error)
     call measure_step_error(model, step, solution%displacement, errors, error)
-    call turn_to(step%profile%watch, part_control)
+    call switch_timer(step%profile%watch, part_control)
     if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
   end subroutine measure_length_error
 
   !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
   subroutine name_worst_node(model, solution)
-    !> The model.
     type(model_type), intent(in) :: model
     !> What was reached.
     type(solution_type), intent(inout) :: solution

@@ -9,7 +9,7 @@
 !> scatter, so that weight is none. Figures: docs/methods/uniform_pressure.md.
 module qsmpm_locking_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: cure_none
+  use qsmpm_analysis, only: locking_none
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
@@ -20,7 +20,7 @@ module qsmpm_locking_check
   public :: check_locking, pressure_scatter
 
   !> Scatter that is worth a warning: above 1 loads are a fifth to a third too high, below this by less than a tenth.
-  real(wp), parameter :: worth_a_warning = 0.5_wp
+  real(wp), parameter :: warned_from = 0.5_wp
   !> Points whose shear stress is a smaller share of their pressure yield in compression.
   real(wp), parameter :: least_shear = 0.05_wp
   !> Degree of the smooth stress.
@@ -37,11 +37,11 @@ contains
     integer :: m
 
     do m = 1, size(model%laws)
-      if (model%analysis%materials(m)%cure /= cure_none) cycle
+      if (model%analysis%materials(m)%locking_treatment /= locking_none) cycle
       scatter = pressure_scatter(model, m)
       differ = 'pressures of neighbouring points that yield differ by '// &
         real_text(real(nint(100.0_wp*scatter), wp)/100.0_wp)//' of their shear stress'
-      if (scatter > worth_a_warning) then
+      if (scatter > warned_from) then
         call observer%note("warning: material '"//model%analysis%materials(m)%name//"' locks: "//differ// &
           ', and loads near failure come out too high, by 20 to 30 % where that is above 1; ask for '// &
           '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, or take smaller cells')
@@ -56,7 +56,7 @@ contains
     type(model_type), intent(in) :: model
     !> Number of the material.
     integer, intent(in) :: material
-    type(patches_type) :: patches
+    type(patches_type) :: connectivity
     type(smooth_stress_type) :: smooth
     real(wp) :: stress(size(model%state%points%stress, 1)), spread, shear
     logical :: looked_at(model%state%points%count)
@@ -67,8 +67,8 @@ contains
       looked_at = points%material == material .and. &
         (points%plastic > 0 .or. .not. model%laws(material)%law%tells_yield)
       if (.not. any(looked_at)) return
-      call make_patches(model%mesh, points, patches)
-      call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, material, linear, smooth)
+      call make_patches(model%mesh, points, connectivity)
+      call fit_smooth_stress(model%mesh, model%state%coordinates, connectivity, points, material, linear, smooth)
       spread = 0.0_wp
       shear = 0.0_wp
       do p = 1, points%count

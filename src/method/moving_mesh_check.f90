@@ -12,7 +12,7 @@ module qsmpm_moving_mesh_check
   use qsmpm_mesh, only: mesh_type
   use qsmpm_points, only: points_type
   use qsmpm_model, only: model_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_observer, only: observer_type
   implicit none
   private
@@ -22,7 +22,7 @@ module qsmpm_moving_mesh_check
   !> Share of the points that may have crossed faces before it is told.
   real(wp), parameter :: few_crossings = 0.01_wp
 
-  !> What has been seen and told so far.
+  !> What has been seen and reported so far.
   type :: moving_mesh_check_type
     !> Number of empty cells last told.
     integer :: empty_told = 0
@@ -41,7 +41,6 @@ contains
     type(activation_type), intent(in) :: activation
     !> Follows.
     type(moving_mesh_check_type), intent(inout) :: check
-    !> Listener of the run.
     class(observer_type), intent(inout) :: observer
 
     if (.not. model%analysis%moving_mesh%active) return
@@ -97,7 +96,6 @@ contains
 
   !> Cells without points that have active cells before and behind them along an axis.
   pure function empty_cells(mesh, axis, active) result(cells)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Axis along which rows move.
     integer, intent(in) :: axis
@@ -148,7 +146,6 @@ contains
 
   !> Mean of the corners of a cell.
   pure function centre_of(mesh, cell) result(centre)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell

@@ -13,7 +13,7 @@ module qsmpm_observer
 
   !> How an accepted step went.
   type :: step_record_type
-    !> Share of the phase that the step starts from.
+    !> Load fraction that the step starts from.
     real(wp) :: start = 0.0_wp
     !> Newton iterations of all solves of the step, holds and proximal sub-steps included.
     integer :: iterations = 0
@@ -63,37 +63,27 @@ module qsmpm_observer
   abstract interface
     subroutine accepted_interface(self, model, record, error)
       import :: observer_type, model_type, step_record_type, error_type
-      !> The listener.
       class(observer_type), intent(inout) :: self
-      !> The model.
       type(model_type), intent(in) :: model
-      !> How the step went.
       type(step_record_type), intent(in) :: record
-      !> What went wrong, unallocated when nothing did.
       type(error_type), allocatable, intent(out) :: error
     end subroutine accepted_interface
 
     subroutine phase_done_interface(self, model, error)
       import :: observer_type, model_type, error_type
-      !> The listener.
       class(observer_type), intent(inout) :: self
-      !> The model.
       type(model_type), intent(in) :: model
-      !> What went wrong, unallocated when nothing did.
       type(error_type), allocatable, intent(out) :: error
     end subroutine phase_done_interface
 
     subroutine note_interface(self, text)
       import :: observer_type
-      !> The listener.
       class(observer_type), intent(inout) :: self
-      !> The text.
       character(len=*), intent(in) :: text
     end subroutine note_interface
 
     logical function stop_interface(self)
       import :: observer_type
-      !> The listener.
       class(observer_type), intent(inout) :: self
     end function stop_interface
   end interface
@@ -112,13 +102,9 @@ contains
 
   !> Ignore an accepted step.
   subroutine silent_accepted(self, model, record, error)
-    !> The listener.
     class(silent_observer_type), intent(inout) :: self
-    !> The model.
     type(model_type), intent(in) :: model
-    !> How the step went.
     type(step_record_type), intent(in) :: record
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     associate (unused => self, unused_model => model, unused_record => record)
@@ -127,11 +113,8 @@ contains
 
   !> Ignore the end of a phase.
   subroutine silent_phase_done(self, model, error)
-    !> The listener.
     class(silent_observer_type), intent(inout) :: self
-    !> The model.
     type(model_type), intent(in) :: model
-    !> What went wrong, unallocated when nothing did.
     type(error_type), allocatable, intent(out) :: error
 
     associate (unused => self, unused_model => model)
@@ -140,9 +123,7 @@ contains
 
   !> Ignore a note.
   subroutine silent_note(self, text)
-    !> The listener.
     class(silent_observer_type), intent(inout) :: self
-    !> The text.
     character(len=*), intent(in) :: text
 
     associate (unused => self, unused_text => text)
@@ -151,7 +132,6 @@ contains
 
   !> Never ask to stop.
   logical function silent_stop_requested(self)
-    !> The listener.
     class(silent_observer_type), intent(inout) :: self
 
     associate (unused => self)

@@ -10,7 +10,7 @@ module qsmpm_phase_report
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
-  use qsmpm_loose_pieces, only: describe_loose_pieces
+  use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
@@ -140,13 +140,13 @@ contains
     type(outcome_type), intent(in) :: outcome
     character(len=:), allocatable :: message
     character(len=200) :: text
-    character(len=:), allocatable :: loose
+    character(len=:), allocatable :: unsupported
 
     write (text, '(a,es13.6,a)') "': no equilibrium beyond load factor ", model%state%progress%load_factor, ': '
     message = "phase '"//phase%name//trim(text)//' '//outcome%reason
-    call describe_loose_pieces(model, step, loose)
-    if (len(loose) > 0) then
-      message = message//'; '//loose
+    call describe_unsupported_parts(model, step, unsupported)
+    if (len(unsupported) > 0) then
+      message = message//'; '//unsupported
     else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then
       ! Without a stress there is no residual, and none is named where equilibrium was found.
       write (text, '(a,es9.2,a,i0,a,3(1x,es11.4))') '; out of balance ', outcome%out_of_balance, ', most at node ', &

@@ -6,7 +6,7 @@ module qsmpm_phases
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_histories, only: take_histories
-  use qsmpm_hold_test, only: test_hold
+  use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_limit_load, only: is_found, limit_loads, limit_text
@@ -23,111 +23,111 @@ module qsmpm_phases
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
-  use qsmpm_stopwatch, only: turn_to, part_control, part_output
+  use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_term_share, only: share_named, stabilisation_share
   implicit none
   private
 
-  public :: march_type, begin_march, march_step, end_phase, end_march, is_finished, error_stopped
+  public :: step_loop_type, begin_step_loop, advance_step_loop, end_phase, end_step_loop, is_finished, error_stopped
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
-  type :: march_type
+  type :: step_loop_type
     !> Scratch of the step: pattern and factors of the equations, times.
     type(step_type) :: step
     !> The loads of the present phase are in force.
     logical :: begun = .false.
     !> The observer knows that the present phase has ended.
-    logical :: told = .false.
+    logical :: end_notified = .false.
     !> Load fraction of the phase that no step goes beyond.
     real(wp) :: limit = 1.0_wp
     type(phase_report_type) :: report
     !> Who solves: the method, unless a test has put a script here.
     class(step_solver_type), allocatable :: solver
-  end type march_type
+  end type step_loop_type
 
 contains
 
   !> Make ready to step on from where the model stands.
-  subroutine begin_march(model, profile, march)
+  subroutine begin_step_loop(model, profile, loop)
     type(model_type), intent(inout) :: model
     !> Time and work so far.
     type(run_profile_type), intent(in) :: profile
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
 
-    call begin_analysis(model, march%step%terms)
-    march%report%window = model%state%window
-    march%step%profile = profile
-    march%begun = .false.
-    march%told = .false.
-    if (.not. allocated(march%solver)) allocate (load_step_type :: march%solver)
-    call turn_to(march%step%profile%watch, part_control)
-  end subroutine begin_march
+    call begin_analysis(model, loop%step%terms)
+    loop%report%window = model%state%window
+    loop%step%profile = profile
+    loop%begun = .false.
+    loop%end_notified = .false.
+    if (.not. allocated(loop%solver)) allocate (load_step_type :: loop%solver)
+    call switch_timer(loop%step%profile%watch, part_control)
+  end subroutine begin_step_loop
 
   !> Give back what the solver holds, and the times.
-  subroutine end_march(march, profile)
-    type(march_type), intent(inout) :: march
+  subroutine end_step_loop(loop, profile)
+    type(step_loop_type), intent(inout) :: loop
     !> Time and work of the run.
     type(run_profile_type), intent(inout) :: profile
 
-    call end_system(march%step%system)
-    call turn_to(march%step%profile%watch, part_control)
-    profile = march%step%profile
-  end subroutine end_march
+    call end_system(loop%step%system)
+    call switch_timer(loop%step%profile%watch, part_control)
+    profile = loop%step%profile
+  end subroutine end_step_loop
 
   !> Whether the last phase has ended and the observer knows.
-  pure logical function is_finished(model, march)
+  pure logical function is_finished(model, loop)
     type(model_type), intent(in) :: model
-    type(march_type), intent(in) :: march
+    type(step_loop_type), intent(in) :: loop
 
     is_finished = model%state%progress%phase > size(model%analysis%phases)
-    if (model%state%progress%phase == size(model%analysis%phases)) is_finished = march%begun .and. march%told
+    if (model%state%progress%phase == size(model%analysis%phases)) is_finished = loop%begun .and. loop%end_notified
   end function is_finished
 
   !> One accepted step: the first one of a phase begins it, the last one ends it. Where a run is resumed at the
   !> end of the last phase, the observer is only notified of that.
-  subroutine march_step(model, march, observer, error)
+  subroutine advance_step_loop(model, loop, observer, error)
     type(model_type), intent(inout) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     !> The state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. march%begun) call begin_or_resume(model, march, observer, error)
+    if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model%state%progress)) then
-      if (.not. march%told) call end_phase(model, march, observer, error)
+      if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
       if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
       call need_whole_load(model, error)
       if (allocated(error)) return
       model%state%progress%phase = model%state%progress%phase + 1
-      march%told = .false.
-      call enter_phase(model, march, observer, error)
+      loop%end_notified = .false.
+      call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    call reach_step(model, march, model%analysis%phases(model%state%progress%phase), observer, error)
+    call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error)) then
-      call report_phase(model, march%step%cut, march%report, observer)
+      call report_phase(model, loop%step%cut, loop%report, observer)
     else if (phase_is_complete(model%state%progress)) then
-      call end_phase(model, march, observer, error)
+      call end_phase(model, loop, observer, error)
     end if
-  end subroutine march_step
+  end subroutine advance_step_loop
 
   !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
-  subroutine begin_or_resume(model, march, observer, error)
+  subroutine begin_or_resume(model, loop, observer, error)
     type(model_type), intent(inout) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
     if (model%state%progress%fraction > 0.0_wp) then
       call resume_phase(model)
     else
-      call enter_phase(model, march, observer, error)
+      call enter_phase(model, loop, observer, error)
     end if
-    march%begun = .not. allocated(error)
+    loop%begun = .not. allocated(error)
   end subroutine begin_or_resume
 
   !> A phase that has ended at its limit load carries no other.
@@ -144,49 +144,49 @@ contains
   end subroutine need_whole_load
 
   !> Begin the current phase; initial stresses must be in equilibrium.
-  subroutine enter_phase(model, march, observer, error)
+  subroutine enter_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     !> Initial stresses out of balance.
     type(error_type), allocatable, intent(out) :: error
 
     call start_phase(model)
-    march%report%lag_warned = .false.
+    loop%report%lag_warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind == initial_k0) then
-        call check_initial_balance(model, march%step, phase, observer, error)
+        call check_initial_balance(model, loop%step, phase, observer, error)
         if (allocated(error)) return
         call warn_of_initial_strength(model, observer)
       end if
     end associate
-    call turn_to(march%step%profile%watch, part_output)
+    call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_begun(model, error)
-    call turn_to(march%step%profile%watch, part_control)
+    call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
 
   !> Notify the observer that the phase has ended.
-  subroutine end_phase(model, march, observer, error)
+  subroutine end_phase(model, loop, observer, error)
     type(model_type), intent(in) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    march%told = .true.
-    call report_phase(model, march%step%cut, march%report, observer)
+    loop%end_notified = .true.
+    call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
         limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
     end associate
-    call turn_to(march%step%profile%watch, part_output)
+    call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
-    call turn_to(march%step%profile%watch, part_control)
+    call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
 
   !> Try until a step is accepted, or the limit load found.
-  subroutine reach_step(model, march, phase, observer, error)
+  subroutine reach_step(model, loop, phase, observer, error)
     type(model_type), intent(inout) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
@@ -199,26 +199,26 @@ contains
         call fail(error, error_stopped, 'stopped on request')
         return
       end if
-      call plan_step(phase%controls, march%limit, model%state%progress, length, last)
+      call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
       if (is_found(model%state%progress%limit)) return
       record = step_record_type()
-      call take_step(model, march%step, march%solver, phase, last, observer, record, outcome, error)
+      call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) exit
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
-        call fail(error, outcome%cause, failure_text(model, march%step, phase, outcome))
+        call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
         return
       end if
       call observer%note('increment cut back: '//outcome%reason)
     end do
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-    march%step%profile%steps = march%step%profile%steps + 1
-    call complete_record(model, march%step, record)
-    call warn_of_lag(outcome%warning, march%report, observer)
-    call notify_step(model, march, record, observer, error)
-    if (.not. allocated(error)) call test_hold(model, march%step, march%solver, phase, observer, error)
+    loop%step%profile%steps = loop%step%profile%steps + 1
+    call complete_record(model, loop%step, record)
+    call warn_of_lag(outcome%warning, loop%report, observer)
+    call notify_step(model, loop, record, observer, error)
+    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
   end subroutine reach_step
 
   !> Points, equations and histories at the end of an accepted step.
@@ -234,18 +234,18 @@ contains
   end subroutine complete_record
 
   !> Notify the observer of an accepted step.
-  subroutine notify_step(model, march, record, observer, error)
+  subroutine notify_step(model, loop, record, observer, error)
     type(model_type), intent(in) :: model
-    type(march_type), intent(inout) :: march
+    type(step_loop_type), intent(inout) :: loop
     type(step_record_type), intent(in) :: record
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    call turn_to(march%step%profile%watch, part_output)
-    call report_step(model, march%step, march%report, observer)
+    call switch_timer(loop%step%profile%watch, part_output)
+    call report_step(model, loop%step, loop%report, observer)
     call observer%accepted(model, record, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
-      march%report, observer)
-    call turn_to(march%step%profile%watch, part_control)
+      loop%report, observer)
+    call switch_timer(loop%step%profile%watch, part_control)
   end subroutine notify_step
 end module qsmpm_phases

@@ -10,7 +10,7 @@ module qsmpm_recovered_gradient
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, element_order, local_nodes, max_nodes
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_law, only: law_slot_type
   use qsmpm_integration, only: integration_type, place_of
   implicit none
@@ -29,9 +29,7 @@ contains
   !> Displacement gradients of the step at the points: recovered ones in full cells, those of the
   !> functions elsewhere and in materials whose cells share a pressure.
   pure subroutine recover_gradients(mesh, activation, volumes, laws, displacement, at_points)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)
@@ -70,9 +68,7 @@ contains
 
   !> Means of the cells' gradients at the nodes.
   pure subroutine nodal_gradients(mesh, activation, volumes, displacement, nodal)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: volumes(:)

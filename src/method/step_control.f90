@@ -32,16 +32,16 @@ module qsmpm_step_control
   use qsmpm_limit_load, only: compliance_type, limit_load_type, compliance_of
   use qsmpm_model, only: model_type
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_term_share, only: step_share_type, share_named, load_share_named, drag_share, stabilisation_share
+  use qsmpm_term_share, only: step_share_type, share_named, load_share_named, damping_share, stabilisation_share
   implicit none
   private
 
-  public :: outcome_type, damping_type
+  public :: outcome_type, substep_damping_type
   public :: largest_move, static_attempt, substep_attempt, hold_attempt, hold_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, lacks_support, reject, reject_solve
-  public :: is_balanced, judge_stabilisation, judge_compliance, exceeds
+  public :: is_balanced, judge_stabilisation, reject_compliant, exceeds
 
   !> Residual allowed in damped sub-steps, at the least (docs/methods/proximal.md).
   real(wp), parameter :: substep_residual = 1.0e-3_wp
@@ -53,7 +53,7 @@ module qsmpm_step_control
   !> Length in ds_1 above which a step is not damped. Under prescribed displacements a shorter step is the better help.
   real(wp), parameter :: longest_damped = 1.0_wp + 1.0e-9_wp, longest_damped_prescribed = 0.3_wp
   !> Re-equilibration near a limit load takes more iterations; its stabilisation is not weaker than this share.
-  integer, parameter :: more_in_holds = 3
+  integer, parameter :: more_at_constant_load = 3
   real(wp), parameter :: weakest = 1.0e-6_wp
   !> The smallest step is so up to this share of it: round-off.
   real(wp), parameter :: same_length = 1.0e-9_wp
@@ -84,13 +84,13 @@ module qsmpm_step_control
   end type outcome_type
 
   !> Damping of the sub-steps of a step.
-  type :: damping_type
+  type :: substep_damping_type
     !> alpha, force per volume and displacement.
     real(wp) :: value = 0.0_wp
     !> Share of the load that it carried in the last sub-step that converged, and below which it is left out.
     real(wp) :: share = huge(1.0_wp)
     real(wp) :: quiet = 0.0_wp
-  end type damping_type
+  end type substep_damping_type
 
 contains
 
@@ -120,7 +120,7 @@ contains
     integer, intent(in) :: number
 
     attempt = static_attempt(controls, fraction, start, move)
-    attempt%stabilisation = max(weakest, controls%hold_fade**number)
+    attempt%stabilisation = max(weakest, controls%stabilisation_fade**number)
   end function hold_attempt
 
   !> Controls of a re-equilibration.
@@ -128,19 +128,19 @@ contains
     type(controls_type), intent(in) :: controls
 
     hold_controls = controls
-    hold_controls%max_iterations = more_in_holds*controls%max_iterations
+    hold_controls%max_iterations = more_at_constant_load*controls%max_iterations
   end function hold_controls
 
   !> The next sub-step: a static solve once the damping carries little. Its residual is that of the deck only where the
   !> damping is nearly gone.
   pure type(attempt_type) function substep_attempt(controls, damping, fraction, start, move) result(attempt)
     type(controls_type), intent(in) :: controls
-    type(damping_type), intent(in) :: damping
+    type(substep_damping_type), intent(in) :: damping
     real(wp), intent(in) :: fraction, start, move
 
     attempt = static_attempt(controls, fraction, start, move)
     if (is_static(damping)) return
-    if (damping%share >= controls%drag_share) attempt%tolerance = max(controls%tolerance, substep_residual)
+    if (damping%share >= controls%damping_share) attempt%tolerance = max(controls%tolerance, substep_residual)
     attempt%damping = damping%value
     attempt%largest_move = large_move*move
   end function substep_attempt
@@ -188,7 +188,7 @@ contains
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
 
-    is_dampable = controls%proximal .and. model%analysis%method%basis /= basis_fem
+    is_dampable = controls%damping .and. model%analysis%method%basis /= basis_fem
   end function is_dampable
 
   !> Whether sub-steps may help a static step to this load fraction that was rejected.
@@ -205,34 +205,34 @@ contains
   end function may_be_damped
 
   !> Damping of the first sub-step: that of the step before, or one that balances the whole load at the largest move.
-  pure type(damping_type) function first_damping(controls, before, force, lumped, move) result(damping)
+  pure type(substep_damping_type) function first_damping(controls, before, force, lumped, move) result(damping)
     type(controls_type), intent(in) :: controls
     !> alpha of the step before, 0 for none.
     real(wp), intent(in) :: before
     !> Internal force (dimension, nodes), lumped volume of the nodes (nodes), d.
     real(wp), intent(in) :: force(:, :), lumped(:), move
 
-    damping = damping_type(before, quiet=controls%drag_share)
+    damping = substep_damping_type(before, quiet=controls%damping_share)
     if (.not. before > 0.0_wp) damping%value = norm2(force)/(move*max(norm2(lumped), tiny(move)))
   end function first_damping
 
   !> Whether the damping carries little enough to be left out.
   pure logical function is_static(damping)
-    type(damping_type), intent(in) :: damping
+    type(substep_damping_type), intent(in) :: damping
 
     is_static = damping%share < damping%quiet
   end function is_static
 
   !> Whether no damping helps: without a force there is nothing to damp, and beyond the largest nothing moves.
   pure logical function is_beyond_help(damping)
-    type(damping_type), intent(in) :: damping
+    type(substep_damping_type), intent(in) :: damping
 
     is_beyond_help = .not. (damping%value > 0.0_wp .and. damping%value <= largest_damping)
   end function is_beyond_help
 
   !> After a sub-step that was rejected.
   pure subroutine damp_more(damping)
-    type(damping_type), intent(inout) :: damping
+    type(substep_damping_type), intent(inout) :: damping
 
     if (is_static(damping)) then
       damping%quiet = next_static*damping%share
@@ -246,9 +246,9 @@ contains
     type(controls_type), intent(in) :: controls
     type(solution_type), intent(in) :: solution
     real(wp), intent(in) :: move
-    type(damping_type), intent(inout) :: damping
+    type(substep_damping_type), intent(inout) :: damping
 
-    damping%share = load_share_named(solution%shares, drag_share)
+    damping%share = load_share_named(solution%shares, damping_share)
     if (solution%iterations <= controls%few_iterations .and. solution%largest_move < small_move*move) then
       damping%value = damping_shrinks*damping%value
     else if (solution%largest_move > move) then
@@ -280,7 +280,7 @@ contains
     !> Re-equilibrations so far.
     integer, intent(in) :: taken
 
-    must_equilibrate = .not. is_quiet(controls, shares) .and. taken < controls%max_holds
+    must_equilibrate = .not. is_quiet(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
   !> Reject a step whose stabilisation carries too much.
@@ -297,7 +297,7 @@ contains
   end subroutine judge_stabilisation
 
   !> Reject a step that is more compliant than LIMIT COMPLIANCE allows.
-  pure subroutine judge_compliance(controls, step, limit, outcome)
+  pure subroutine reject_compliant(controls, step, limit, outcome)
     type(controls_type), intent(in) :: controls
     type(compliance_type), intent(in) :: step
     type(limit_load_type), intent(in) :: limit
@@ -309,7 +309,7 @@ contains
       ' times as compliant as the first one'
     call reject(trim(text), outcome)
     outcome%at_limit = .true.
-  end subroutine judge_compliance
+  end subroutine reject_compliant
 
   !> Whether a step is too compliant to be accepted.
   pure logical function exceeds(step, limit, allowed)

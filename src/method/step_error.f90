@@ -1,5 +1,5 @@
 !> What the length of a step costs: the difference between the step as taken and its deformation walked
-!> in two halves (qsmpm_halved_law), in stress and in position.
+!> in two halves (qsmpm_half_step_law), in stress and in position.
 !>
 !>   path       e_s = 2 |sigma_2 - sigma_1| / |sigma_1|, norms over the volume
 !>   position   e_u = 2 max |K^-1 (f_1 - f_2)| / max |u|, u the displacement of the step
@@ -12,7 +12,7 @@ module qsmpm_step_error
   use qsmpm_error, only: error_type
   use qsmpm_finite, only: all_usable, is_usable
   use qsmpm_law, only: law_slot_type, tangent_none, tangent_consistent
-  use qsmpm_halved_law, only: halved_law_type, make_halved_law
+  use qsmpm_half_step_law, only: half_step_law_type, make_half_step_law
   use qsmpm_model, only: model_type
   use qsmpm_integration, only: integration_type
   use qsmpm_initialisation, only: step_type
@@ -42,7 +42,6 @@ contains
 
   !> Errors of a step in equilibrium that has not been taken yet.
   subroutine measure_step_error(model, step, displacement, errors, error)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated and factorised.
     type(step_type), intent(inout), target :: step
@@ -61,8 +60,8 @@ contains
     soil => soil_of(step%terms)
     integration => integration_of(soil, step%configuration_type)
     call halve(model%laws, halved)
-    whole%moment = soil%evaluation%moment
-    walk%moment = soil%evaluation%moment
+    whole%step_info = soil%evaluation%step_info
+    walk%step_info = soil%evaluation%step_info
     call walk_along(integration, model, model%laws, displacement, whole)
     call walk_along(integration, model, halved, displacement, walk)
     if (.not. (whole%ok .and. walk%ok)) then
@@ -82,9 +81,7 @@ contains
   !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
   !> preconditioner, by the present matrix.
   subroutine respond_to(model, step, displacement, residual, move, error)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(inout) :: step
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
@@ -110,11 +107,11 @@ contains
     type(law_slot_type), intent(in) :: laws(:)
     !> The same in halves.
     type(law_slot_type), intent(out) :: halved(:)
-    type(halved_law_type) :: law
+    type(half_step_law_type) :: law
     integer :: m
 
     do m = 1, size(laws)
-      call make_halved_law(laws(m)%law, law)
+      call make_half_step_law(laws(m)%law, law)
       allocate (halved(m)%law, source=law)
       halved(m)%pressure_factor = laws(m)%pressure_factor
     end do
@@ -122,11 +119,8 @@ contains
 
   !> Stresses and forces at the end of the step by some laws.
   subroutine walk_along(integration, model, laws, displacement, evaluation)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The laws.
     type(law_slot_type), intent(in) :: laws(:)
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)

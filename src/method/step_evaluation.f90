@@ -6,7 +6,7 @@ module qsmpm_step_evaluation
   use qsmpm_initialisation, only: step_type
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_evaluation
-  use qsmpm_stopwatch, only: turn_to, part_control, part_evaluation
+  use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
   use qsmpm_term, only: role_external, role_internal, role_numerical
   use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces, evaluated_points
   implicit none
@@ -28,10 +28,10 @@ contains
     !> Displacements whose linear force is wanted (components, nodes).
     real(wp), intent(in), optional :: prescribed(:, :)
 
-    call turn_to(step%profile%watch, part_evaluation)
+    call switch_timer(step%profile%watch, part_evaluation)
     call evaluate_terms(step%terms, model, step%configuration_type, displacement, tangent, step%equations, &
       step%matrix, step%failure, prescribed)
-    call turn_to(step%profile%watch, part_control)
+    call switch_timer(step%profile%watch, part_control)
     call count_evaluation(step%profile, evaluated_points(step%terms))
     if (step%failure%failed) return
     call sum_forces(step%terms, role_external, displacement, step%forces%external)

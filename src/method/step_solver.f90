@@ -14,7 +14,7 @@ module qsmpm_step_solver
 
   !> One solve that is asked for.
   type :: attempt_type
-    !> Share of the phase to be reached; the present one holds the load.
+    !> Load fraction to be reached; the present one holds the load.
     real(wp) :: fraction = 0.0_wp
     !> Out-of-balance allowed (eq. 27).
     real(wp) :: tolerance = 0.0_wp
@@ -24,7 +24,7 @@ module qsmpm_step_solver
     real(wp) :: largest_move = huge(1.0_wp)
     !> Factor on the stabilisation.
     real(wp) :: stabilisation = 1.0_wp
-    !> Share of the phase that the step starts from: its load increment is counted from there.
+    !> Load fraction that the step starts from: its load increment is counted from there.
     real(wp) :: start = 0.0_wp
   end type attempt_type
 
@@ -40,7 +40,6 @@ module qsmpm_step_solver
       import :: step_solver_type, model_type, step_type, controls_type, attempt_type, solution_type, error_type
       class(step_solver_type), intent(inout) :: self
       type(model_type), intent(inout) :: model
-      !> Scratch of the step.
       type(step_type), intent(inout) :: step
       type(controls_type), intent(in) :: controls
       type(attempt_type), intent(in) :: attempt

@@ -11,8 +11,9 @@ module qsmpm_stepping
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_pushed_material, only: check_following
-  use qsmpm_step_control, only: outcome_type, damping_type, adapt_damping, damp_more, first_damping, hold_attempt, &
-    hold_controls, is_balanced, is_beyond_help, is_dampable, judge_compliance, judge_stabilisation, lacks_support, &
+  use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
+    hold_attempt, &
+    hold_controls, is_balanced, is_beyond_help, is_dampable, reject_compliant, judge_stabilisation, lacks_support, &
     largest_move, may_be_damped, must_equilibrate, reject, reject_solve, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_term_share, only: add_solves
@@ -90,7 +91,7 @@ contains
       call add_solves(solution%shares, record%shares)
       call add_compliance(solution%compliance, record%compliance)
       record%largest_move = max(record%largest_move, solution%largest_move)
-      call judge_compliance(controls, record%compliance, model%state%progress%limit, outcome)
+      call reject_compliant(controls, record%compliance, model%state%progress%limit, outcome)
     else
       record%rejected = record%rejected + 1
       call reject_solve(solution, outcome)
@@ -133,12 +134,12 @@ contains
     type(outcome_type), intent(inout) :: outcome
     type(error_type), allocatable, intent(out) :: error
     type(solution_type) :: solution
-    type(damping_type) :: damping
+    type(substep_damping_type) :: damping
     real(wp) :: move
     integer :: substep
 
     move = largest_move(model, controls)
-    damping = first_damping(controls, model%state%progress%proximal, step%forces%internal, step%lumped, move)
+    damping = first_damping(controls, model%state%progress%damping, step%forces%internal, step%lumped, move)
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &
@@ -148,7 +149,7 @@ contains
         record%substeps = record%substeps + 1
         outcome%accepted = is_balanced(controls, solution%undamped_out_of_balance) .and. .not. outcome%at_limit
         if (outcome%accepted .or. outcome%at_limit) return
-        model%state%progress%proximal = damping%value
+        model%state%progress%damping = damping%value
         call adapt_damping(controls, solution, move, damping)
       else
         call damp_more(damping)

@@ -9,8 +9,8 @@ module qsmpm_surface_basis
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type
-  use qsmpm_space, only: place_type
+  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_space, only: shape_values_type
   use qsmpm_tensor, only: cofactor, identity
   implicit none
   private
@@ -19,7 +19,7 @@ module qsmpm_surface_basis
 
   type :: surface_basis_type
     !> Connectivity, one list a point.
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     !> Basis functions (most nodes, points) and their gradients; the third row is N/r in axisymmetry and zero in
     !> plane strain (3, most nodes, points).
     real(wp), allocatable :: shape(:, :), gradient(:, :, :)
@@ -35,7 +35,7 @@ contains
     type(configuration_type), intent(in) :: configuration
     !> Numbers of the surface points.
     integer, intent(in) :: points(:)
-    type(place_type), allocatable, intent(out) :: place(:)
+    type(shape_values_type), allocatable, intent(out) :: place(:)
     integer :: k
 
     allocate (place(size(points)))
@@ -46,26 +46,26 @@ contains
   end subroutine places_of
 
   !> Their node lists and values.
-  subroutine set_patches(place, patches, shape)
-    type(place_type), intent(in) :: place(:)
-    type(patches_type), intent(out) :: patches
+  subroutine set_patches(place, connectivity, shape)
+    type(shape_values_type), intent(in) :: place(:)
+    type(connectivity_type), intent(out) :: connectivity
     !> (most nodes, points)
     real(wp), allocatable, intent(out) :: shape(:, :)
     integer :: k, n
 
-    patches%count = size(place)
-    allocate (patches%first(size(place) + 1))
-    patches%first(1) = 1
+    connectivity%count = size(place)
+    allocate (connectivity%first(size(place) + 1))
+    connectivity%first(1) = 1
     do k = 1, size(place)
-      patches%first(k + 1) = patches%first(k) + place(k)%count
+      connectivity%first(k + 1) = connectivity%first(k) + place(k)%count
     end do
     n = 0
     if (size(place) > 0) n = maxval(place%count)
-    allocate (patches%nodes(patches%first(size(place) + 1) - 1))
+    allocate (connectivity%nodes(connectivity%first(size(place) + 1) - 1))
     allocate (shape(n, size(place)), source=0.0_wp)
     do k = 1, size(place)
       n = place(k)%count
-      patches%nodes(patches%first(k):patches%first(k + 1) - 1) = place(k)%node(:n)
+      connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1) = place(k)%node(:n)
       shape(:n, k) = place(k)%shape(:n)
     end do
   end subroutine set_patches
@@ -77,11 +77,11 @@ contains
     !> Numbers of the surface points.
     integer, intent(in) :: points(:)
     type(surface_basis_type), intent(out) :: basis
-    type(place_type), allocatable :: place(:)
+    type(shape_values_type), allocatable :: place(:)
     integer :: k, n
 
     call places_of(model, configuration, points, place)
-    call set_patches(place, basis%patches, basis%shape)
+    call set_patches(place, basis%connectivity, basis%shape)
     allocate (basis%gradient(3, size(basis%shape, 1), size(points)), basis%area(3, size(points)), source=0.0_wp)
     associate (surface => model%state%surface, d => model%mesh%dimension)
       do k = 1, size(points)
@@ -117,9 +117,9 @@ contains
 
     d = size(displacement, 1)
     f = identity
-    first = basis%patches%first(k)
-    do a = 1, basis%patches%first(k + 1) - first
-      associate (u => displacement(:, basis%patches%nodes(first + a - 1)))
+    first = basis%connectivity%first(k)
+    do a = 1, basis%connectivity%first(k + 1) - first
+      associate (u => displacement(:, basis%connectivity%nodes(first + a - 1)))
         do j = 1, d
           f(:d, j) = f(:d, j) + u*basis%gradient(j, a, k)
         end do

@@ -34,7 +34,6 @@ contains
   subroutine find_pressure(law, resistance, weight, tangent, batch, pressure)
     !> The law of the points.
     class(law_type), intent(in) :: law
-    !> c.
     real(wp), intent(in) :: resistance
     !> Start volumes V (n).
     real(wp), intent(in) :: weight(:)

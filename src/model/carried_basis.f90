@@ -7,9 +7,9 @@ module qsmpm_carried_basis
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_space, only: space_type, place_type, functions_at
+  use qsmpm_space, only: space_type, shape_values_type, functions_at
   use qsmpm_points, only: carried_type, points_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   implicit none
   private
 
@@ -19,20 +19,16 @@ contains
 
   !> The functions that carry a place.
   subroutine basis_at(mesh, space, activation, points, carried, i, place)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> The material points.
     type(points_type), intent(in) :: points
     !> What rides on the mesh.
     class(carried_type), intent(in) :: carried
     !> Which of the carried places.
     integer, intent(in) :: i
     !> The functions there.
-    type(place_type), intent(inout) :: place
+    type(shape_values_type), intent(inout) :: place
     real(wp) :: local(mesh%dimension)
     logical :: ok
     integer :: cell
@@ -48,7 +44,6 @@ contains
 
   !> Material point nearest to a place; the first of equally near ones.
   pure function nearest_point(points, x) result(nearest)
-    !> The material points.
     type(points_type), intent(in) :: points
     !> Place (dimension).
     real(wp), intent(in) :: x(:)

@@ -20,7 +20,6 @@ contains
 
   !> True when the mesh may be a part of the grid.
   pure logical function is_windowed(analysis)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
 
     is_windowed = analysis%mesh%kind == mesh_grid .and. analysis%mesh%windowed
@@ -30,7 +29,6 @@ contains
 
   !> Cells that must be there on each side of the material.
   pure integer function least_margin(analysis)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
 
     select case (analysis%method%basis)
@@ -47,7 +45,6 @@ contains
 
   !> Cells that a new window leaves on each side: two more than it must, or a tenth of the body.
   pure function usual_margin(analysis, extent) result(margin)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Cells of the body along each axis (3).
     integer, intent(in) :: extent(3)
@@ -60,11 +57,8 @@ contains
 
   !> Window of the bodies of the deck; the whole grid where their extent is not known beforehand.
   subroutine first_window(analysis, grid, window)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
-    !> Its grid.
     type(grid_type), intent(in) :: grid
-    !> The window.
     type(window_type), intent(out) :: window
     type(window_type) :: whole, part
     real(wp) :: low(3), high(3)
@@ -107,9 +101,7 @@ contains
 
   !> Box around a body, as far as the deck tells.
   subroutine limits(analysis, body, low, high, known)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
-    !> The body.
     type(body_type), intent(in) :: body
     !> Corners of the box (3).
     real(wp), intent(out) :: low(3), high(3)
@@ -150,12 +142,10 @@ contains
 
   !> The rows of a moving mesh are all there, and some of its plate.
   pure subroutine take_plate(analysis, grid, whole, window)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> The grid, and all of its cells.
     type(grid_type), intent(in) :: grid
     type(window_type), intent(in) :: whole
-    !> The window.
     type(window_type), intent(inout) :: window
     type(window_type) :: part
     integer :: s

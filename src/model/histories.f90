@@ -14,9 +14,7 @@ contains
 
   !> Values of all histories in the deck's order.
   subroutine take_histories(model, values)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Values.
     real(wp), allocatable, intent(out) :: values(:)
     integer :: i
 
@@ -28,7 +26,6 @@ contains
 
   !> One history before scaling.
   function history_value(model, i) result(value)
-    !> The model.
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
     real(wp) :: value

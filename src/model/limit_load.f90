@@ -26,11 +26,11 @@ module qsmpm_limit_load
   type :: limit_load_type
     !> Compliance of the first accepted step of the phase and of the last one [length/force].
     real(wp) :: first = 0.0_wp, last = 0.0_wp
-    !> Middle of the last accepted step, as a share of the phase.
+    !> Middle of the last accepted step, as a load fraction.
     real(wp) :: middle = 0.0_wp
-    !> Smallest share of the phase that was rejected for its compliance, 0 for none; compliance and middle of that step.
+    !> Smallest load fraction that was rejected for its compliance, 0 for none; compliance and middle of that step.
     real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
-    !> Share of the phase at the knee, 0 until the limit load is found.
+    !> Load fraction at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
   end type limit_load_type
 
@@ -98,7 +98,7 @@ contains
   !> Load factors between which the limit load lies, carried and refused, and that of the knee; zeros until it is found.
   pure function limit_loads(limit, fraction, load_factor) result(loads)
     type(limit_load_type), intent(in) :: limit
-    !> Share of the phase done, and load factor at the end of the phase.
+    !> Load fraction done, and load factor at the end of the phase.
     real(wp), intent(in) :: fraction, load_factor
     real(wp) :: loads(3)
 

@@ -26,20 +26,20 @@ module qsmpm_model
     integer :: step = 0
     !> Accepted steps in this phase.
     integer :: phase_steps = 0
-    !> Share of the phase done, 0 to 1, and load factor of the phase.
+    !> Load fraction done, 0 to 1, and load factor of the phase.
     real(wp) :: fraction = 0.0_wp
     real(wp) :: load_factor = 0.0_wp
-    !> Next step as a share of the phase, 0 = not chosen yet.
+    !> Next step as a load fraction, 0 = not chosen yet.
     real(wp) :: next_step = 0.0_wp
     !> Remembered coefficient of the proximal term, 0 = not chosen yet.
-    real(wp) :: proximal = 0.0_wp
+    real(wp) :: damping = 0.0_wp
     !> The last equilibrium was found without a line search, which had failed.
     logical :: whole_corrections = .false.
     !> Work of external loads and of stresses so far.
     real(wp) :: external_work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp
     !> Hold tests of this phase already done.
-    integer :: hold_tests_done = 0
+    integer :: constant_load_tests_done = 0
     !> Share of the released forces that a phase ended early has left at its end.
     real(wp) :: release_left = 0.0_wp
     !> Compliance of the phase and its limit load.
@@ -104,7 +104,7 @@ module qsmpm_model
     type(state_type) :: state
     type(loading_type) :: loading
     !> How often the mesh has been laid around the material anew.
-    integer :: windows_laid = 0
+    integer :: windows_built = 0
     !> Typical cell size: the smallest of the active cells at the start.
     real(wp) :: cell_size = 0.0_wp
     !> Surface of each traction carried by material points: those points and their areas.

@@ -6,7 +6,7 @@ module qsmpm_model_bodies
     grid_degree
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad8, hex20
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_points, carried_type, place_of
@@ -30,11 +30,9 @@ module qsmpm_model_bodies
 contains
 
   !> Seed all bodies.
-  subroutine make_points(model, faults)
-    !> The model.
+  subroutine make_points(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
     integer :: b, before, known
@@ -43,30 +41,29 @@ contains
     do b = 1, size(model%analysis%bodies)
       associate (body => model%analysis%bodies(b))
         before = list%count
-        known = faults%count
-        model%shapes(b) = shape_of(model, body, faults)
-        if (faults%count > known) cycle
+        known = diagnostics%count
+        model%shapes(b) = shape_of(model, body, diagnostics)
+        if (diagnostics%count > known) cycle
         call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(b), b, &
           body%points_per_element, places_for(model), grid_degree(model%analysis%method%basis), list, error)
         if (allocated(error)) then
-          call add_fault(faults, body%where, '*BODY', error%message)
+          call add_diagnostic(diagnostics, body%where, '*BODY', error%message)
         else if (list%count == before) then
-          call add_fault(faults, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
+          call add_diagnostic(diagnostics, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
         else
-          call tell_outside(model, model%shapes(b), body%name, sum(list%volume(before + 1:list%count)))
+          call report_outside(model, model%shapes(b), body%name, sum(list%volume(before + 1:list%count)))
         end if
       end associate
     end do
-    if (faults%count > 0) return
+    if (diagnostics%count > 0) return
     call points_from_seeds(model, list)
-    call check_overlap(model, faults)
+    call check_overlap(model, diagnostics)
   end subroutine make_points
 
   !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
   !> its place is that of its radius: only Gauss points integrate r grad N and N exactly (at the axis the
   !> middles of equal pieces miss a uniform stress by 11 %).
   pure integer function places_for(model) result(places)
-    !> The model.
     type(model_type), intent(in) :: model
 
     places = seed_even
@@ -75,7 +72,7 @@ contains
   end function places_for
 
   !> Note that a part of a body lies outside of the mesh.
-  subroutine tell_outside(model, shape, name, held)
+  subroutine report_outside(model, shape, name, held)
     type(model_type), intent(inout) :: model
     type(body_shape_type), intent(in) :: shape
     character(len=*), intent(in) :: name
@@ -101,13 +98,11 @@ contains
     write (share, '(f12.1)') 100.0_wp*(1.0_wp - held/drawn)
     model%notes = model%notes//"warning: body '"//name//"': "//trim(adjustl(share))// &
       ' % of it lies outside of the mesh and is left out'//new_line('a')
-  end subroutine tell_outside
+  end subroutine report_outside
 
   !> Material points from the seeds: unstressed, at their places.
   subroutine points_from_seeds(model, list)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> The seeds.
     type(seed_list_type), intent(in) :: list
     integer :: p, states, m
     real(wp), allocatable :: zero(:)
@@ -138,7 +133,6 @@ contains
 
   !> Number of a body's material; the deck has checked that it exists.
   pure function material_number(model, body) result(number)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Number of the body.
     integer, intent(in) :: body
@@ -153,9 +147,7 @@ contains
 
   !> Cells, local coordinates and positions of seeds.
   pure subroutine place_seeds(model, list, carried)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The seeds.
     type(seed_list_type), intent(in) :: list
     !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
@@ -173,11 +165,10 @@ contains
   end subroutine place_seeds
 
   !> No cell may hold more than its volume at the start; where one holds less, not every method will do.
-  subroutine check_overlap(model, faults)
+  subroutine check_overlap(model, diagnostics)
     !> The model; gets a note.
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
     integer :: p, last
 
@@ -187,15 +178,14 @@ contains
       held(model%state%points%cell(p)) = held(model%state%points%cell(p)) + model%state%points%volume(p)
     end do
     last = size(model%analysis%bodies)
-    if (any(held > overfull*volumes)) call add_fault(faults, model%analysis%bodies(last)%where, '*BODY', &
+    if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
       'bodies overlap: an element holds more material than its volume')
-    if (any(held > 0.0_wp .and. held < cut*volumes)) call tell_inexact(model)
+    if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)
   end subroutine check_overlap
 
   !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure
   !> (verification/cases/turned_block.toml).
-  subroutine tell_inexact(model)
-    !> The model.
+  subroutine report_inexact(model)
     type(model_type), intent(inout) :: model
     character(len=:), allocatable :: share
 
@@ -212,5 +202,5 @@ contains
     model%notes = model%notes//'warning: a body ends inside elements, where this method does not hold a uniform '// &
       'stress: '//share//' off at the edge of a block turned in its grid; SPLINE2G, INTEGRATION=CELL with '// &
       'splines, TRI6 and WEDGE15 do (docs/methods/bodies.md)'//new_line('a')
-  end subroutine tell_inexact
+  end subroutine report_inexact
 end module qsmpm_model_bodies

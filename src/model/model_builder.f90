@@ -1,13 +1,13 @@
 !> From the description of an analysis to a model: mesh, sets, laws, bodies, surfaces, histories.
 !>
 !> Every name is resolved here and every fault names the place in the deck; several faults of one
-!> deck are told together, one a line.
+!> deck are reported together, one a line.
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    basis_gimp, cure_none, cure_auto, initial_k0, cure_uniform_pressure, usual_factor, mesh_grid
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, usual_factor, mesh_grid
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
@@ -42,13 +42,12 @@ contains
   !> Build the model of an analysis.
   subroutine build_model(analysis, model, error, own)
     type(analysis_type), intent(in) :: analysis
-    !> The model.
     type(model_type), intent(out) :: model
     !> error_deck with one fault a line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
     !> Laws of an embedding program, in the place of those of the deck where allocated (materials).
     type(law_slot_type), intent(in), optional :: own(:)
-    type(fault_list_type) :: faults
+    type(diagnostics_type) :: diagnostics
 
     model%analysis = analysis
     call fill_defaults(model)
@@ -57,18 +56,18 @@ contains
       model%analysis%method_reason//new_line('a')
     if (model%analysis%mesh%kind == mesh_grid) &
       call first_window(model%analysis, grid_of(model%analysis), model%state%window)
-    call make_mesh(model, faults)
-    if (faults%count == 0) call make_sets(model, faults)
-    if (faults%count == 0) call make_space(model, faults)
-    call make_laws(model, faults, own)
-    if (faults%count == 0) call choose_cures(model)
-    if (faults%count == 0) call make_points(model, faults)
-    if (faults%count == 0) call check_start(model, faults)
-    if (faults%count == 0) call check_softening_cells(model, faults)
-    if (faults%count == 0) call make_surfaces(model, faults)
-    if (faults%count == 0) call make_histories(model, faults)
-    if (faults%count > 0) then
-      call fail(error, faults%code, faults%text)
+    call make_mesh(model, diagnostics)
+    if (diagnostics%count == 0) call make_sets(model, diagnostics)
+    if (diagnostics%count == 0) call make_space(model, diagnostics)
+    call make_laws(model, diagnostics, own)
+    if (diagnostics%count == 0) call choose_locking_treatments(model)
+    if (diagnostics%count == 0) call make_points(model, diagnostics)
+    if (diagnostics%count == 0) call check_start(model, diagnostics)
+    if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
+    if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
+    if (diagnostics%count == 0) call make_histories(model, diagnostics)
+    if (diagnostics%count > 0) then
+      call fail(error, diagnostics%code, diagnostics%text)
       return
     end if
     call carry_outlines(model)
@@ -77,7 +76,6 @@ contains
 
   !> Defaults that depend on other choices.
   subroutine fill_defaults(model)
-    !> The model.
     type(model_type), intent(inout) :: model
 
     associate (method => model%analysis%method)
@@ -91,11 +89,9 @@ contains
   end subroutine fill_defaults
 
   !> One law a material.
-  subroutine make_laws(model, faults, own)
-    !> The model.
+  subroutine make_laws(model, diagnostics, own)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     !> Laws of an embedding program (materials).
     type(law_slot_type), intent(in), optional :: own(:)
     class(law_type), allocatable :: law
@@ -114,7 +110,8 @@ contains
         call make_material_law(material, model%analysis%method, usual_stress(model, material), &
           merge(3, 2, model%analysis%model == three_dimensional), law, error)
         if (allocated(error)) then
-          call add_fault(faults, material%where, merge('*USER MATERIAL', '*MATERIAL     ', material%user%given), &
+          call add_diagnostic(diagnostics, material%where, merge('*USER MATERIAL', '*MATERIAL     ', &
+            material%user%given), &
             error%message, error%code)
         else
           if (has_strength(material)) law%elastic_blend = elastic_blend
@@ -127,11 +124,10 @@ contains
   end subroutine make_laws
 
   !> Laws must start their points with numbers.
-  subroutine check_start(model, faults)
+  subroutine check_start(model, diagnostics)
     !> The model, its points seeded.
     type(model_type), intent(in) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: m, p
     logical :: good(size(model%laws))
 
@@ -145,7 +141,8 @@ contains
     do m = 1, size(good)
       if (good(m)) cycle
       associate (material => model%analysis%materials(m))
-        call add_fault(faults, material%where, '*MATERIAL', "material '"//material%name//"' has no state to start "// &
+        call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
+          "' has no state to start "// &
           'with: its model gives one'//unusable, error_user_material)
       end associate
     end do
@@ -156,7 +153,6 @@ contains
   pure function usual_stress(model, material) result(stress)
     !> The model, with its mesh.
     type(model_type), intent(in) :: model
-    !> The material.
     type(material_type), intent(in) :: material
     real(wp) :: stress(6), depth, vertical
     integer :: axis
@@ -174,8 +170,7 @@ contains
   end function usual_stress
 
   !> Resolve the treatment of locking and tell the log which materials have one, and which may want one.
-  subroutine choose_cures(model)
-    !> The model.
+  subroutine choose_locking_treatments(model)
     type(model_type), intent(inout) :: model
     logical :: smooth, linear
     integer :: m
@@ -185,26 +180,26 @@ contains
       (.not. smooth .or. model%analysis%method%basis == basis_gimp)
     do m = 1, size(model%laws)
       associate (material => model%analysis%materials(m))
-        if (material%cure == cure_auto) then
-          material%cure = merge(cure_uniform_pressure, cure_none, locks(material, linear))
-          if (material%cure == cure_none .and. failure_ties_volume(material)) model%notes = model%notes// &
+        if (material%locking_treatment == locking_auto) then
+          material%locking_treatment = merge(locking_uniform_pressure, locking_none, locks(material, linear))
+          if (material%locking_treatment == locking_none .and. &
+            failure_ties_volume(material)) model%notes = model%notes// &
             "material '"//material%name//"': no treatment of locking (*VOLUMETRIC LOCKING); a warning follows "// &
             'where its pressures show that it locks'//new_line('a')
         end if
-        if (material%cure == cure_none) cycle
-        if (material%cure_factor < 0.0_wp) material%cure_factor = merge(smooth_factor, linear_factor, &
+        if (material%locking_treatment == locking_none) cycle
+        if (material%pressure_factor < 0.0_wp) material%pressure_factor = merge(smooth_factor, linear_factor, &
           smooth .or. any(element_order(model%mesh%cell_kind) > 1))
-        model%laws(m)%pressure_factor = material%cure_factor
+        model%laws(m)%pressure_factor = material%pressure_factor
         model%notes = model%notes//"material '"//material%name//"': uniform cell pressure against "// &
-          'locking, factor '//real_text(material%cure_factor)//new_line('a')
+          'locking, factor '//real_text(material%pressure_factor)//new_line('a')
       end associate
     end do
-  end subroutine choose_cures
+  end subroutine choose_locking_treatments
 
   !> Whether a material locks: it nearly keeps its volume in elasticity, or flows without friction; functions that are
   !> linear in a cell lock in any flow of Mohr-Coulomb soil, whose dilatancy ties the volume as fast as none does.
   pure logical function locks(material, linear)
-    !> The material.
     type(material_type), intent(in) :: material
     !> Displacements are linear in a cell.
     logical, intent(in) :: linear
@@ -215,7 +210,6 @@ contains
 
   !> Fields of the state that start from what was built.
   subroutine finish(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     integer :: p
 
@@ -234,7 +228,6 @@ contains
 
   !> Undeformed domains; their deformation gradients are kept only where the space averages.
   subroutine start_domains(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     real(wp), allocatable :: gradient(:, :)
 
@@ -250,7 +243,6 @@ contains
 
   !> Coordinate of the plate's row.
   subroutine place_plate(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     integer :: s
 
@@ -264,9 +256,7 @@ contains
 
   !> Totals for `qsmpm check`: mesh, points, sets, surfaces, and what each phase fixes and loads.
   subroutine model_summary(model, text)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The text.
     character(len=:), allocatable, intent(out) :: text
     character(len=200) :: line
     integer :: s
@@ -300,9 +290,7 @@ contains
 
   !> Append a line.
   pure subroutine add_line(text, line)
-    !> The text.
     character(len=:), allocatable, intent(inout) :: text
-    !> The line.
     character(len=*), intent(in) :: line
 
     text = text//trim(line)//new_line('a')
@@ -310,7 +298,6 @@ contains
 
   !> Area of a surface by its surface points.
   pure function surface_area(model, surface) result(area)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Number of the surface.
     integer, intent(in) :: surface
@@ -321,9 +308,7 @@ contains
 
   !> Fixed components and resultant loads at the end of each phase.
   subroutine summarise_phases(model, text)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The text.
     character(len=:), allocatable, intent(inout) :: text
     type(model_type) :: phased
     real(wp) :: resultant(3)

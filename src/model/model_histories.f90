@@ -4,7 +4,7 @@ module qsmpm_model_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
     quantity_state, history_type
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_search, only: inverse_map
@@ -20,11 +20,9 @@ module qsmpm_model_histories
 contains
 
   !> Tracers and points of all histories.
-  subroutine make_histories(model, faults)
-    !> The model.
+  subroutine make_histories(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     logical :: traced(size(model%analysis%histories))
     integer :: i, n
 
@@ -36,30 +34,28 @@ contains
       n = 0
       do i = 1, size(histories)
         if (histories(i)%quantity == quantity_reaction) then
-          if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_fault(faults, &
+          if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
         if (any(histories(i)%quantity == [quantity_stress, quantity_state])) then
           model%history_point(i) = nearest_point(model%state%points, histories(i)%at(:model%mesh%dimension))
           call note_point(model, histories(i), model%history_point(i))
         end if
-        if (histories(i)%quantity == quantity_state) call find_state(model, i, faults)
+        if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
         if (.not. traced(i)) cycle
         n = n + 1
         model%history_tracer(i) = n
-        call place_tracer(model, histories(i), n, faults)
+        call place_tracer(model, histories(i), n, diagnostics)
       end do
     end associate
   end subroutine make_histories
 
   !> Find the state variable of a history among those of the law of its point.
-  subroutine find_state(model, number, faults)
-    !> The model.
+  subroutine find_state(model, number, diagnostics)
     type(model_type), intent(inout) :: model
     !> Number of the history.
     integer, intent(in) :: number
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     character(len=:), allocatable :: known, name
     integer :: m, k
 
@@ -76,7 +72,8 @@ contains
       end if
       if (model%history_state(number) > 0) return
       if (len(known) == 0) known = ', none'
-      call add_fault(faults, history%where, '*HISTORY', "'"//history%state//"' is no state variable of material '"// &
+      call add_diagnostic(diagnostics, history%where, '*HISTORY', "'"//history%state// &
+        "' is no state variable of material '"// &
         model%analysis%materials(m)%name//"', whose point is nearest; it has: "//known(3:))
     end associate
   end subroutine find_state
@@ -95,14 +92,11 @@ contains
   end function is_named
 
   !> Put a tracer into an occupied cell that holds its place, preferring the nearest point's cell.
-  subroutine place_tracer(model, history, tracer, faults)
-    !> The model.
+  subroutine place_tracer(model, history, tracer, diagnostics)
     type(model_type), intent(inout) :: model
-    !> The history.
     type(history_type), intent(in) :: history
     integer, intent(in) :: tracer
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: x(model%mesh%dimension), local(model%mesh%dimension), distance(6), best
     logical :: occupied(model%mesh%cell_count), ok
     integer :: c, n, cell
@@ -124,7 +118,7 @@ contains
       cell = c
     end do
     if (cell == 0) then
-      call add_fault(faults, history%where, '*HISTORY', "the place of '"//history%name// &
+      call add_diagnostic(diagnostics, history%where, '*HISTORY', "the place of '"//history%name// &
         "' lies in no element that holds material")
       return
     end if
@@ -137,9 +131,7 @@ contains
 
   !> Tell which material point was picked.
   subroutine note_point(model, history, point)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> The history.
     type(history_type), intent(in) :: history
     !> Number of the point.
     integer, intent(in) :: point

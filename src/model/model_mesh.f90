@@ -9,7 +9,7 @@ module qsmpm_model_mesh
     body_polygon, three_dimensional, body_type, set_type, &
     source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_grid, only: grid_type, make_grid, whole_window
   use qsmpm_grid_window, only: operator(==), cells_of
@@ -27,11 +27,9 @@ module qsmpm_model_mesh
 contains
 
   !> Generate or read the mesh, and build its tables.
-  subroutine make_mesh(model, faults)
-    !> The model.
+  subroutine make_mesh(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(error_type), allocatable :: error
 
     associate (source => model%analysis%mesh)
@@ -46,13 +44,13 @@ contains
       end select
       if (.not. allocated(error)) then
         if (model%mesh%dimension /= merge(3, 2, model%analysis%model == three_dimensional)) then
-          call add_fault(faults, source%where, keyword_of(source%kind), &
+          call add_diagnostic(diagnostics, source%where, keyword_of(source%kind), &
             'the mesh has not the dimension of *MODEL')
           return
         end if
         call build_topology(model%mesh, error)
       end if
-      if (allocated(error)) call add_fault(faults, source%where, keyword_of(source%kind), error%message)
+      if (allocated(error)) call add_diagnostic(diagnostics, source%where, keyword_of(source%kind), error%message)
     end associate
   end subroutine make_mesh
 
@@ -74,7 +72,6 @@ contains
 
   !> The structured grid of an analysis; it respects the edges of polygonal bodies.
   pure function grid_of(analysis) result(grid)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     type(grid_type) :: grid
     integer :: i
@@ -96,7 +93,6 @@ contains
 
   !> How much of its grid a model looks at; for models with a grid.
   pure function grid_text(model) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -137,63 +133,55 @@ contains
   end subroutine add_edges
 
   !> Sets of the deck, and the check that every set a phase names exists.
-  subroutine make_sets(model, faults)
-    !> The model.
+  subroutine make_sets(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: i, p
 
     do i = 1, size(model%analysis%node_sets)
-      call make_node_set(model, model%analysis%node_sets(i), faults)
+      call make_node_set(model, model%analysis%node_sets(i), diagnostics)
     end do
     do i = 1, size(model%analysis%element_sets)
-      call make_cell_set(model, model%analysis%element_sets(i), faults)
+      call make_cell_set(model, model%analysis%element_sets(i), diagnostics)
     end do
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         do i = 1, size(phase%fixities)
-          call require(model, phase%fixities(i)%set, phase%fixities(i)%where, '*FIX', faults)
+          call require(model, phase%fixities(i)%set, phase%fixities(i)%where, '*FIX', diagnostics)
         end do
         do i = 1, size(phase%prescriptions)
-          call require(model, phase%prescriptions(i)%set, phase%prescriptions(i)%where, '*PRESCRIBE', faults)
+          call require(model, phase%prescriptions(i)%set, phase%prescriptions(i)%where, '*PRESCRIBE', diagnostics)
         end do
       end associate
     end do
     if (model%analysis%moving_mesh%active) call require(model, model%analysis%moving_mesh%set, &
-      model%analysis%moving_mesh%where, '*MOVING MESH', faults)
+      model%analysis%moving_mesh%where, '*MOVING MESH', diagnostics)
   end subroutine make_sets
 
   !> A named node set must exist.
-  subroutine require(model, name, where, keyword, faults)
-    !> The model.
+  subroutine require(model, name, where, keyword, diagnostics)
     type(model_type), intent(in) :: model
-    !> Name.
     character(len=*), intent(in) :: name
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
 
     if (find_set(model%mesh%node_sets, name) == 0) &
-      call add_fault(faults, where, keyword, "there is no node set '"//name//"' in the deck or the mesh")
+      call add_diagnostic(diagnostics, where, keyword, "there is no node set '"//name//"' in the deck or the mesh")
   end subroutine require
 
   !> One node set; labels must exist and a selector must find something, in the whole grid at least.
-  subroutine make_node_set(model, set, faults)
-    !> The model.
+  subroutine make_node_set(model, set, diagnostics)
     type(model_type), intent(inout) :: model
-    !> The set.
     type(set_type), intent(in) :: set
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(mesh_type) :: whole
     integer, allocatable :: items(:)
     integer :: found
 
     call find_nodes(model%mesh, set, items)
     found = size(items)
-    if (model%windows_laid > 0) found = huge(found)
+    if (model%windows_built > 0) found = huge(found)
     if (is_missing(set, found) .and. is_part(model)) then
       if (on_lines(model, set)) then
         found = 1
@@ -203,14 +191,13 @@ contains
       end if
     end if
     if (is_missing(set, found) .and. set%selection == select_list) &
-      call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
-    if (found == 0) call add_fault(faults, set%where, '*NSET', "set '"//set%name//"' finds no node")
+      call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' names nodes the mesh has not")
+    if (found == 0) call add_diagnostic(diagnostics, set%where, '*NSET', "set '"//set%name//"' finds no node")
     call add_set(model%mesh%node_sets, set%name, items)
   end subroutine make_node_set
 
   !> True when a set has fewer nodes than it should.
   pure logical function is_missing(set, found)
-    !> The set.
     type(set_type), intent(in) :: set
     !> Nodes found.
     integer, intent(in) :: found
@@ -221,7 +208,6 @@ contains
 
   !> True when the mesh is not all of its grid.
   pure logical function is_part(model)
-    !> The model.
     type(model_type), intent(in) :: model
 
     is_part = model%analysis%mesh%kind == mesh_grid
@@ -230,9 +216,7 @@ contains
 
   !> True when a plane or box surely holds a corner node of the undisturbed grid.
   pure logical function on_lines(model, set)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The set.
     type(set_type), intent(in) :: set
     real(wp) :: near
     integer :: a
@@ -251,9 +235,7 @@ contains
 
   !> Nodes of a mesh that a set of the deck chooses.
   subroutine find_nodes(mesh, set, items)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The set.
     type(set_type), intent(in) :: set
     !> Their numbers, rising.
     integer, allocatable, intent(out) :: items(:)
@@ -272,9 +254,7 @@ contains
 
   !> How many nodes of a mesh a set chooses.
   subroutine count_nodes(mesh, set, found)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The set.
     type(set_type), intent(in) :: set
     !> Their number.
     integer, intent(out) :: found
@@ -285,34 +265,29 @@ contains
   end subroutine count_nodes
 
   !> One element set: labels, or the elements whose nodes all lie in a box.
-  subroutine make_cell_set(model, set, faults)
-    !> The model.
+  subroutine make_cell_set(model, set, diagnostics)
     type(model_type), intent(inout) :: model
-    !> The set.
     type(set_type), intent(in) :: set
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(mesh_type) :: whole
     integer, allocatable :: items(:), others(:)
 
     call find_cells(model%mesh, set, items)
-    if (size(items) == 0 .and. model%windows_laid == 0) then
+    if (size(items) == 0 .and. model%windows_built == 0) then
       allocate (others(0))
       if (is_part(model)) then
         call make_grid(grid_of(model%analysis), whole)
         call find_cells(whole, set, others)
       end if
       if (size(others) == 0) &
-        call add_fault(faults, set%where, '*ELSET', "set '"//set%name//"' finds no element")
+        call add_diagnostic(diagnostics, set%where, '*ELSET', "set '"//set%name//"' finds no element")
     end if
     call add_set(model%mesh%cell_sets, set%name, items)
   end subroutine make_cell_set
 
   !> Cells of a mesh that a set of the deck chooses.
   subroutine find_cells(mesh, set, items)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The set.
     type(set_type), intent(in) :: set
     !> Their numbers, rising.
     integer, allocatable, intent(out) :: items(:)

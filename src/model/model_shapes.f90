@@ -5,7 +5,7 @@ module qsmpm_model_shapes
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: body_type, body_box, body_polygon, body_region, body_polyhedron, &
     three_dimensional
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_body_shape, only: body_shape_type
@@ -20,13 +20,10 @@ module qsmpm_model_shapes
 contains
 
   !> Bounds of a body as the seeding wants them.
-  function shape_of(model, body, faults) result(shape)
-    !> The model.
+  function shape_of(model, body, diagnostics) result(shape)
     type(model_type), intent(in) :: model
-    !> The body.
     type(body_type), intent(in) :: body
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(body_shape_type) :: shape
     integer :: s
 
@@ -49,21 +46,19 @@ contains
       if (s > 0) then
         shape%region(model%mesh%cell_sets(s)%items) = .true.
       else
-        call add_fault(faults, body%where, '*BODY', "there is no element set '"//body%region//"'")
+        call add_diagnostic(diagnostics, body%where, '*BODY', "there is no element set '"//body%region//"'")
       end if
     case (body_polyhedron)
-      call read_solid(body, shape, faults)
+      call read_solid(body, shape, diagnostics)
     end select
   end function shape_of
 
   !> The polyhedron of a body, from its file.
-  subroutine read_solid(body, shape, faults)
-    !> The body.
+  subroutine read_solid(body, shape, diagnostics)
     type(body_type), intent(in) :: body
     !> Gains the polyhedron; one without facets when there is a fault.
     type(body_shape_type), intent(inout) :: shape
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(error_type), allocatable :: error
     real(wp), allocatable :: facets(:, :, :)
     character(len=:), allocatable :: problem
@@ -72,12 +67,12 @@ contains
     allocate (shape%solid%facets(3, 3, 0))
     call read_stl(body%file, facets, error)
     if (allocated(error)) then
-      call add_fault(faults, body%where, '*BODY', error%message)
+      call add_diagnostic(diagnostics, body%where, '*BODY', error%message)
       return
     end if
     problem = polyhedron_problem(facets)
     if (len(problem) > 0) then
-      call add_fault(faults, body%where, '*BODY', body%file//': '//problem)
+      call add_diagnostic(diagnostics, body%where, '*BODY', body%file//': '//problem)
     else
       call make_polyhedron(facets, shape%solid)
       ! STL files are written in single precision, also those in ASCII.

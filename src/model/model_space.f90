@@ -3,10 +3,10 @@ module qsmpm_model_space
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: source_line_type, mesh_grid, integrate_cells, basis_standard, basis_fem, basis_gimp, &
     basis_spline2g, grid_degree, quantity_reaction, set_type, select_plane, select_box
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
-  use qsmpm_space_builder, only: element_space, spline_space, kinks_type
+  use qsmpm_space_builder, only: element_space, spline_space, reduced_knots_type
   use qsmpm_grid_labels, only: place_of
   use qsmpm_grid_window, only: cells_of
   implicit none
@@ -25,14 +25,12 @@ module qsmpm_model_space
 contains
 
   !> Build the space; GIMP and splines need a grid of undisturbed quadrilaterals or bricks.
-  subroutine make_space(model, faults)
-    !> The model.
+  subroutine make_space(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     logical :: constrained(size(model%mesh%node_sets))
     type(line_box_type) :: boxes(size(model%mesh%node_sets))
-    type(kinks_type) :: kinks(3)
+    type(reduced_knots_type) :: reduced_knots(3)
     integer :: s
 
     if (any(model%analysis%method%basis == [basis_standard, basis_fem])) then
@@ -41,12 +39,12 @@ contains
     end if
     associate (source => model%analysis%mesh)
       if (source%kind /= mesh_grid) then
-        call add_fault(faults, source%where, '*METHOD', &
+        call add_diagnostic(diagnostics, source%where, '*METHOD', &
           'GIMP and splines need a structured grid: give the mesh by *GRID')
         return
       end if
       if (all(source%element /= ['QUAD4', 'HEX8 ']) .or. source%perturbation > 0.0_wp) then
-        call add_fault(faults, source%where, '*GRID', &
+        call add_diagnostic(diagnostics, source%where, '*GRID', &
           'GIMP and splines need ELEMENT=QUAD4 or HEX8 without PERTURB')
         return
       end if
@@ -54,10 +52,10 @@ contains
     do s = 1, size(boxes)
       call box_of_set(model, model%analysis%node_sets(s), boxes(s))
     end do
-    call mark_constrained(model, boxes, constrained, faults)
-    call find_kinks(model, boxes, constrained, kinks)
+    call mark_constrained(model, boxes, constrained, diagnostics)
+    call find_reduced_knots(model, boxes, constrained, reduced_knots)
     call spline_space(model%mesh, cells_of(model%state%window), grid_degree(model%analysis%method%basis), &
-      any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, kinks, &
+      any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, reduced_knots, &
       model%state%window%first - 1)
     ! Splines without averages find their cut cells better by the domains of the points than by the points.
     model%space%domains = model%space%averaged .or. model%analysis%method%integration == integrate_cells
@@ -65,9 +63,7 @@ contains
 
   !> Lines of the whole grid between which the nodes of a set lie.
   pure subroutine box_of_set(model, set, box)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The set.
     type(set_type), intent(in) :: set
     !> Where it lies.
     type(line_box_type), intent(out) :: box
@@ -100,34 +96,33 @@ contains
   end subroutine box_of_set
 
   !> Kinks of the whole grid: where a constrained set begins or ends.
-  pure subroutine find_kinks(model, boxes, constrained, kinks)
-    !> The model.
+  pure subroutine find_reduced_knots(model, boxes, constrained, reduced_knots)
     type(model_type), intent(in) :: model
     !> Where the sets lie, and which of them carry constraints (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     logical, intent(in) :: constrained(:)
     !> Along each axis.
-    type(kinks_type), intent(out) :: kinks(3)
+    type(reduced_knots_type), intent(out) :: reduced_knots(3)
     integer :: a, s
 
     do a = 1, model%mesh%dimension
-      allocate (kinks(a)%at(size(model%analysis%mesh%axes(a)%lines)))
-      kinks(a)%at = .false.
+      allocate (reduced_knots(a)%at(size(model%analysis%mesh%axes(a)%lines)))
+      reduced_knots(a)%at = .false.
       do s = 1, size(boxes)
-        if (constrained(s) .and. boxes(s)%whole) kinks(a)%at([boxes(s)%low(a), boxes(s)%high(a)]) = .true.
+        if (constrained(s) .and. boxes(s)%whole) reduced_knots(a)%at([boxes(s)%low(a), boxes(s)%high(a)]) = .true.
       end do
     end do
-  end subroutine find_kinks
+  end subroutine find_reduced_knots
 
   !> Node sets that some phase constrains or that are the plate of a moving mesh. Sets that are no box
   !> have no control points: nothing may be asked of them.
-  subroutine mark_constrained(model, boxes, constrained, faults)
+  subroutine mark_constrained(model, boxes, constrained, diagnostics)
     type(model_type), intent(in) :: model
     !> Where the sets lie (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     !> (node sets)
     logical, intent(out) :: constrained(:)
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p, i
 
     constrained = .false.
@@ -144,7 +139,7 @@ contains
     associate (moving => model%analysis%moving_mesh)
       if (moving%active) call constrain(moving%set, moving%where, '*MOVING MESH')
     end associate
-    call check_reactions(model, boxes, constrained, faults)
+    call check_reactions(model, boxes, constrained, diagnostics)
 
   contains
 
@@ -159,18 +154,18 @@ contains
       s = find_set(model%mesh%node_sets, name)
       if (s == 0) return
       if (.not. constrained(s) .and. .not. boxes(s)%whole) &
-        call add_fault(faults, where, keyword, no_box(name))
+        call add_diagnostic(diagnostics, where, keyword, no_box(name))
       constrained(s) = .true.
     end subroutine constrain
   end subroutine mark_constrained
 
   !> Sets whose reaction a history asks for are boxes; those that are constrained have been checked.
-  subroutine check_reactions(model, boxes, constrained, faults)
+  subroutine check_reactions(model, boxes, constrained, diagnostics)
     type(model_type), intent(in) :: model
     !> Where the sets lie, and which of them carry constraints (node sets).
     type(line_box_type), intent(in) :: boxes(:)
     logical, intent(in) :: constrained(:)
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: i, s
 
     do i = 1, size(model%analysis%histories)
@@ -179,7 +174,7 @@ contains
         s = find_set(model%mesh%node_sets, history%set)
         if (s == 0) cycle
         if (constrained(s) .or. boxes(s)%whole) cycle
-        call add_fault(faults, history%where, '*HISTORY', no_box(history%set))
+        call add_diagnostic(diagnostics, history%where, '*HISTORY', no_box(history%set))
       end associate
     end do
   end subroutine check_reactions

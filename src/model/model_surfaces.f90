@@ -3,7 +3,7 @@ module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
     select_outline, support_normal, grid_degree
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds
   use qsmpm_points, only: allocate_surface_points, set_normals
@@ -24,11 +24,9 @@ module qsmpm_model_surfaces
 contains
 
   !> Surface points of all surfaces, and the points that carry tractions in the paper's way.
-  subroutine make_surfaces(model, faults)
-    !> The model.
+  subroutine make_surfaces(model, diagnostics)
     type(model_type), intent(inout) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     logical :: occupied(model%mesh%cell_count)
     integer, allocatable :: faces(:, :)
@@ -43,10 +41,10 @@ contains
         case (select_box)
           call faces_in_box(model%mesh, surface%box, faces)
           call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
-          call tell_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
+          call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
         case (select_segment)
           if (model%mesh%dimension == 3) then
-            call add_fault(faults, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
+            call add_diagnostic(diagnostics, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
             cycle
           end if
           do k = 1, size(surface%segments, 2)
@@ -59,11 +57,11 @@ contains
           call mesh_faces(model, surface%name, faces)
           call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
         end select
-        if (list%count == before) call add_fault(faults, surface%where, '*SURFACE', &
+        if (list%count == before) call add_diagnostic(diagnostics, surface%where, '*SURFACE', &
           "surface '"//surface%name//"' touches no element that holds material")
       end associate
     end do
-    if (faults%count > 0) return
+    if (diagnostics%count > 0) return
     call allocate_surface_points(model%state%surface, model%mesh%dimension, list%count)
     if (list%count > 0) then
       call place_seeds(model, list, model%state%surface)
@@ -73,14 +71,12 @@ contains
       call set_normals(model%state%surface, [(.true., k=1, list%count)])
     end if
     call choose_carrying_points(model)
-    call check_planes(model, faults)
+    call check_planes(model, diagnostics)
   end subroutine make_surfaces
 
   !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
-  subroutine tell_cut_faces(model, surface, cut)
-    !> The model.
+  subroutine report_cut_faces(model, surface, cut)
     type(model_type), intent(inout) :: model
-    !> The surface.
     type(surface_type), intent(in) :: surface
     !> Whether the box cuts faces.
     logical, intent(in) :: cut
@@ -88,10 +84,10 @@ contains
     if (.not. cut) return
     model%notes = model%notes//"warning: surface '"//surface%name//"': its box ends within faces of the mesh, "// &
       'which it leaves out; TYPE=SEGMENT and TYPE=OUTLINE take parts of faces'//new_line('a')
-  end subroutine tell_cut_faces
+  end subroutine report_cut_faces
 
   !> Note that a box holds slivers of the faces beside the surface.
-  subroutine tell_slivers(model, surface, left_out)
+  subroutine report_slivers(model, surface, left_out)
     type(model_type), intent(inout) :: model
     type(surface_type), intent(in) :: surface
     !> Their length or area.
@@ -99,14 +95,12 @@ contains
 
     model%notes = model%notes//"warning: surface '"//surface%name//"': slivers of neighbouring faces in its box, "// &
       real_text(left_out)//' in all, are left out'//new_line('a')
-  end subroutine tell_slivers
+  end subroutine report_slivers
 
   !> A surface that slides on its plane must be plane.
-  subroutine check_planes(model, faults)
-    !> The model.
+  subroutine check_planes(model, diagnostics)
     type(model_type), intent(in) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: i, p, s, first
 
     do p = 1, size(model%analysis%phases)
@@ -117,7 +111,7 @@ contains
             if (model%analysis%surfaces(s)%name /= support%surface) cycle
             first = first_point(points%surface, s)
             if (any(points%surface == s .and. norm2(points%normal - spread(points%normal(:, first), 2, &
-              points%count), dim=1) > plane_tolerance)) call add_fault(faults, support%where, '*SUPPORT', &
+              points%count), dim=1) > plane_tolerance)) call add_diagnostic(diagnostics, support%where, '*SUPPORT', &
               "surface '"//support%surface//"' is not plane; only TYPE=ALL can hold it")
           end do
         end associate
@@ -139,7 +133,6 @@ contains
 
   !> Degree of the functions along a line or plane through a cell: elements have at most 4.
   pure integer function surface_degree(model) result(degree)
-    !> The model.
     type(model_type), intent(in) :: model
 
     degree = max(4, model%mesh%dimension*grid_degree(model%analysis%method%basis))
@@ -147,12 +140,10 @@ contains
 
   !> Surface points on the bounds of a body; the deck has checked that it exists.
   subroutine outline_points(model, surface, number, list)
-    !> The model.
     type(model_type), intent(inout) :: model
     !> The surface and its number.
     type(surface_type), intent(in) :: surface
     integer, intent(in) :: number
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: left_out
     logical :: occupied(model%mesh%cell_count)
@@ -167,7 +158,7 @@ contains
       call seed_outline(model%mesh, model%analysis%model == axisymmetric, occupied, &
         model%shapes(b), outline_box(model, surface), set_tolerance(model%mesh), surface_degree(model), number, list, &
         left_out)
-      if (left_out > 0.0_wp) call tell_slivers(model, surface, left_out)
+      if (left_out > 0.0_wp) call report_slivers(model, surface, left_out)
     end do
   end subroutine outline_points
 
@@ -190,9 +181,7 @@ contains
 
   !> Faces of a surface named by the mesh.
   subroutine mesh_faces(model, name, faces)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Name.
     character(len=*), intent(in) :: name
     !> Cell and local face, (2,n).
     integer, allocatable, intent(out) :: faces(:, :)
@@ -206,7 +195,6 @@ contains
 
   !> The paper's way (section 3.1): each piece of surface hands its area to the nearest material point.
   subroutine choose_carrying_points(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     type(point_bins_type) :: bins
     integer :: i

@@ -3,11 +3,11 @@
 !> The window is laid anew when something that rides on the mesh comes too near to a side of it that is no
 !> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points and the
 !> reactions are carried over, everything else of the state does not depend on the mesh. The state names its
-!> window: one that is put back or read from a file brings its own.
+!> window: one that is restored or read from a file brings its own.
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid, basis_fem
-  use qsmpm_fault_list, only: fault_list_type
+  use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_first_window, only: is_windowed, least_margin, usual_margin
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
   use qsmpm_grid_labels, only: row_of
@@ -29,7 +29,6 @@ contains
 
   !> Lay the window anew when what rides on the mesh needs it. The positions are new, the cells may be old.
   subroutine follow_material(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     type(window_type) :: whole, needed, window
     type(grid_type) :: grid
@@ -56,9 +55,7 @@ contains
 
   !> Add the cells around the places of what rides on the mesh.
   subroutine add_carried(model, grid, carried, needed, any_point)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The grid.
     type(grid_type), intent(in) :: grid
     !> What rides on the mesh.
     class(carried_type), intent(in) :: carried
@@ -85,7 +82,6 @@ contains
 
   !> Add the cells that the material points, surface points and tracers are still booked in.
   subroutine add_cells(model, pieces, needed)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Mesh cells a brick is cut into.
     integer, intent(in) :: pieces
@@ -115,7 +111,6 @@ contains
 
   !> Go over to another window.
   subroutine move_window(model, window, pieces)
-    !> The model.
     type(model_type), intent(inout) :: model
     !> The new window; it holds all cells that are booked in.
     type(window_type), intent(in) :: window
@@ -157,15 +152,13 @@ contains
 
   !> Build mesh, sets, space and constraints for a window, the rows where they were at the start.
   subroutine fit_window(model, window)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> The window.
     type(window_type), intent(in) :: window
-    type(fault_list_type) :: none
+    type(diagnostics_type) :: none
 
-    ! What was good for one part of the grid is good for another: there are no faults.
+    ! What was good for one part of the grid is good for another: there are no errors.
     model%state%window = window
-    model%windows_laid = model%windows_laid + 1
+    model%windows_built = model%windows_built + 1
     call make_mesh(model, none)
     call make_sets(model, none)
     call make_space(model, none)
@@ -179,9 +172,7 @@ contains
   !> Put a state back, with its window. Arrays of the material points stay where they are in memory: embedding
   !> programs look at them.
   subroutine restore(state, model)
-    !> The state.
     type(state_type), intent(in) :: state
-    !> The model.
     type(model_type), intent(inout) :: model
 
     call return_to_window(model, state%window)
@@ -201,9 +192,7 @@ contains
 
   !> Lay a window again that was there before, when it is another one.
   subroutine return_to_window(model, window)
-    !> The model.
     type(model_type), intent(inout) :: model
-    !> The window.
     type(window_type), intent(in) :: window
 
     if (model%analysis%mesh%kind /= mesh_grid) return
@@ -212,7 +201,6 @@ contains
 
   !> Mesh and space where the state says the nodes are.
   subroutine place_mesh(model)
-    !> The model.
     type(model_type), intent(inout) :: model
 
     model%mesh%coordinates = model%state%coordinates
@@ -222,7 +210,6 @@ contains
 
   !> Ends of a moving mesh along its axis, of which all rows are there.
   subroutine find_moving_bounds(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     real(wp) :: bounds(model%mesh%dimension, 2)
 
@@ -234,7 +221,6 @@ contains
 
   !> Labels of the nodes of the space.
   subroutine list_labels(model, labels)
-    !> The model.
     type(model_type), intent(in) :: model
     !> (nodes of the space)
     integer, allocatable, intent(out) :: labels(:)
@@ -273,7 +259,6 @@ contains
 
   !> Coordinates of the rows along the axis of a moving mesh (`row_of`).
   subroutine rows_of(model, rows)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Where they are; 0 for rows without nodes.
     real(wp), allocatable, intent(out) :: rows(:)
@@ -290,7 +275,6 @@ contains
 
   !> Move the rows of a mesh to where they are now.
   subroutine set_rows(model, rows)
-    !> The model.
     type(model_type), intent(inout) :: model
     !> Where they are.
     real(wp), intent(in) :: rows(:)
@@ -307,7 +291,6 @@ contains
 
   !> Lines of the whole grid along each axis; 1 along z in the plane.
   pure function line_counts(model) result(lines)
-    !> The model.
     type(model_type), intent(in) :: model
     integer :: lines(3), a
 

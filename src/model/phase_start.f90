@@ -24,14 +24,13 @@ contains
 
   !> Begin the model's current phase.
   subroutine start_phase(model)
-    !> The model.
     type(model_type), intent(inout) :: model
 
     associate (progress => model%state%progress)
       progress%fraction = 0.0_wp
       progress%load_factor = 0.0_wp
       progress%next_step = 0.0_wp
-      progress%hold_tests_done = 0
+      progress%constant_load_tests_done = 0
       progress%limit = limit_load_type()
       progress%phase_steps = 0
     end associate
@@ -76,7 +75,6 @@ contains
   !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
   !> points are an embedding program's and stay.
   subroutine resume_phase(model)
-    !> The model.
     type(model_type), intent(inout) :: model
     type(loading_type) :: loading
     integer :: i
@@ -102,7 +100,6 @@ contains
   !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
   !> rollers of a slice or of a column hold every node, but not its top.
   pure subroutine find_open_edges(mesh, held, open_edge)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Held components (dimension, node_count).
     logical, intent(in) :: held(:, :)
@@ -134,9 +131,7 @@ contains
 
   !> What one phase changes.
   subroutine apply_phase(model, phase, loading)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The phase.
     type(phase_type), intent(in) :: phase
     !> Loads and constraints in force.
     type(loading_type), intent(inout) :: loading

@@ -26,7 +26,7 @@ module qsmpm_pushed_material
   public :: watch_sets, note_push, check_following, lag_of
 
   !> Lag that is worth a warning, and that is refused.
-  real(wp), parameter :: worth_a_warning = 0.05_wp, refused = 0.2_wp
+  real(wp), parameter :: warned_from = 0.05_wp, refused = 0.2_wp
   !> A face whose corners differ along an axis by less than this share of its size is normal to it.
   real(wp), parameter :: flat = 1.0e-6_wp
   character(len=1), parameter :: axis_name(3) = ['X', 'Y', 'Z']
@@ -199,7 +199,7 @@ contains
 
     warning = ''
     text = ''
-    largest = worth_a_warning
+    largest = warned_from
     associate (watched => model%state%watched)
       do i = 1, watched%count
         lag = lag_of(watched, i)
@@ -212,7 +212,7 @@ contains
           ', or *METHOD, BASIS=FEM, or push by *TRACTION'
       end do
     end associate
-    if (.not. largest > worth_a_warning) return
+    if (.not. largest > warned_from) return
     if (largest > refused) then
       call fail(error, error_not_converged, text)
     else

@@ -3,7 +3,7 @@ module qsmpm_soil_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: material_type
   use qsmpm_error, only: error_type
-  use qsmpm_fault_list, only: fault_list_type, add_fault
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_mesh_measure, only: cell_width
   use qsmpm_model, only: model_type
@@ -31,29 +31,26 @@ contains
 
   !> Refuse cells in which a softening point would snap back without any confinement; with friction that falls,
   !> confinement lowers the bound, which the law tells when it meets it.
-  subroutine check_softening_cells(model, faults)
+  subroutine check_softening_cells(model, diagnostics)
     !> The model with its points.
     type(model_type), intent(in) :: model
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     integer :: m
 
     do m = 1, size(model%analysis%materials)
       associate (material => model%analysis%materials(m))
-        if (material%softening%given) call check_material(model, m, material, faults)
+        if (material%softening%given) call check_material(model, m, material, diagnostics)
       end associate
     end do
   end subroutine check_softening_cells
 
   !> One softening material.
-  subroutine check_material(model, number, material, faults)
-    !> The model.
+  subroutine check_material(model, number, material, diagnostics)
     type(model_type), intent(in) :: model
     !> Number of the material, and what was said of it.
     integer, intent(in) :: number
     type(material_type), intent(in) :: material
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(softening_model_type) :: softening
     type(error_type), allocatable :: error
     real(wp) :: largest, bound
@@ -70,11 +67,11 @@ contains
     bound = largest_band_ratio(softening)
     if (band_ratio(softening%softening, largest) <= bound .or. .not. largest > 0.0_wp) return
     if (softening%softening%by_cell) then
-      call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
+      call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast for its cells, a point would snap back: size "//figure(largest)//', at most '// &
         figure(bound*softening%softening%length))
     else
-      call add_fault(faults, material%where, '*SOFTENING', "material '"//material%name// &
+      call add_diagnostic(diagnostics, material%where, '*SOFTENING', "material '"//material%name// &
         "' softens too fast, a point would snap back: plastic shear strain at least "// &
         figure(softening%softening%strain/bound))
     end if

@@ -64,7 +64,7 @@ contains
 
     if (allocated(error)) return
     if (.not. is_usable(plate)) call fail(error, error_other, 'the plate of the moving mesh has a position'//unusable)
-    if (.not. (is_usable(progress%fraction) .and. is_usable(progress%next_step) .and. is_usable(progress%proximal))) &
+    if (.not. (is_usable(progress%fraction) .and. is_usable(progress%next_step) .and. is_usable(progress%damping))) &
       call fail(error, error_other, 'the step has a load fraction, a length or a damping'//unusable)
     if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
       call fail(error, error_other, 'the steps so far have a work'//unusable)

@@ -29,7 +29,6 @@ contains
     type(file_type), intent(out) :: file
     !> Where it stands.
     character(len=*), intent(in) :: directory
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Columns of the shares of terms, a comma in front of each.
     character(len=*), intent(in) :: shares
@@ -48,7 +47,6 @@ contains
     type(file_type), intent(out) :: file
     !> Where it stands.
     character(len=*), intent(in) :: directory
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Columns of the shares of terms, a comma in front of each.
     character(len=*), intent(in) :: shares
@@ -77,7 +75,6 @@ contains
 
   !> Bytes of the first lines of a text, 0 when it has fewer.
   pure integer(long) function length_of_lines(text, count)
-    !> The text.
     character(len=*), intent(in) :: text
     !> Number of lines.
     integer, intent(in) :: count
@@ -98,9 +95,7 @@ contains
   subroutine append_row(file, model, record, error)
     !> The table.
     type(file_type), intent(inout) :: file
-    !> The model.
     type(model_type), intent(in) :: model
-    !> How the step went.
     type(step_record_type), intent(in) :: record
     !> Set when the row could not be written.
     type(error_type), allocatable, intent(out) :: error
@@ -131,7 +126,6 @@ contains
 
   !> The first line, without its end.
   pure function curves_header(analysis, shares) result(header)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     !> Columns of the shares of terms, a comma in front of each.
     character(len=*), intent(in) :: shares
@@ -167,9 +161,7 @@ contains
 
   !> Unit of a history: the one it was given, or the one of its quantity.
   pure function history_unit(analysis, history) result(unit)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
-    !> The history.
     type(history_type), intent(in) :: history
     character(len=:), allocatable :: unit
 
@@ -188,7 +180,6 @@ contains
 
   !> Unit of work.
   pure function work_unit(analysis) result(unit)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: unit
 
@@ -199,7 +190,6 @@ contains
 
   !> What a force is divided by in the model: nothing, the thickness, a radian.
   pure function per_thickness(analysis) result(text)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: text
 
@@ -214,7 +204,6 @@ contains
 
   !> Whether the deck names its units.
   pure logical function has_units(analysis)
-    !> The analysis.
     type(analysis_type), intent(in) :: analysis
 
     has_units = allocated(analysis%length_unit) .and. allocated(analysis%force_unit)

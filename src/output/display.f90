@@ -7,7 +7,7 @@ module qsmpm_display
   use qsmpm_number_text, only: duration_text, integer_text, short_text
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
-  use qsmpm_term_share, only: share_named, drag_share, stabilisation_share
+  use qsmpm_term_share, only: share_named, damping_share, stabilisation_share
   implicit none
   private
 
@@ -44,11 +44,9 @@ contains
 
   !> Begin to show a run.
   subroutine start_display(display, kind, model)
-    !> The display.
     type(display_type), intent(out) :: display
     !> One of the display_* values.
     integer, intent(in) :: kind
-    !> The model.
     type(model_type), intent(in) :: model
 
     display%kind = kind
@@ -58,11 +56,8 @@ contains
 
   !> Show an accepted step, if it is time to.
   subroutine show_step(display, model, record)
-    !> The display.
     type(display_type), intent(inout) :: display
-    !> The model.
     type(model_type), intent(in) :: model
-    !> How the step went.
     type(step_record_type), intent(in) :: record
     real(wp) :: seconds, share
     character(len=:), allocatable :: line
@@ -84,7 +79,6 @@ contains
 
   !> As much of a line as the terminal is wide: a longer one could not be refreshed.
   function fitting(line) result(part)
-    !> The line.
     character(len=*), intent(in) :: line
     character(len=:), allocatable :: part
     integer :: width
@@ -96,7 +90,6 @@ contains
 
   !> Show a sentence on a line of its own.
   subroutine show_text(display, text)
-    !> The display.
     type(display_type), intent(inout) :: display
     !> The sentence.
     character(len=*), intent(in) :: text
@@ -109,7 +102,6 @@ contains
 
   !> Leave the last line where it stands.
   subroutine end_display(display)
-    !> The display.
     type(display_type), intent(inout) :: display
 
     if (display%line_stands) call write_descriptor(standard_output, newline)
@@ -118,7 +110,6 @@ contains
 
   !> Whether a step is to be shown.
   pure logical function is_due(display, seconds, share)
-    !> The display.
     type(display_type), intent(in) :: display
     !> Time gone [s].
     real(wp), intent(in) :: seconds
@@ -139,7 +130,6 @@ contains
 
   !> Share of all phases done.
   pure real(wp) function share_done(model)
-    !> The model.
     type(model_type), intent(in) :: model
     integer :: phases
 
@@ -151,7 +141,6 @@ contains
 
   !> Time left, from the share done since the start.
   pure function remaining_text(display, seconds, share) result(text)
-    !> The display.
     type(display_type), intent(in) :: display
     !> Time gone [s].
     real(wp), intent(in) :: seconds
@@ -168,26 +157,23 @@ contains
 
   !> A step in a line.
   pure function step_text(model, record) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> How the step went.
     type(step_record_type), intent(in) :: record
     character(len=:), allocatable :: text
-    real(wp) :: drag
+    real(wp) :: damping
 
     associate (progress => model%state%progress)
       text = phase_text(model)//', load factor '//short_text(progress%load_factor, 5)// &
         ', step '//integer_text(progress%step)//', '//integer_text(record%iterations)// &
         ' iterations, out of balance '//short_text(record%out_of_balance, 2)// &
         ', stabilisation '//short_text(share_named(record%shares, stabilisation_share), 2)
-      drag = share_named(record%shares, drag_share)
-      if (abs(drag) > 0.0_wp) text = text//', damping '//short_text(drag, 2)
+      damping = share_named(record%shares, damping_share)
+      if (abs(damping) > 0.0_wp) text = text//', damping '//short_text(damping, 2)
     end associate
   end function step_text
 
   !> The present phase.
   pure function phase_text(model) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
     integer :: phase

@@ -19,7 +19,6 @@ contains
 
   !> The line of every run.
   pure function error_line(model, estimate) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The error of its stresses.
     type(stress_error_type), intent(in) :: estimate
@@ -35,7 +34,6 @@ contains
 
   !> What is to be said against the stresses; empty when nothing.
   subroutine error_warning(model, estimate, text)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The error of its stresses.
     type(stress_error_type), intent(in) :: estimate
@@ -78,7 +76,6 @@ contains
 
   !> What to do about it.
   pure function advice(model) result(text)
-    !> The model.
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
 
@@ -98,7 +95,6 @@ contains
 
   !> A share in per cent.
   pure function percent(share) result(text)
-    !> The share.
     real(wp), intent(in) :: share
     character(len=:), allocatable :: text
 

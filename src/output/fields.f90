@@ -62,7 +62,6 @@ contains
   !> External force on the material points as the load stands: weight, and traction where material
   !> points carry it.
   pure subroutine point_load(model, load)
-    !> The model.
     type(model_type), intent(in) :: model
     !> (3, points)
     real(wp), allocatable, intent(out) :: load(:, :)
@@ -88,7 +87,6 @@ contains
 
   !> Name of a state variable, counted over all laws that name theirs and each name once; empty behind the last.
   pure function state_name(model, number) result(name)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Number of the variable.
     integer, intent(in) :: number
@@ -110,11 +108,9 @@ contains
 
   !> Whether a law before has a state variable of that name, or it has none.
   pure logical function known(model, last, name)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The law whose predecessors are looked at.
     integer, intent(in) :: last
-    !> The name.
     character(len=*), intent(in) :: name
     integer :: m
 
@@ -126,11 +122,9 @@ contains
 
   !> Place of a state variable in the state of a law, 0 when it has none of that name.
   pure integer function state_place(model, m, name)
-    !> The model.
     type(model_type), intent(in) :: model
     !> Number of the law.
     integer, intent(in) :: m
-    !> The name.
     character(len=*), intent(in) :: name
     integer :: i
 
@@ -143,9 +137,7 @@ contains
 
   !> A state variable at the material points, 0 at those whose law does not have it.
   subroutine state_values(model, name, values)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> The name.
     character(len=*), intent(in) :: name
     !> (1, points)
     real(wp), allocatable, intent(out) :: values(:, :)
@@ -165,7 +157,6 @@ contains
 
   !> Time of a picture: phases done and the share of the present one, never falling.
   pure real(wp) function phase_time(model)
-    !> The model.
     type(model_type), intent(in) :: model
 
     phase_time = real(model%state%progress%phase - 1, wp) + model%state%progress%fraction
@@ -173,7 +164,6 @@ contains
 
   !> Material points each cell owns.
   pure subroutine cell_point_count(model, count)
-    !> The model.
     type(model_type), intent(in) :: model
     !> (cells)
     integer, allocatable, intent(out) :: count(:)
@@ -188,7 +178,6 @@ contains
 
   !> Volume of the points of a cell over the volume of the cell.
   subroutine cell_fill(model, fill)
-    !> The model.
     type(model_type), intent(in) :: model
     !> (1, cells)
     real(wp), allocatable, intent(out) :: fill(:, :)

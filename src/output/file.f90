@@ -38,7 +38,6 @@ contains
 
   !> Begin a file that will be renamed when it is complete.
   subroutine create_file(file, path)
-    !> The file.
     type(file_type), intent(out) :: file
     !> Final name.
     character(len=*), intent(in) :: path
@@ -51,9 +50,7 @@ contains
 
   !> Open a file that grows row by row, or begin it.
   subroutine append_file(file, path, length, error)
-    !> The file.
     type(file_type), intent(out) :: file
-    !> Name.
     character(len=*), intent(in) :: path
     !> Bytes of the present file that stay; 0 begins anew.
     integer(long), intent(in) :: length
@@ -76,7 +73,6 @@ contains
 
   !> Write text as it is.
   subroutine put_text(file, text)
-    !> The file.
     type(file_type), intent(inout) :: file
     !> What is written, line ends included.
     character(len=*), intent(in) :: text
@@ -92,7 +88,6 @@ contains
 
   !> Write bytes as they are.
   subroutine put_bytes(file, data, count)
-    !> The file.
     type(file_type), intent(inout) :: file
     !> Address of the first byte.
     type(c_ptr), intent(in) :: data
@@ -111,7 +106,6 @@ contains
 
   !> Bring what was put to the file; rows that do not fit are cut off again.
   subroutine flush_file(file, error)
-    !> The file.
     type(file_type), intent(inout) :: file
     !> Set when anything put since the last flush could not be written.
     type(error_type), allocatable, intent(out) :: error
@@ -129,7 +123,6 @@ contains
 
   !> Bring a file to the disk and give it its name; on failure the former file stays.
   subroutine commit_file(file, error)
-    !> The file.
     type(file_type), intent(inout) :: file
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -145,7 +138,6 @@ contains
 
   !> Close a file that grew row by row; one that is not open is left alone.
   subroutine close_file(file, error)
-    !> The file.
     type(file_type), intent(inout) :: file
     !> Set when its last rows could not be written.
     type(error_type), allocatable, intent(out) :: error
@@ -159,7 +151,6 @@ contains
 
   !> Flush, bring to the disk and close; keep the first failure.
   subroutine finish_stream(file)
-    !> The file.
     type(file_type), intent(inout) :: file
 
     if (.not. c_associated(file%stream)) return
@@ -177,7 +168,6 @@ contains
 
   !> Leave nothing half written: the temporary file goes, a growing file is cut to whole rows.
   subroutine abandon(file)
-    !> The file.
     type(file_type), intent(inout) :: file
     integer :: ignored
 
@@ -192,7 +182,6 @@ contains
 
   !> Sentence for a file that cannot be written.
   function failure(file) result(message)
-    !> The file.
     type(file_type), intent(in) :: file
     character(len=:), allocatable :: message
 
@@ -201,7 +190,6 @@ contains
 
   !> Write a whole text file.
   subroutine write_text(path, text, error, durable)
-    !> Name.
     character(len=*), intent(in) :: path
     !> Contents.
     character(len=*), intent(in) :: text
@@ -219,7 +207,6 @@ contains
 
   !> Read a whole text file.
   subroutine read_text(path, text, error)
-    !> Name.
     character(len=*), intent(in) :: path
     !> Contents.
     character(len=:), allocatable, intent(out) :: text
@@ -242,7 +229,6 @@ contains
 
   !> Whether there is a file of that name.
   logical function file_exists(path)
-    !> Name.
     character(len=*), intent(in) :: path
 
     inquire (file=path, exist=file_exists)

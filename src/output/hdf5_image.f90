@@ -2,7 +2,7 @@
 !>
 !> The library never writes to the disk itself, so that a full disk is met by `qsmpm_file`, which
 !> leaves no half file, and not by the library's caches. Objects carry no times: the same state
-!> gives the same bytes. A failure is kept and told by `save_image`. Reading is `qsmpm_hdf5_reader`;
+!> gives the same bytes. A failure is kept and reported by `save_image`. Reading is `qsmpm_hdf5_reader`;
 !> no other module uses the library.
 module qsmpm_hdf5_image
   use, intrinsic :: iso_c_binding, only: c_loc, c_null_ptr, c_ptr
@@ -55,7 +55,7 @@ contains
     call h5iis_valid_f(h5t_native_double, ready, status)
     if (ready .and. status >= 0) return
     call h5open_f(status)
-    ! Failures are told by the caller's error, not by the library on the screen.
+    ! Failures are reported by the caller's error, not by the library on the screen.
     call h5eset_auto_f(0, status)
   end subroutine open_library
 
@@ -163,13 +163,11 @@ contains
   subroutine create_dataset(image, path, kind, dimensions, dataset)
     !> The file.
     type(image_type), intent(inout) :: image
-    !> Name.
     character(len=*), intent(in) :: path
     !> HDF5 type in the file.
     integer(hid_t), intent(in) :: kind
     !> Sizes, the fastest first.
     integer(hsize_t), intent(in) :: dimensions(:)
-    !> The dataset.
     integer(hid_t), intent(out) :: dataset
     integer(hid_t) :: space
     integer :: status(3)
@@ -190,9 +188,7 @@ contains
   subroutine write_reals(image, path, dataset, values, count)
     !> The file.
     type(image_type), intent(inout) :: image
-    !> Name.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(in) :: dataset
     !> Number of values.
     integer, intent(in) :: count
@@ -208,9 +204,7 @@ contains
   subroutine write_integers(image, path, dataset, values, count)
     !> The file.
     type(image_type), intent(inout) :: image
-    !> Name.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(in) :: dataset
     !> Number of values.
     integer, intent(in) :: count
@@ -226,9 +220,7 @@ contains
   subroutine close_dataset(image, path, dataset)
     !> The file.
     type(image_type), intent(inout) :: image
-    !> Name.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(in) :: dataset
     integer :: status
 
@@ -244,7 +236,6 @@ contains
     character(len=*), intent(in) :: object
     !> Name of the attribute.
     character(len=*), intent(in) :: name
-    !> The value.
     real(wp), intent(in) :: value
     real(wp), target :: buffer(1)
     integer(hid_t) :: attribute
@@ -266,7 +257,6 @@ contains
     character(len=*), intent(in) :: object
     !> Name of the attribute.
     character(len=*), intent(in) :: name
-    !> The value.
     integer, intent(in) :: value
     integer, target :: buffer(1)
     integer(hid_t) :: attribute
@@ -290,7 +280,6 @@ contains
     character(len=*), intent(in) :: name
     !> HDF5 type in the file.
     integer(hid_t), intent(in) :: kind
-    !> The attribute.
     integer(hid_t), intent(out) :: attribute
     integer(hid_t) :: space
     integer :: status(3)

@@ -1,5 +1,5 @@
 !> Reading of HDF5 files that end with a checksum (`qsmpm_seal`): the library, which believes what it reads, sees none
-!> that was damaged. A failure is kept and told by `close_reader`.
+!> that was damaged. A failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, &
@@ -39,7 +39,6 @@ contains
   subroutine open_reader(reader, path)
     !> The file.
     type(reader_type), intent(out) :: reader
-    !> Its name.
     character(len=*), intent(in) :: path
     integer :: status
 
@@ -132,9 +131,7 @@ contains
   subroutine open_dataset(reader, path, dataset, dims)
     !> The file.
     type(reader_type), intent(inout) :: reader
-    !> Name.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(out) :: dataset
     !> Its sizes, the fastest first; zeros when there is none.
     integer(hsize_t), intent(out) :: dims(:)
@@ -169,7 +166,6 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path
-    !> Its sizes.
     integer(hsize_t), intent(in) :: dims(:)
     !> Sizes it must have.
     integer(hsize_t), intent(in) :: wanted(:)
@@ -184,7 +180,6 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(in) :: dataset
     !> Number of values.
     integer, intent(in) :: count
@@ -208,7 +203,6 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Name of the dataset.
     character(len=*), intent(in) :: path
-    !> The dataset.
     integer(hid_t), intent(in) :: dataset
     !> Number of values.
     integer, intent(in) :: count
@@ -282,7 +276,6 @@ contains
     character(len=*), intent(in) :: object
     !> Name of the attribute.
     character(len=*), intent(in) :: name
-    !> The attribute.
     integer(hid_t), intent(out) :: attribute
     integer :: status
 

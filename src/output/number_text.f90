@@ -18,7 +18,6 @@ contains
 
   !> A long integer without blanks.
   pure function long_integer_text(value) result(text)
-    !> The integer.
     integer(long), intent(in) :: value
     character(len=:), allocatable :: text
     character(len=24) :: buffer
@@ -40,7 +39,6 @@ contains
 
   !> A real in as few digits as read back as the same bits.
   pure function real_text(value) result(text)
-    !> The real.
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
     character(len=32) :: buffer
@@ -58,7 +56,6 @@ contains
 
   !> Text of an infinity or of what is not a number.
   pure function special_text(value) result(text)
-    !> The value.
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
 
@@ -73,7 +70,6 @@ contains
 
   !> A real for people, in about `digits` digits.
   pure function short_text(value, digits) result(text)
-    !> The real.
     real(wp), intent(in) :: value
     !> Significant digits wanted, 1 to 9.
     integer, intent(in) :: digits
@@ -123,7 +119,6 @@ contains
 
   !> A text without a newline at its end.
   pure function without_last_newline(text) result(line)
-    !> The text.
     character(len=*), intent(in) :: text
     character(len=:), allocatable :: line
 

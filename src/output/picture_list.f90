@@ -28,7 +28,6 @@ contains
 
   !> Enter a picture; one of the same step is replaced.
   pure subroutine add_picture(list, step, time)
-    !> The list.
     type(picture_list_type), intent(inout) :: list
     !> Accepted steps so far.
     integer, intent(in) :: step
@@ -52,7 +51,6 @@ contains
 
   !> Write the collection of one kind of picture.
   subroutine write_collection(list, directory, kind, error)
-    !> The list.
     type(picture_list_type), intent(in) :: list
     !> Where the pictures are.
     character(len=*), intent(in) :: directory
@@ -76,7 +74,6 @@ contains
 
   !> Read the list back as far as a step.
   subroutine read_collection(list, directory, last_step, error)
-    !> The list.
     type(picture_list_type), intent(out) :: list
     !> Where the pictures are.
     character(len=*), intent(in) :: directory
@@ -101,9 +98,7 @@ contains
 
   !> Enter the picture a line of the collection names, if it names one.
   pure subroutine read_line(list, line, last_step)
-    !> The list.
     type(picture_list_type), intent(inout) :: list
-    !> The line.
     character(len=*), intent(in) :: line
     !> Pictures of later steps are forgotten.
     integer, intent(in) :: last_step

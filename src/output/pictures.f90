@@ -25,7 +25,6 @@ contains
   subroutine write_points_picture(path, model, estimate, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> The model.
     type(model_type), intent(in) :: model
     !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
@@ -87,7 +86,6 @@ contains
   subroutine write_mesh_picture(path, model, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -112,7 +110,6 @@ contains
   subroutine add_mesh_cells(vtu, model)
     !> The picture.
     type(vtu_type), intent(inout) :: vtu
-    !> The model.
     type(model_type), intent(in) :: model
     integer, allocatable :: integers(:)
     integer(int8), allocatable :: bytes(:)

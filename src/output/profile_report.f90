@@ -22,7 +22,6 @@ contains
 
   !> `time: evaluation 41 %, ...`: the parts by size.
   function shares_line(profile, threads) result(line)
-    !> The profile.
     type(run_profile_type), intent(in) :: profile
     !> Threads of the run.
     integer, intent(in) :: threads
@@ -47,7 +46,6 @@ contains
 
   !> Share of each part, 0 when no time was taken.
   pure function shares(profile, threads) result(share)
-    !> The profile.
     type(run_profile_type), intent(in) :: profile
     !> Threads of the run.
     integer, intent(in) :: threads
@@ -60,7 +58,6 @@ contains
 
   !> A line a part: processor's and wall clock's seconds, calls, share.
   function profile_table(profile, threads) result(text)
-    !> The profile.
     type(run_profile_type), intent(in) :: profile
     !> Threads of the run.
     integer, intent(in) :: threads
@@ -85,7 +82,6 @@ contains
 
   !> Everything, as a JSON object.
   function profile_json(profile, threads) result(text)
-    !> The profile.
     type(run_profile_type), intent(in) :: profile
     !> Threads of the run.
     integer, intent(in) :: threads
@@ -109,7 +105,6 @@ contains
 
   !> The counts, a line each.
   pure function count_lines(profile) result(text)
-    !> The profile.
     type(run_profile_type), intent(in) :: profile
     character(len=:), allocatable :: text
 
@@ -138,7 +133,6 @@ contains
   pure function fixed(value, decimals) result(text)
     !> The number.
     real(wp), intent(in) :: value
-    !> Decimals.
     integer, intent(in) :: decimals
     character(len=:), allocatable :: text
     character(len=24) :: buffer

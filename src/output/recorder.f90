@@ -152,7 +152,6 @@ contains
 
   !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
   subroutine remove_earlier_run(directory, error)
-    !> The directory.
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
@@ -298,7 +297,6 @@ contains
   subroutine write_row(recorder, model, record, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> How the step went.
     type(step_record_type), intent(in) :: record
     !> Set when the row could not be written.
     type(error_type), allocatable, intent(out) :: error
@@ -320,7 +318,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call write_log(self, 'end of phase '//integer_text(model%state%progress%phase))
-    call tell_stress_error(self, model)
+    call report_stress_error(self, model)
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
@@ -345,7 +343,7 @@ contains
   end function limit_json
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
-  subroutine tell_stress_error(recorder, model)
+  subroutine report_stress_error(recorder, model)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
@@ -354,7 +352,7 @@ contains
     call recorder%note(error_line(model, recorder%estimate))
     call error_warning(model, recorder%estimate, text)
     if (len(text) > 0) call recorder%note(text)
-  end subroutine tell_stress_error
+  end subroutine report_stress_error
 
   !> Estimate the error of the stresses unless that is done for this step.
   subroutine measure(recorder, model)
@@ -439,7 +437,7 @@ contains
       call show_start(recorder, model, error)
     else
       call keep_last_state(recorder, model, outcome, error)
-      if (signal_received() == 0) call tell_stress_error(recorder, model)
+      if (signal_received() == 0) call report_stress_error(recorder, model)
       call write_log(recorder, 'qsmpm: stopped: '//outcome%message)
       if (allocated(error)) call write_log(recorder, 'qsmpm: '//error%message)
     end if
@@ -576,7 +574,6 @@ contains
 
   !> Whether a step is one of every so many; never when that is 0.
   pure logical function is_multiple(step, every)
-    !> The step.
     integer, intent(in) :: step
     !> Every so many steps, 0 for never.
     integer, intent(in) :: every

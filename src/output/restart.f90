@@ -30,7 +30,6 @@ contains
   !> Two numbers that another text is next to certain not to have: polynomials in its bytes modulo
   !> the prime 2**31 - 1.
   pure function text_fingerprint(text) result(fingerprint)
-    !> The text.
     character(len=*), intent(in) :: text
     integer :: fingerprint(2)
     integer(long), parameter :: prime = 2147483647_long, base(2) = [263_long, 1048583_long]
@@ -48,7 +47,6 @@ contains
   subroutine write_restart(path, model, fingerprint, error)
     !> Name of the file.
     character(len=*), intent(in) :: path
-    !> The model.
     type(model_type), intent(in) :: model
     !> Fingerprint of the resolved deck (2).
     integer, intent(in) :: fingerprint(:)
@@ -126,11 +124,11 @@ contains
     call put_attribute(image, '/progress', 'fraction', progress%fraction)
     call put_attribute(image, '/progress', 'load_factor', progress%load_factor)
     call put_attribute(image, '/progress', 'next_step', progress%next_step)
-    call put_attribute(image, '/progress', 'proximal', progress%proximal)
+    call put_attribute(image, '/progress', 'proximal', progress%damping)
     call put_attribute(image, '/progress', 'whole_corrections', merge(1, 0, progress%whole_corrections))
     call put_attribute(image, '/progress', 'external_work', progress%external_work)
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
-    call put_attribute(image, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call put_attribute(image, '/progress', 'hold_tests_done', progress%constant_load_tests_done)
     call put_attribute(image, '/progress', 'release_left', progress%release_left)
     associate (limit => progress%limit)
       call put_attribute(image, '/progress', 'first_compliance', limit%first)
@@ -267,12 +265,12 @@ contains
     call get_attribute(reader, '/progress', 'fraction', progress%fraction)
     call get_attribute(reader, '/progress', 'load_factor', progress%load_factor)
     call get_attribute(reader, '/progress', 'next_step', progress%next_step)
-    call get_attribute(reader, '/progress', 'proximal', progress%proximal)
+    call get_attribute(reader, '/progress', 'proximal', progress%damping)
     call get_attribute(reader, '/progress', 'whole_corrections', whole)
     progress%whole_corrections = whole == 1
     call get_attribute(reader, '/progress', 'external_work', progress%external_work)
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
-    call get_attribute(reader, '/progress', 'hold_tests_done', progress%hold_tests_done)
+    call get_attribute(reader, '/progress', 'hold_tests_done', progress%constant_load_tests_done)
     call get_attribute(reader, '/progress', 'release_left', progress%release_left)
     associate (limit => progress%limit)
       call get_attribute(reader, '/progress', 'first_compliance', limit%first)

@@ -30,7 +30,6 @@ contains
   subroutine write_mesh_results(directory, model, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
-    !> The model.
     type(model_type), intent(in) :: model
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
@@ -64,7 +63,6 @@ contains
   subroutine write_step_results(directory, model, estimate, error)
     !> Where the results are.
     character(len=*), intent(in) :: directory
-    !> The model.
     type(model_type), intent(in) :: model
     !> Estimated error of its stresses.
     type(stress_error_type), intent(in) :: estimate
@@ -143,7 +141,6 @@ contains
   pure function part_path(directory, step) result(path)
     !> Where the results are.
     character(len=*), intent(in) :: directory
-    !> The step.
     integer, intent(in) :: step
     character(len=:), allocatable :: path
 

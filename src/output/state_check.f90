@@ -79,10 +79,10 @@ contains
     integer, intent(in) :: phases
 
     progress_good = progress%phase >= 1 .and. progress%phase <= phases .and. &
-      min(progress%step, progress%phase_steps, progress%hold_tests_done) >= 0 .and. &
+      min(progress%step, progress%phase_steps, progress%constant_load_tests_done) >= 0 .and. &
       progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
       progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
-      progress%proximal >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%proximal, &
+      progress%damping >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%damping, &
       progress%external_work, progress%internal_work]) .and. limit_good(progress%limit)
   end function progress_good
 

@@ -167,7 +167,6 @@ contains
 
   !> The tag that describes an array.
   pure function array_tag(array, offset) result(tag)
-    !> The array.
     type(array_type), intent(in) :: array
     !> Its place behind the underscore, in bytes.
     integer(long), intent(in) :: offset
@@ -190,7 +189,6 @@ contains
 
   !> Bytes of an array without its length.
   pure integer(long) function byte_count(array)
-    !> The array.
     type(array_type), intent(in) :: array
 
     if (allocated(array%reals)) then
@@ -204,9 +202,7 @@ contains
 
   !> Write the length and the bytes of an array.
   subroutine put_array(file, array)
-    !> The file.
     type(file_type), intent(inout) :: file
-    !> The array.
     type(array_type), intent(in), target :: array
     integer(long), target :: length
 

@@ -15,7 +15,7 @@ module qsmpm_whole_scene
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_field_list, only: field_list_type, kind_internal
   use qsmpm_points, only: allocate_points, points_type, start_strains, carries_strains
-  use qsmpm_fault_list, only: fault_list_type
+  use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
@@ -48,7 +48,6 @@ contains
 
   !> Whether the model is smaller than the scene.
   pure logical function is_reduced(whole)
-    !> The scene.
     type(whole_scene_type), intent(in) :: whole
 
     is_reduced = .false.
@@ -57,7 +56,6 @@ contains
 
   !> Mesh the scene and put its points beside those of the model.
   subroutine begin_whole(whole, scene, expansion, model, error)
-    !> The scene.
     type(whole_scene_type), intent(out) :: whole
     !> The scene as the deck says it, and the way back to it.
     type(analysis_type), intent(in) :: scene
@@ -66,7 +64,7 @@ contains
     type(model_type), intent(in) :: model
     !> Set when the mesh or the sets of the scene are not good.
     type(error_type), allocatable, intent(out) :: error
-    type(fault_list_type) :: faults
+    type(diagnostics_type) :: diagnostics
 
     whole%expansion = expansion
     if (.not. is_reduced(whole)) return
@@ -74,11 +72,11 @@ contains
     whole%model%analysis%materials = model%analysis%materials
     whole%model%notes = ''
     whole%model%state%window = window_of_scene(expansion, model%state%window)
-    call make_mesh(whole%model, faults)
-    if (faults%count == 0) call make_sets(whole%model, faults)
-    if (faults%count == 0) call make_space(whole%model, faults)
-    if (faults%count > 0) then
-      call fail(error, error_deck, faults%text)
+    call make_mesh(whole%model, diagnostics)
+    if (diagnostics%count == 0) call make_sets(whole%model, diagnostics)
+    if (diagnostics%count == 0) call make_space(whole%model, diagnostics)
+    if (diagnostics%count > 0) then
+      call fail(error, error_deck, diagnostics%text)
       return
     end if
     whole%model%state%coordinates = whole%model%mesh%coordinates
@@ -89,9 +87,7 @@ contains
 
   !> Find the node of the model for every node of the scene.
   subroutine match_nodes(whole, model)
-    !> The scene.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
     type(point_bins_type) :: bins
     type(mesh_type) :: built
@@ -116,9 +112,7 @@ contains
 
   !> Where the scene stands; work is that of the whole scene.
   pure subroutine follow_step(whole, model)
-    !> The scene.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
     real(wp) :: factor
 
@@ -130,7 +124,6 @@ contains
 
   !> The record of a step with the histories of the scene.
   pure subroutine whole_record(whole, record, changed)
-    !> The scene.
     type(whole_scene_type), intent(in) :: whole
     !> How the step went in the model.
     type(step_record_type), intent(in) :: record
@@ -153,9 +146,7 @@ contains
 
   !> Points, nodes and loads of the scene as the model stands.
   subroutine show_state(whole, model)
-    !> The scene.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
     type(image_list_type) :: images
     integer :: i, n
@@ -209,9 +200,7 @@ contains
   !> Gravity of the scene, and its points that stand for a piece of a loaded surface. A surface has up to
   !> four images, one for each pair of signs along x and z.
   subroutine show_loads(whole, model, images)
-    !> The scene.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
     !> Points of the scene.
     type(image_list_type), intent(in) :: images
@@ -281,9 +270,7 @@ contains
 
   !> What the reductions save, as lines for the log.
   subroutine savings_text(whole, model, text)
-    !> The scene.
     type(whole_scene_type), intent(inout) :: whole
-    !> The model.
     type(model_type), intent(in) :: model
     !> One reduction a line, then the totals.
     character(len=:), allocatable, intent(out) :: text

@@ -13,7 +13,6 @@ contains
 
   !> Determinant of the element's Jacobian, times the radius in axisymmetry.
   pure function measure_at(mesh, axisymmetric, cell, local) result(measure)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -35,7 +34,6 @@ contains
 
   !> Volumes of all cells by their full rule.
   subroutine cell_volumes(mesh, axisymmetric, volumes)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -59,7 +57,6 @@ contains
 
   !> Volume of a cell by its full rule.
   pure real(wp) function volume_of(mesh, axisymmetric, cell) result(volume)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric

@@ -35,7 +35,6 @@ contains
     real(wp), intent(in) :: body_limits(2)
     !> Sub-cells a side of the base, and layers.
     integer, intent(in) :: n, layers
-    !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     type(polygon_list_type) :: inside, whole, found
     integer :: m, k, column(2)
@@ -179,7 +178,6 @@ contains
 
   !> Pieces of a polyhedron in the sub-cells of a cell.
   pure subroutine solid_pieces(solid, closed, corners, n, layers, pieces)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> It has all its facets: extents are those of the piece, else of the sub-cell.
     logical, intent(in) :: closed
@@ -187,7 +185,6 @@ contains
     real(wp), intent(in) :: corners(:, :)
     !> Sub-cells a direction in the base, and layers; a tetrahedron stays whole.
     integer, intent(in) :: n, layers
-    !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     integer, allocatable :: candidates(:)
     real(wp) :: sub(3, size(corners, 2)), low(3), high(3)
@@ -294,7 +291,6 @@ contains
   !> Extents of the part of a polyhedron in a brick: its corners are corners of the brick inside the
   !> polyhedron and corners of the facets cut by the brick.
   pure subroutine find_extent(solid, candidates, corners, extent)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Facets over the brick.
     integer, intent(in) :: candidates(:)

@@ -21,7 +21,6 @@ contains
 
   !> Coordinates of the corners of a cell (dimension, corners).
   pure function corners_of(mesh, cell) result(corners)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -35,7 +34,6 @@ contains
   !> The polyhedron of a body in 3D; the prism between its limits when it is given by an outline.
   !> It has no facets in the plane and where the body is unbounded.
   pure subroutine solid_of(mesh, shape, solid)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
@@ -65,7 +63,6 @@ contains
 
   !> Share of a cell that a body occupies, and the centroid of that part.
   pure subroutine occupied_share(mesh, axisymmetric, shape, solid, cell, share, centre)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Shares of volumes per radian.
     logical, intent(in) :: axisymmetric
@@ -169,7 +166,6 @@ contains
 
   !> Share of a cell in 3D inside a polyhedron.
   pure subroutine share_in_solid(solid, corners, closed, share, centre)
-    !> The polyhedron.
     type(polyhedron_type), intent(in) :: solid
     !> Corners of the cell (3,n).
     real(wp), intent(in) :: corners(:, :)

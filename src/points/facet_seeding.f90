@@ -25,7 +25,6 @@ contains
 
   !> Surface points on facets inside a box.
   pure subroutine seed_facets(mesh, occupied, solid, low, high, degree, surface, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material of the body (cell_count).
     logical, intent(in) :: occupied(:)
@@ -37,7 +36,6 @@ contains
     integer, intent(in) :: degree
     !> Number that the seeds of each facet get: that of its surface, or its own (facets).
     integer, intent(in) :: surface(:)
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp), allocatable :: places(:, :), weights(:)
     real(wp) :: corners(3, 8), box(3, 2), slack
@@ -67,7 +65,6 @@ contains
 
   !> Surface points on the part of a facet inside a cell and a box.
   pure subroutine seed_facet(mesh, occupied, cell, facet, low, high, places, weights, surface, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material of the body (cell_count).
     logical, intent(in) :: occupied(:)
@@ -81,7 +78,6 @@ contains
     real(wp), intent(in) :: places(:, :), weights(:)
     !> Number of the surface.
     integer, intent(in) :: surface
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp), dimension(3, face_count(mesh%cell_kind(cell)) + 6) :: origins, normals
     real(wp), dimension(face_count(mesh%cell_kind(cell))) :: sizes, facing, deviation
@@ -122,7 +118,6 @@ contains
 
   !> Surface points on a convex plane polygon.
   pure subroutine seed_polygon(mesh, cell, polygon, normal, places, weights, surface, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cell that owns them.
     integer, intent(in) :: cell
@@ -134,7 +129,6 @@ contains
     real(wp), intent(in) :: places(:, :), weights(:)
     !> Number of the surface.
     integer, intent(in) :: surface
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: x(3, 3), local(3), area, share
     integer :: i, k

@@ -29,7 +29,6 @@ contains
 
   !> Add the integration points of a body.
   pure subroutine seed_outline_cells(mesh, axisymmetric, outline, body, degree, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes per radian.
     logical, intent(in) :: axisymmetric

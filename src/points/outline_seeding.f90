@@ -29,7 +29,6 @@ contains
 
   !> Surface points on what of the bounds of a body is in a box.
   pure subroutine seed_outline(mesh, axisymmetric, occupied, shape, box, slack, degree, surface, list, left_out)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
     logical, intent(in) :: axisymmetric
@@ -122,7 +121,6 @@ contains
   !> All facets of a body: those of its polyhedron, or of the prism over its outline. A prism that goes
   !> through all of z has walls only.
   pure subroutine bounds_of(mesh, shape, solid)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape

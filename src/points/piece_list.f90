@@ -23,7 +23,6 @@ contains
 
   !> Append a piece.
   pure subroutine add_piece(list, measure, centroid, extent, second, place)
-    !> The pieces.
     type(piece_list_type), intent(inout) :: list
     !> Area or volume.
     real(wp), intent(in) :: measure
@@ -47,7 +46,6 @@ contains
 
   !> Room for a number of pieces.
   pure subroutine make_room(list, count)
-    !> The pieces.
     type(piece_list_type), intent(inout) :: list
     !> Number of pieces.
     integer, intent(in) :: count
@@ -106,7 +104,6 @@ contains
 
   !> Add one piece to another and remove it.
   pure subroutine merge_into(pieces, i, target)
-    !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     !> The piece that goes, and the one that gains it.
     integer, intent(in) :: i, target

@@ -26,14 +26,12 @@ contains
   !> of mean s s' = 1. In a convex plane piece they lie inside, for it contains the ellipse |L^-1 (x - c)| = sqrt 2
   !> (Kannan, Lovasz and Simonovits 1995); elsewhere they are turned until they lie in the cell.
   pure subroutine points_of_piece(mesh, cell, pieces, k, pattern, d, x, half)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
     !> The pieces, and the number of one.
     type(piece_list_type), intent(in) :: pieces
     integer, intent(in) :: k
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
     !> 2 for a plane piece, 3.
     integer, intent(in) :: d
@@ -96,7 +94,6 @@ contains
 
   !> Half lengths shortened so that the box does not leave the cell, as the piece it stands for does not.
   pure function inside_cell(mesh, cell, centroid, half) result(shorter)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -118,7 +115,6 @@ contains
 
   !> Whether a place is in a cell, and its local coordinates.
   pure subroutine find_inside(mesh, cell, x, local, inside)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell

@@ -21,7 +21,6 @@ contains
   pure subroutine make_bins(positions, bins)
     !> Places (dimension, n), n at least 1.
     real(wp), intent(in) :: positions(:, :)
-    !> The bins.
     type(point_bins_type), intent(out) :: bins
     real(wp) :: extent(size(positions, 1))
     integer :: d, k, p, n
@@ -54,7 +53,6 @@ contains
 
   !> Bin of a place, the nearest one for a place beside all bins.
   pure function bin_at(bins, x) result(at)
-    !> The bins.
     type(point_bins_type), intent(in) :: bins
     !> Place (dimension).
     real(wp), intent(in) :: x(:)
@@ -69,7 +67,6 @@ contains
 
   !> Number of a bin.
   pure integer function number_of(bins, at) result(k)
-    !> The bins.
     type(point_bins_type), intent(in) :: bins
     !> Place of the bin in each direction (3).
     integer, intent(in) :: at(3)
@@ -79,7 +76,6 @@ contains
 
   !> The nearest point; of several at the same distance the one with the lowest number.
   pure integer function nearest_in_bins(bins, positions, x) result(nearest)
-    !> The bins of the points.
     type(point_bins_type), intent(in) :: bins
     !> Places of the points (dimension, n).
     real(wp), intent(in) :: positions(:, :)
@@ -109,7 +105,6 @@ contains
 
   !> Compare with the points of a bin.
   pure subroutine look_into(bins, positions, x, bin, nearest, least)
-    !> The bins of the points.
     type(point_bins_type), intent(in) :: bins
     !> Places of the points (dimension, n) and the place (dimension).
     real(wp), intent(in) :: positions(:, :), x(:)

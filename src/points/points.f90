@@ -175,7 +175,6 @@ contains
 
   !> Allocate material points, unstressed and undeformed.
   pure subroutine allocate_points(points, dimension, count, stress_components, state_count)
-    !> The material points.
     type(points_type), intent(out) :: points
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -258,7 +257,6 @@ contains
 
   !> Allocate surface points of no area.
   pure subroutine allocate_surface_points(surface, dimension, count)
-    !> The surface points.
     type(surface_points_type), intent(out) :: surface
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -287,7 +285,6 @@ contains
 
   !> Take the present place and normal of surface points for those at which their support begins.
   pure subroutine set_normals(surface, chosen)
-    !> The surface points.
     type(surface_points_type), intent(inout) :: surface
     !> Which of them (count).
     logical, intent(in) :: chosen(:)

@@ -24,7 +24,6 @@ contains
 
   !> Append one seed.
   pure subroutine add_seed(list, cell, body, local, volume, vector)
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> Owner cell.
     integer, intent(in) :: cell
@@ -48,7 +47,6 @@ contains
 
   !> Room for one more seed.
   pure subroutine make_room(list, dimension)
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> 2 or 3.
     integer, intent(in) :: dimension

@@ -112,7 +112,6 @@ contains
   pure subroutine spread_all(sub_cells, layers, spread, pattern)
     !> Sub-cells a side of the base, layers, and points of a piece.
     integer, intent(in) :: sub_cells, layers, spread
-    !> The pattern.
     type(pattern_type), intent(inout) :: pattern
 
     pattern%sub_cells = sub_cells

@@ -39,7 +39,6 @@ contains
 
   !> Add the points of one body.
   subroutine seed_body(mesh, axisymmetric, shape, body, points_per_element, places, degree, list, error)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -53,7 +52,6 @@ contains
     integer, intent(in) :: places
     !> Degree along an axis of the functions of a grid, 0 for those of the elements.
     integer, intent(in) :: degree
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> A number of points the element does not know, or a cut cell in FEM.
     type(error_type), allocatable, intent(out) :: error
@@ -87,7 +85,6 @@ contains
 
   !> Least length of a cell along an axis.
   pure real(wp) function least_extent(mesh, cell) result(extent)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -100,11 +97,9 @@ contains
   !> True when the places of the pattern are the centroids of what they stand for: not so for a
   !> regular pattern in a plane quadrilateral or an upright brick that is no parallelogram.
   pure logical function pattern_fits(mesh, cell, pattern) result(fits)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
     real(wp), allocatable :: base(:, :)
     real(wp) :: low, high
@@ -121,15 +116,12 @@ contains
 
   !> The whole pattern; its volumes add up to the volume of the cell.
   subroutine seed_cell(mesh, axisymmetric, cell, body, pattern, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: volume(size(pattern%weights))
     integer :: k
@@ -143,13 +135,11 @@ contains
   !> Volumes the points of a pattern stand for in a cell. A pattern that is no Gauss rule does not
   !> integrate the Jacobian of a distorted element: its volumes are scaled to the exact sum.
   subroutine pattern_volumes(mesh, axisymmetric, cell, pattern, volume)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes per radian.
     logical, intent(in) :: axisymmetric
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
     !> (n)
     real(wp), intent(out) :: volume(:)
@@ -165,7 +155,6 @@ contains
 
   !> A point of a pattern: its box has the shape of the cell and the size of the point.
   subroutine add_point(mesh, axisymmetric, cell, body, local, volume, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes per radian.
     logical, intent(in) :: axisymmetric
@@ -175,7 +164,6 @@ contains
     real(wp), intent(in) :: local(:)
     !> Volume; per radian in axisymmetry.
     real(wp), intent(in) :: volume
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: extent(mesh%dimension), x(mesh%dimension), measure
 
@@ -192,7 +180,6 @@ contains
 
   !> Place of local coordinates in a cell.
   pure function place_of(mesh, cell, local) result(x)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -210,7 +197,6 @@ contains
   !> Points for every piece of the body in the sub-cells of a cell. A body that goes through all of z has the points of
   !> its section in every layer: its displacement may be that of the section.
   subroutine seed_pieces(mesh, axisymmetric, shape, solid, cell, body, share, pattern, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes per radian.
     logical, intent(in) :: axisymmetric
@@ -221,9 +207,7 @@ contains
     integer, intent(in) :: cell, body
     !> Share of the cell that the body occupies.
     real(wp), intent(in) :: share
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     type(piece_list_type) :: pieces
     type(pattern_type) :: section
@@ -261,7 +245,6 @@ contains
 
   !> True when a body of a mesh in space is a section that goes through all of z.
   pure logical function goes_through(mesh, shape)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body.
     type(body_shape_type), intent(in) :: shape
@@ -272,7 +255,6 @@ contains
 
   !> Add points of equal measure.
   subroutine add_points(mesh, axisymmetric, cell, body, x, half, measure, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes per radian.
     logical, intent(in) :: axisymmetric
@@ -282,7 +264,6 @@ contains
     real(wp), intent(in) :: x(:, :), half(:, :)
     !> Area or volume of each.
     real(wp), intent(in) :: measure
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: local(mesh%dimension)
     logical :: inside
@@ -296,7 +277,6 @@ contains
 
   !> Add points of the section of a prism in every layer of the pattern.
   subroutine add_to_layers(mesh, cell, body, x, half, area, limits, pattern, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell and of the body.
     integer, intent(in) :: cell, body
@@ -308,7 +288,6 @@ contains
     real(wp), intent(in) :: limits(2)
     !> The pattern: layer after layer.
     type(pattern_type), intent(in) :: pattern
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp) :: height, place
     integer :: i, l, n
@@ -328,16 +307,13 @@ contains
 
   !> The pieces of the body in the sub-cells of a cell.
   pure subroutine find_pieces(mesh, shape, solid, cell, pattern, pieces)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Bounds of the body, and its polyhedron by `solid_of`.
     type(body_shape_type), intent(in) :: shape
     type(polyhedron_type), intent(in) :: solid
     !> Number of the cell.
     integer, intent(in) :: cell
-    !> The pattern.
     type(pattern_type), intent(in) :: pattern
-    !> The pieces.
     type(piece_list_type), intent(inout) :: pieces
     real(wp), allocatable :: base(:, :)
     real(wp) :: low, high

@@ -23,7 +23,6 @@ contains
   !> Cell that gets a piece found in a cell; 0 when none does or another one finds it too.
   pure integer function owner_of_piece(mesh, occupied, follow, cell, middle, facing, &
     deviation) result(owner)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
@@ -61,7 +60,6 @@ contains
   !> The cell that holds material around an empty one whose inside is nearest to a place; 0 when there
   !> is none.
   pure integer function nearest_neighbour(mesh, occupied, cell, x) result(nearest)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)

@@ -27,7 +27,6 @@ contains
 
   !> Surface points on mesh faces that bound the occupied cells.
   subroutine seed_faces(mesh, axisymmetric, occupied, faces, surface, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -60,7 +59,6 @@ contains
 
   !> Outward area vector per reference area of a face at a place.
   pure function area_at(mesh, axisymmetric, cell, face, local) result(vector)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -84,7 +82,6 @@ contains
   !> Surface points on a straight segment through the occupied cells of a plane mesh; outward is the
   !> right-hand side of the segment.
   pure subroutine seed_segment(mesh, axisymmetric, occupied, follow, segment, degree, surface, list, cells)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volumes and areas per radian.
     logical, intent(in) :: axisymmetric
@@ -98,7 +95,6 @@ contains
     integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     !> Cells that may hold parts of it, in rising order; all when absent.
     integer, intent(in), optional :: cells(:)
@@ -134,7 +130,6 @@ contains
 
   !> Part of a segment, as parameters from 0 to 1, in a convex plane cell, and the cell that owns it.
   pure subroutine piece_in_cell(mesh, occupied, follow, cell, segment, piece, owner)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Cells that hold material (cell_count).
     logical, intent(in) :: occupied(:)
@@ -190,7 +185,6 @@ contains
 
   !> Gauss points on a part of a segment.
   pure subroutine seed_piece(mesh, axisymmetric, cell, segment, piece, degree, surface, list)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Areas per radian.
     logical, intent(in) :: axisymmetric
@@ -204,7 +198,6 @@ contains
     integer, intent(in) :: degree
     !> Number of the surface.
     integer, intent(in) :: surface
-    !> The seeds.
     type(seed_list_type), intent(inout) :: list
     real(wp), allocatable :: places(:), weights(:)
     real(wp) :: along(2), x(2), local(2), weight

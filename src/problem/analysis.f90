@@ -16,7 +16,7 @@ module qsmpm_analysis
 
   public :: grid_degree, analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
-    traction_type, support_type, gravity_type, controls_type, hold_test_type, history_type, phase_type, &
+    traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
     moving_mesh_type, initial_stress_type, output_request_type, source_line_type, usual_factor
 
   !> Kinds of model.
@@ -50,7 +50,7 @@ module qsmpm_analysis
   !> Stabilisation of boundary cells.
   integer, parameter, public :: stabilise_none = 0, stabilise_background = 1, stabilise_ghost = 2
   !> Cure of volumetric locking of a material; auto is resolved by the model builder.
-  integer, parameter, public :: cure_none = 0, cure_auto = 1, cure_uniform_pressure = 2
+  integer, parameter, public :: locking_none = 0, locking_auto = 1, locking_uniform_pressure = 2
   !> Strengths of the stabilisation when nothing else is said: background, ghost of elements, ghost
   !> of GIMP and quadratic splines (least error of the elastic column, docs/methods/ghost.md), and of cubic
   !> ones, whose jumps of third derivatives weigh (3!)^2 times as much: with 0.002 already the share
@@ -181,8 +181,8 @@ module qsmpm_analysis
     type(cam_clay_parameters_type) :: cam_clay
     type(hardening_soil_parameters_type) :: hardening_soil
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
-    integer :: cure = cure_auto
-    real(wp) :: cure_factor = -1.0_wp
+    integer :: locking_treatment = locking_auto
+    real(wp) :: pressure_factor = -1.0_wp
     !> Model in a shared library.
     type(user_material_type) :: user
   end type material_type
@@ -263,29 +263,29 @@ module qsmpm_analysis
     !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
     !> steps as they are cut.
     real(wp) :: step_error = 0.0_wp
-    !> Largest step as a share of the phase.
+    !> Largest step as a load fraction.
     real(wp) :: largest_step = 1.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
     !> Share of the load that stabilisation may carry; a step is held until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
-    integer :: max_holds = 30
+    integer :: max_reequilibrations = 30
     !> Factor on the stabilisation from hold to hold; 1 keeps it.
-    real(wp) :: hold_fade = 1.0_wp
+    real(wp) :: stabilisation_fade = 1.0_wp
     !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
     real(wp) :: limit_compliance = 0.0_wp
     !> Proximal sub-steps when the static step is lost, and the drag they may leave.
-    logical :: proximal = .true.
-    real(wp) :: drag_share = 1.0e-3_wp
+    logical :: damping = .true.
+    real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400
   end type controls_type
 
-  !> Re-solve at held load and report how far the first history creeps; the state is put back.
-  type :: hold_test_type
+  !> Re-solve at held load and report how far the first history creeps; the state is restored.
+  type :: constant_load_test_type
     integer :: repeats = 10
     !> Load factors of the phase at which to test.
     real(wp), allocatable :: at(:)
-  end type hold_test_type
+  end type constant_load_test_type
 
   !> A column of curves.csv.
   type :: history_type
@@ -339,7 +339,7 @@ module qsmpm_analysis
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
     type(controls_type) :: controls
-    type(hold_test_type) :: hold_test
+    type(constant_load_test_type) :: constant_load_test
     logical :: reset_displacements = .false.
   end type phase_type
 
@@ -404,7 +404,6 @@ contains
 
   !> Strength of the stabilisation when nothing else is said.
   pure function usual_factor(method) result(factor)
-    !> The method.
     type(method_type), intent(in) :: method
     !> 0 without stabilisation.
     real(wp) :: factor

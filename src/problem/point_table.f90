@@ -5,8 +5,8 @@ module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_text, only: string_type, upper, stripped, squeezed, split, read_real, integer_text, number_good
-  use qsmpm_point_test, only: lead_words, lead_stress, lead_axial_stress, lead_deviator, lead_cell_pressure, &
-    lead_shear_stress, lead_normal_stress, lead_pressure
+  use qsmpm_point_test, only: driven_words, driven_stress, driven_axial_stress, driven_deviator, driven_cell_pressure, &
+    driven_shear_stress, driven_normal_stress, driven_pressure
   implicit none
   private
 
@@ -22,16 +22,16 @@ module qsmpm_point_table
 contains
 
   !> Whether a quantity is a stress.
-  pure logical function is_stress(lead)
+  pure logical function is_stress(driven)
     !> One of lead_*.
-    integer, intent(in) :: lead
+    integer, intent(in) :: driven
 
-    is_stress = lead > lead_stress .or. any(lead == [lead_axial_stress, lead_deviator, lead_cell_pressure, &
-      lead_shear_stress, lead_normal_stress, lead_pressure])
+    is_stress = driven > driven_stress .or. any(driven == [driven_axial_stress, driven_deviator, driven_cell_pressure, &
+      driven_shear_stress, driven_normal_stress, driven_pressure])
   end function is_stress
 
   !> Targets of a table.
-  pure subroutine parse_targets(path, text, stress_unit, leads, targets, times, error)
+  pure subroutine parse_targets(path, text, stress_unit, driven_components, targets, times, error)
     !> Path of the file, for messages.
     character(len=*), intent(in) :: path
     !> What it holds.
@@ -39,7 +39,7 @@ contains
     !> Unit of stress of the deck, FORCE/LENGTH^2.
     character(len=*), intent(in) :: stress_unit
     !> What is led, one of lead_* a column.
-    integer, allocatable, intent(out) :: leads(:)
+    integer, allocatable, intent(out) :: driven_components(:)
     !> Targets in the deck's units (column, row).
     real(wp), allocatable, intent(out) :: targets(:, :)
     !> Time of each row from the start of the stage; unallocated without a column of times.
@@ -61,9 +61,10 @@ contains
       call fail(error, error_deck, path//': a line of headings and a row of targets are wanted')
       return
     end if
-    call parse_head(path, without_return(lines(places(1))%text), stress_unit, leads, column, factor, time_column, error)
+    call parse_head(path, without_return(lines(places(1))%text), stress_unit, driven_components, column, factor, &
+      time_column, error)
     if (allocated(error)) return
-    allocate (targets(size(leads), size(places) - 1))
+    allocate (targets(size(driven_components), size(places) - 1))
     if (time_column > 0) allocate (times(size(places) - 1))
     do row = 2, size(places)
       call split(without_return(lines(places(row))%text), ',', cells)
@@ -83,7 +84,6 @@ contains
     character(len=*), intent(in) :: path
     !> Line of each row.
     integer, intent(in) :: places(:)
-    !> Its time.
     real(wp), intent(in) :: times(:)
     !> Set when one is not after the one before.
     type(error_type), allocatable, intent(out) :: error
@@ -104,15 +104,14 @@ contains
   end subroutine check_times
 
   !> The line of headings.
-  pure subroutine parse_head(path, line, stress_unit, leads, column, factor, time_column, error)
+  pure subroutine parse_head(path, line, stress_unit, driven_components, column, factor, time_column, error)
     !> Path of the file.
     character(len=*), intent(in) :: path
-    !> The line.
     character(len=*), intent(in) :: line
     !> Unit of stress of the deck.
     character(len=*), intent(in) :: stress_unit
     !> What is led.
-    integer, allocatable, intent(out) :: leads(:)
+    integer, allocatable, intent(out) :: driven_components(:)
     !> Where it stands in a row, and the factor to the deck's unit.
     integer, allocatable, intent(out) :: column(:)
     real(wp), allocatable, intent(out) :: factor(:)
@@ -122,11 +121,11 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(string_type), allocatable :: cells(:)
     character(len=:), allocatable :: name, unit
-    integer :: i, lead
+    integer :: i, driven
     real(wp) :: f
 
     call split(line, ',', cells)
-    allocate (leads(0), column(0), factor(0))
+    allocate (driven_components(0), column(0), factor(0))
     time_column = 0
     do i = 1, size(cells)
       call cut_heading(cells(i)%text, name, unit)
@@ -137,26 +136,26 @@ contains
         cycle
       end if
       if (any(name == ['STEP ', 'PHASE'])) cycle
-      lead = findloc(lead_words == name, .true., dim=1)
-      if (lead == 0) then
+      driven = findloc(driven_words == name, .true., dim=1)
+      if (driven == 0) then
         call fail(error, error_deck, path//":1: nothing is called '"//stripped(cells(i)%text)//"'")
         return
       end if
-      if (any(leads == lead)) then
-        call fail(error, error_deck, path//":1: '"//trim(lead_words(lead))//"' stands there twice")
+      if (any(driven_components == driven)) then
+        call fail(error, error_deck, path//":1: '"//trim(driven_words(driven))//"' stands there twice")
         return
       end if
-      f = unit_factor(unit, is_stress(lead), stress_unit)
+      f = unit_factor(unit, is_stress(driven), stress_unit)
       if (.not. abs(f) > 0.0_wp) then
         call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name//"' cannot be converted to '"// &
-          trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(lead)))//"'")
+          trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(driven)))//"'")
         return
       end if
-      leads = [leads, lead]
+      driven_components = [driven_components, driven]
       column = [column, i]
       factor = [factor, f]
     end do
-    if (size(leads) == 0) call fail(error, error_deck, path//':1: no column is led')
+    if (size(driven_components) == 0) call fail(error, error_deck, path//':1: no column is led')
   end subroutine parse_head
 
   !> Name and unit of a heading `name [unit]`.
@@ -207,12 +206,10 @@ contains
   pure subroutine parse_row(place, cells, column, factor, targets, error)
     !> File and line, for messages.
     character(len=*), intent(in) :: place
-    !> The cells.
     type(string_type), intent(in) :: cells(:)
     !> Where the targets stand, and their factors.
     integer, intent(in) :: column(:)
     real(wp), intent(in) :: factor(:)
-    !> The targets.
     real(wp), intent(out) :: targets(:)
     !> Set when one is no number.
     type(error_type), allocatable, intent(out) :: error

@@ -18,18 +18,19 @@ module qsmpm_point_test
 
   !> Quantities a stage may lead: of the laboratory, then nine components of the deformation gradient, six strains
   !> and six stresses.
-  integer, parameter, public :: lead_axial_strain = 1, lead_axial_stress = 2, lead_deviator = 3, &
-    lead_cell_pressure = 4, lead_shear_strain = 5, lead_shear_stress = 6, lead_normal_stress = 7, lead_pressure = 8, &
-    lead_volumetric_strain = 9
-  integer, parameter, public :: lead_gradient = 9, lead_strain = 18, lead_stress = 24, lead_count = 30
-  character(len=17), parameter, public :: lead_words(lead_count) = [character(len=17) :: &
+  integer, parameter, public :: driven_axial_strain = 1, driven_axial_stress = 2, driven_deviator = 3, &
+    driven_cell_pressure = 4, driven_shear_strain = 5, driven_shear_stress = 6, driven_normal_stress = 7, &
+      driven_pressure = 8, &
+    driven_volumetric_strain = 9
+  integer, parameter, public :: driven_gradient = 9, driven_strain = 18, driven_stress = 24, driven_count = 30
+  character(len=17), parameter, public :: driven_words(driven_count) = [character(len=17) :: &
     'AXIAL STRAIN', 'AXIAL STRESS', 'DEVIATOR', 'CELL PRESSURE', 'SHEAR STRAIN', 'SHEAR STRESS', 'NORMAL STRESS', &
     'PRESSURE', 'VOLUMETRIC STRAIN', 'F11', 'F21', 'F31', 'F12', 'F22', 'F32', 'F13', 'F23', 'F33', &
     'E11', 'E22', 'E33', 'E12', 'E13', 'E23', 'S11', 'S22', 'S33', 'S12', 'S13', 'S23']
   !> Row and column of the quantities that are components; of a strain or stress also its place in stress order.
-  integer, parameter, public :: lead_row(lead_count) = [0, 0, 0, 0, 0, 0, 0, 0, 0, &
+  integer, parameter, public :: driven_row(driven_count) = [0, 0, 0, 0, 0, 0, 0, 0, 0, &
     1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 2, 3, 1, 1, 2, 1, 2, 3, 1, 1, 2]
-  integer, parameter, public :: lead_column(lead_count) = [0, 0, 0, 0, 0, 0, 0, 0, 0, &
+  integer, parameter, public :: driven_column(driven_count) = [0, 0, 0, 0, 0, 0, 0, 0, 0, &
     1, 1, 1, 2, 2, 2, 3, 3, 3, 1, 2, 3, 2, 3, 3, 1, 2, 3, 2, 3, 3]
 
   !> A part of a test: quantities go from what they are to their targets. With a file every row is a target.
@@ -47,7 +48,7 @@ module qsmpm_point_test
     !> Table of targets by its full path; empty for data lines.
     character(len=:), allocatable :: table
     !> Quantities led, and their targets (quantity, row).
-    integer, allocatable :: leads(:)
+    integer, allocatable :: driven_components(:)
     real(wp), allocatable :: targets(:, :)
   end type point_stage_type
 

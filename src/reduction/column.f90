@@ -13,11 +13,11 @@ module qsmpm_column
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_uniform_axis, only: prove_uniform
+  use qsmpm_uniform_axis, only: require_uniform
   implicit none
   private
 
-  public :: prove_column, make_column
+  public :: require_column, make_column
 
   !> Names of the sets of the two sides; no deck can write them without quotes.
   character(len=*), parameter :: side_names(2) = ['=first side', '=last side ']
@@ -25,7 +25,7 @@ module qsmpm_column
 contains
 
   !> Prove that a scene is a row of equal columns.
-  pure subroutine prove_column(analysis, reason)
+  pure subroutine require_column(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
@@ -35,7 +35,7 @@ contains
       call refuse(reason, 'the scene depends on z')
       return
     end if
-    call prove_uniform(analysis, 1, reason)
+    call require_uniform(analysis, 1, reason)
     if (allocated(reason)) return
     if (size(analysis%mesh%axes(1)%lines) <= 2) then
       call refuse(reason, 'the grid is one cell wide already')
@@ -45,15 +45,14 @@ contains
     else if (analysis%mesh%perturbation > 0.0_wp) then
       call refuse(reason, 'the nodes of *GRID'//place_text(analysis%mesh%where)//' are shifted')
     else
-      call prove_histories(analysis, reason)
+      call require_histories(analysis, reason)
     end if
-  end subroutine prove_column
+  end subroutine require_column
 
   !> Histories are inside the grid; reactions are those of a level set, or push a side along x.
-  pure subroutine prove_histories(analysis, reason)
+  pure subroutine require_histories(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
     integer :: i, s
@@ -74,7 +73,7 @@ contains
         end if
       end associate
     end do
-  end subroutine prove_histories
+  end subroutine require_histories
 
   !> Side a set lies on: 1 the first line, 2 the last line, 0 neither.
   pure integer function side_of(members, set) result(side)

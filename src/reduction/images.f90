@@ -62,7 +62,6 @@ contains
     !> Points of the model, and the numbers of their cells in the whole grid (points).
     type(points_type), intent(in), target :: points
     integer, intent(in) :: cells(:)
-    !> The list.
     type(image_list_type), intent(out), target :: images
     type(field_list_type) :: from, to
     integer :: i, n
@@ -182,7 +181,6 @@ contains
 
   !> Layers through the thickness.
   subroutine undo_prismatic(step, flat, images)
-    !> The step.
     type(reduction_type), intent(in) :: step
     !> Points of the plane.
     type(image_list_type), intent(in) :: flat
@@ -222,7 +220,6 @@ contains
 
   !> Points around the axis, about as far from each other as they stand for in the half section.
   subroutine undo_revolved(step, flat, images)
-    !> The step.
     type(reduction_type), intent(in) :: step
     !> Points of the half section, their volumes per radian.
     type(image_list_type), intent(in) :: flat
@@ -313,7 +310,6 @@ contains
 
   !> Columns beside each other. Nothing moves along x, so the column's places are those of all.
   subroutine undo_column(step, column, images)
-    !> The step.
     type(reduction_type), intent(in) :: step
     !> Points of the column.
     type(image_list_type), intent(in) :: column
@@ -346,7 +342,6 @@ contains
 
   !> The half, and behind it its mirror image.
   subroutine undo_mirror(step, half, images)
-    !> The step.
     type(reduction_type), intent(in) :: step
     !> Points of the half.
     type(image_list_type), intent(in) :: half

@@ -9,7 +9,7 @@ module qsmpm_loaded_surfaces
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, surface_number, prove_loads_uniform
+  public :: surface_is_used, keep_used_surfaces, surface_number, require_loads_uniform
 
 contains
 
@@ -17,7 +17,6 @@ contains
   pure integer function surface_number(analysis, name)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Its name.
     character(len=*), intent(in) :: name
     integer :: s
 
@@ -69,10 +68,9 @@ contains
 
   !> Prove that gravity, tractions, pressures and supports do not depend on an axis and have no part
   !> along it.
-  pure subroutine prove_loads_uniform(analysis, axis, reason)
+  pure subroutine require_loads_uniform(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(inout) :: reason
@@ -90,25 +88,23 @@ contains
               letters(axis))
             if (traction%carrier == carrier_points) call refuse(reason, "*TRACTION on '"// &
               traction%surface//"'"//place_text(traction%where)//' is carried by the outermost points')
-            call prove_surface(analysis, traction%surface, axis, reason)
+            call require_surface(analysis, traction%surface, axis, reason)
           end associate
         end do
         do i = 1, size(phase%supports)
-          call prove_surface(analysis, phase%supports(i)%surface, axis, reason)
+          call require_surface(analysis, phase%supports(i)%surface, axis, reason)
         end do
       end associate
     end do
-  end subroutine prove_loads_uniform
+  end subroutine require_loads_uniform
 
   !> Prove that a surface goes through the whole grid along an axis and has no face across it.
-  pure subroutine prove_surface(analysis, name, axis, reason)
+  pure subroutine require_surface(analysis, name, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
     real(wp) :: first, last, tolerance
@@ -139,14 +135,12 @@ contains
       if (.not. whole) call refuse(reason, "*SURFACE '"//name//"'"//place_text(surface%where)// &
         ' depends on '//letters(axis)//' or has faces across it')
     end associate
-  end subroutine prove_surface
+  end subroutine require_surface
 
   !> Whether the box of a surface is flat along another axis: then no face across the given one is in
   !> it. Along x only a box that is flat along y counts: a scene that does not depend on x has no others.
   pure logical function is_flat_across(surface, axis, tolerance) result(flat)
-    !> The surface.
     type(surface_type), intent(in) :: surface
-    !> The axis.
     integer, intent(in) :: axis
     !> Length that is none.
     real(wp), intent(in) :: tolerance
@@ -159,7 +153,6 @@ contains
   pure logical function is_prism(analysis, surface) result(yes)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The surface.
     type(surface_type), intent(in) :: surface
     integer :: b
 

@@ -3,7 +3,7 @@
 !>
 !> Supports are compared node by node in every phase; every body and every loaded surface must have a
 !> mirror image among those of the deck, which may be itself. A symmetric scene has a symmetric
-!> solution; whether it has others too is not proved: `mirror_reservation` says when the half is not
+!> solution; whether it has others too is not proved: `reason_against_mirror` says when the half is not
 !> taken unasked.
 module qsmpm_mirror
   use qsmpm_kinds, only: wp
@@ -20,7 +20,7 @@ module qsmpm_mirror
   implicit none
   private
 
-  public :: prove_mirror, mirror_reservation, set_side
+  public :: require_mirror, reason_against_mirror, set_side
 
   !> Sides of a set: none, or half with its image on the other side, in the kept half, in the other half.
   integer, parameter, public :: side_mixed = 0, side_both = 1, side_kept = 2, side_other = 3
@@ -29,7 +29,7 @@ module qsmpm_mirror
 contains
 
   !> Prove it.
-  pure subroutine prove_mirror(analysis, axis, reason)
+  pure subroutine require_mirror(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
@@ -42,23 +42,21 @@ contains
       call refuse(reason, 'the mesh is no *GRID'//place_text(analysis%mesh%where))
       return
     end if
-    call prove_grid(analysis, axis, reason)
+    call require_grid(analysis, axis, reason)
     do b = 1, size(analysis%bodies)
       if (body_partner(analysis, b, axis) == 0) call refuse(reason, "*BODY '"//analysis%bodies(b)%name//"'"// &
         place_text(analysis%bodies(b)%where)//' has no mirror image')
     end do
-    call prove_loads(analysis, axis, reason)
-    call prove_sets(analysis, axis, reason)
-    if (.not. allocated(reason)) call prove_nodes(analysis, axis, reason)
-  end subroutine prove_mirror
+    call require_loads(analysis, axis, reason)
+    call require_sets(analysis, axis, reason)
+    if (.not. allocated(reason)) call require_nodes(analysis, axis, reason)
+  end subroutine require_mirror
 
   !> Lines and elements are symmetric, and the plane is a line.
-  pure subroutine prove_grid(analysis, axis, reason)
+  pure subroutine require_grid(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: n
     real(wp) :: c
@@ -78,11 +76,11 @@ contains
         mesh%diagonal /= diagonal_alternate) call refuse(reason, 'the triangles of *GRID'// &
         place_text(mesh%where)//' lean to one side (DIAGONAL=ALTERNATE does not)')
     end associate
-  end subroutine prove_grid
+  end subroutine require_grid
 
   !> Why the half is not taken unasked although the scene is symmetric; empty when nothing speaks
   !> against it.
-  pure function mirror_reservation(analysis) result(reason)
+  pure function reason_against_mirror(analysis) result(reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     character(len=:), allocatable :: reason
@@ -104,13 +102,12 @@ contains
     if (analysis%method%basis == basis_standard .and. analysis%method%integration == integrate_cells .and. &
       element_order(element_from_name(analysis%mesh%element)) > 1 .and. len(reason) == 0) reason = &
       'gradients of quadratic elements are recovered across the plane, those of the half are not'
-  end function mirror_reservation
+  end function reason_against_mirror
 
   !> Gravity lies in the plane; every loaded or supported surface has an image with the mirrored load.
-  pure subroutine prove_loads(analysis, axis, reason)
+  pure subroutine require_loads(analysis, axis, reason)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p
 
@@ -119,13 +116,12 @@ contains
     do p = 1, size(analysis%phases)
       call prove_phase(analysis, analysis%phases(p), axis, reason)
     end do
-  end subroutine prove_loads
+  end subroutine require_loads
 
   !> Every surface in use has an image, and no faces in the plane.
   pure subroutine prove_surfaces(analysis, axis, reason)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: s
 
@@ -145,7 +141,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(phase_type), intent(in) :: phase
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: i, s
 
@@ -180,9 +175,7 @@ contains
   pure logical function has_faces_in_plane(analysis, surface, axis) result(yes)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The surface.
     type(surface_type), intent(in) :: surface
-    !> The axis.
     integer, intent(in) :: axis
     real(wp) :: c, tolerance
     logical :: flat
@@ -210,7 +203,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Loads of the phase, and the one.
     type(traction_type), intent(in) :: loads(:), load
-    !> The axis.
     integer, intent(in) :: axis
     real(wp) :: image(3)
     integer :: k, s
@@ -229,12 +221,10 @@ contains
 
   !> Sets are no lists of labels; a plate is symmetric; reactions are those of symmetric sets or of one
   !> half.
-  pure subroutine prove_sets(analysis, axis, reason)
+  pure subroutine require_sets(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
     integer :: p, i
@@ -261,7 +251,7 @@ contains
           "', which is neither symmetric nor in one half")
       end associate
     end do
-  end subroutine prove_sets
+  end subroutine require_sets
 
   !> A list of labels has no place.
   pure subroutine refuse_labels(analysis, name, reason)
@@ -269,7 +259,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Name of the set.
     character(len=*), intent(in) :: name
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: s
 
@@ -301,12 +290,10 @@ contains
   end function set_side
 
   !> Every node is held and moved like its image, in every phase.
-  pure subroutine prove_nodes(analysis, axis, reason)
+  pure subroutine require_nodes(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
     integer, allocatable :: along(:), first(:), second(:)
@@ -338,7 +325,7 @@ contains
         end do
       end do
     end do
-  end subroutine prove_nodes
+  end subroutine require_nodes
 
   !> The last card that treats a node and its image differently.
   pure function blame(analysis, members, node, image, phase, component) result(text)

@@ -53,7 +53,6 @@ contains
     type(analysis_type), intent(inout) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
@@ -100,7 +99,6 @@ contains
     type(analysis_type), intent(inout) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
     type(fixity_type), allocatable :: fixities(:)
     type(prescription_type), allocatable :: prescriptions(:)
@@ -131,7 +129,6 @@ contains
   pure subroutine half_surfaces(analysis, axis, plane)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane
@@ -162,7 +159,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Name of the surface.
     character(len=*), intent(in) :: name
-    !> The axis.
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane
@@ -187,9 +183,7 @@ contains
 
   !> Whether a body lies beyond the plane.
   pure logical function body_beyond(body, axis, plane) result(beyond)
-    !> The body.
     type(body_type), intent(in) :: body
-    !> The axis.
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane
@@ -203,7 +197,6 @@ contains
   pure subroutine half_bodies(analysis, axis, step)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
     !> Gets the bodies of the half and their images.
     type(reduction_type), intent(inout) :: step
@@ -229,7 +222,6 @@ contains
     type(analysis_type), intent(inout) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
     !> Coordinate of the plane.
     real(wp), intent(in) :: plane

@@ -16,7 +16,6 @@ contains
   pure real(wp) function mirror_plane(analysis, axis)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
 
     associate (lines => analysis%mesh%axes(axis)%lines)
@@ -43,7 +42,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Lower and upper corners (3,2).
     real(wp), intent(in) :: box(3, 2), other(3, 2)
-    !> The axis.
     integer, intent(in) :: axis
     real(wp) :: image(3, 2), low, high
     integer :: a
@@ -162,7 +160,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> Names of the bodies.
     character(len=*), intent(in) :: name, other
-    !> The axis.
     integer, intent(in) :: axis
     integer :: b, partner
 

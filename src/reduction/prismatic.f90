@@ -13,16 +13,16 @@ module qsmpm_prismatic
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_uniform_axis, only: prove_uniform
+  use qsmpm_uniform_axis, only: require_uniform
   implicit none
   private
 
-  public :: prove_prismatic, make_plane
+  public :: require_prismatic, make_plane
 
 contains
 
   !> Prove that a scene is prismatic along z.
-  pure subroutine prove_prismatic(analysis, reason)
+  pure subroutine require_prismatic(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Why not; unallocated when proved.
@@ -35,20 +35,20 @@ contains
       call refuse(reason, 'the scene is plane already')
       return
     end if
-    call prove_uniform(analysis, 3, reason)
+    call require_uniform(analysis, 3, reason)
     if (allocated(reason)) return
     if (len(plane_element(analysis%mesh%element)) == 0) then
       call refuse(reason, 'the tetrahedra of *GRID'//place_text(analysis%mesh%where)//' do not lie in layers along z')
       return
     end if
-    call prove_histories(analysis, reason)
+    call require_histories(analysis, reason)
     do b = 1, size(analysis%bodies)
       call find_layers(analysis, analysis%bodies(b)%points_per_element, step, known)
       ! The reader of points tells which numbers there are; here the scene is only left as it is.
       if (.not. known) call refuse(reason, "*BODY '"//analysis%bodies(b)%name//"'"// &
         place_text(analysis%bodies(b)%where)//': there is no such number of points per element')
     end do
-  end subroutine prove_prismatic
+  end subroutine require_prismatic
 
   !> The plane element a brick or wedge stands on, empty for a tetrahedron.
   pure function plane_element(element) result(name)
@@ -71,10 +71,9 @@ contains
   end function plane_element
 
   !> Histories are inside the thickness, and reactions can be told from the plane.
-  pure subroutine prove_histories(analysis, reason)
+  pure subroutine require_histories(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: members
     integer :: i, s
@@ -94,7 +93,7 @@ contains
         end if
       end associate
     end do
-  end subroutine prove_histories
+  end subroutine require_histories
 
   !> The plane model of a prismatic scene, and the way back.
   pure subroutine make_plane(analysis, step)
@@ -272,7 +271,6 @@ contains
 
   !> The first of a list in place of another.
   pure subroutine take_fixities(list, new, n)
-    !> The list.
     type(fixity_type), allocatable, intent(inout) :: list(:)
     !> The new one, and how many of it.
     type(fixity_type), intent(in) :: new(:)

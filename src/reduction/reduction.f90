@@ -9,7 +9,7 @@ module qsmpm_reduction
   implicit none
   private
 
-  public :: reduction_type, expansion_type, layers_type, verdict_type
+  public :: reduction_type, expansion_type, layers_type, reduction_check_type
   public :: refuse, place_text, reduction_name, begin_reduction, history_of_scene, append_step
 
   !> Kinds of reduction, in the order they are tried.
@@ -50,7 +50,7 @@ module qsmpm_reduction
   end type expansion_type
 
   !> What was found about one reduction.
-  type :: verdict_type
+  type :: reduction_check_type
     integer :: kind = 0
     integer :: axis = 0
     !> Proved; and used in the model that is run.
@@ -58,7 +58,7 @@ module qsmpm_reduction
     logical :: used = .false.
     !> Why not possible, why possible but not used, or what is done.
     character(len=:), allocatable :: reason
-  end type verdict_type
+  end type reduction_check_type
 
 contains
 
@@ -66,7 +66,6 @@ contains
   pure subroutine refuse(reason, text)
     !> Empty so far, or unallocated.
     character(len=:), allocatable, intent(inout) :: reason
-    !> Why not.
     character(len=*), intent(in) :: text
 
     if (.not. allocated(reason)) reason = text
@@ -86,7 +85,6 @@ contains
   pure function reduction_name(kind, axis) result(name)
     !> One of the reduce_* values.
     integer, intent(in) :: kind
-    !> Its axis.
     integer, intent(in) :: axis
     character(len=:), allocatable :: name
     character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
@@ -109,7 +107,6 @@ contains
     type(analysis_type), intent(in) :: analysis
     !> One of the reduce_* values, and its axis.
     integer, intent(in) :: kind, axis
-    !> The step.
     type(reduction_type), intent(out) :: step
     integer :: i
 

@@ -21,13 +21,13 @@ module qsmpm_revolved
   implicit none
   private
 
-  public :: figure_type, prove_revolved, is_level
+  public :: revolved_solid_type, require_revolved, is_level
 
   !> Coordinates of an STL file are rounded to this share of their size.
   real(wp), parameter :: single_share = 1.0e-5_wp
 
   !> What a proof has found.
-  type :: figure_type
+  type :: revolved_solid_type
     !> x and z of the axis, largest radius of the grid, and the first and last angle of the sector.
     real(wp) :: centre(2) = 0.0_wp
     real(wp) :: radius = 0.0_wp
@@ -38,16 +38,16 @@ module qsmpm_revolved
     logical :: cut(2) = .false.
     !> Half section of each body as a polygon.
     type(body_type), allocatable :: bodies(:)
-  end type figure_type
+  end type revolved_solid_type
 
 contains
 
   !> Prove that a scene is a figure of revolution.
-  subroutine prove_revolved(analysis, figure, reason)
+  subroutine require_revolved(analysis, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> What was found.
-    type(figure_type), intent(out) :: figure
+    type(revolved_solid_type), intent(out) :: solid
     !> Why not; unallocated when proved.
     character(len=:), allocatable, intent(out) :: reason
     type(members_type) :: members
@@ -64,41 +64,40 @@ contains
       call refuse(reason, 'a carried mesh must follow the bricks')
     end if
     if (allocated(reason)) return
-    call read_sections(analysis, figure, reason)
+    call read_sections(analysis, solid, reason)
     if (allocated(reason)) return
     call find_members(analysis, members)
-    call prove_axis(analysis, members, figure, reason)
-    call prove_sets(analysis, members, figure, reason)
-    call prove_loads(analysis, figure, reason)
-    call prove_histories(analysis, members, figure, reason)
-  end subroutine prove_revolved
+    call require_axis(analysis, members, solid, reason)
+    call require_sets(analysis, members, solid, reason)
+    call require_loads(analysis, solid, reason)
+    call require_histories(analysis, members, solid, reason)
+  end subroutine require_revolved
 
   !> Half sections of all bodies about one axis.
-  subroutine read_sections(analysis, figure, reason)
+  subroutine read_sections(analysis, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Gets the axis and the bodies.
-    type(figure_type), intent(inout) :: figure
-    !> Why not.
+    type(revolved_solid_type), intent(inout) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     type(error_type), allocatable :: error
     real(wp), allocatable :: facets(:, :, :), profile(:, :)
     character(len=:), allocatable :: problem
     integer :: b
 
-    figure%bodies = analysis%bodies
-    allocate (figure%widest(size(analysis%bodies)))
+    solid%bodies = analysis%bodies
+    allocate (solid%widest(size(analysis%bodies)))
     do b = 1, size(analysis%bodies)
-      associate (body => figure%bodies(b))
+      associate (body => solid%bodies(b))
         call read_stl(body%file, facets, error)
         if (allocated(error)) then
           call refuse(reason, error%message)
           return
         end if
-        if (b == 1) figure%centre = on_lines(analysis, find_axis(facets), maxval(abs(facets)))
-        figure%widest(b) = sqrt(maxval((facets(1, :, :) - figure%centre(1))**2 &
-          + (facets(3, :, :) - figure%centre(2))**2))
-        call find_profile(facets, figure%centre, profile, problem)
+        if (b == 1) solid%centre = on_lines(analysis, find_axis(facets), maxval(abs(facets)))
+        solid%widest(b) = sqrt(maxval((facets(1, :, :) - solid%centre(1))**2 &
+          + (facets(3, :, :) - solid%centre(2))**2))
+        call find_profile(facets, solid%centre, profile, problem)
         if (len(problem) > 0) then
           call refuse(reason, "*BODY '"//body%name//"'"//place_text(body%where)//&
             ' is no figure of revolution: '//problem)
@@ -130,50 +129,48 @@ contains
   end function on_lines
 
   !> The axis lies on grid lines; sides through it are held along their normal; the grid is wide enough.
-  pure subroutine prove_axis(analysis, members, figure, reason)
+  pure subroutine require_axis(analysis, members, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> Gets the sector and the radius of the grid.
-    type(figure_type), intent(inout) :: figure
-    !> Why not.
+    type(revolved_solid_type), intent(inout) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     real(wp) :: tolerance
     integer :: i, b
 
     tolerance = scene_tolerance(analysis)
-    figure%radius = huge(1.0_wp)
+    solid%radius = huge(1.0_wp)
     do i = 1, 2
-      associate (lines => analysis%mesh%axes(2*i - 1)%lines, c => figure%centre(i))
+      associate (lines => analysis%mesh%axes(2*i - 1)%lines, c => solid%centre(i))
         if (minval(abs(lines - c)) > tolerance) call refuse(reason, 'the axis lies on no line of *GRID'// &
           place_text(analysis%mesh%where))
-        figure%cut(i) = abs(lines(1) - c) <= tolerance
+        solid%cut(i) = abs(lines(1) - c) <= tolerance
         if (abs(lines(size(lines)) - c) <= tolerance) call refuse(reason, &
           'the axis lies on the far side of *GRID'//place_text(analysis%mesh%where))
-        figure%radius = min(figure%radius, lines(size(lines)) - c)
-        if (.not. figure%cut(i)) figure%radius = min(figure%radius, c - lines(1))
-        if (figure%cut(i)) call prove_cut(analysis, members, 2*i - 1, reason)
+        solid%radius = min(solid%radius, lines(size(lines)) - c)
+        if (.not. solid%cut(i)) solid%radius = min(solid%radius, c - lines(1))
+        if (solid%cut(i)) call require_cut(analysis, members, 2*i - 1, reason)
       end associate
     end do
-    do b = 1, size(figure%bodies)
-      if (figure%widest(b) >= (1.0_wp - single_share)*figure%radius) call refuse(reason, "*BODY '"// &
-        figure%bodies(b)%name//"'"//place_text(figure%bodies(b)%where)//' reaches the sides of the grid')
+    do b = 1, size(solid%bodies)
+      if (solid%widest(b) >= (1.0_wp - single_share)*solid%radius) call refuse(reason, "*BODY '"// &
+        solid%bodies(b)%name//"'"//place_text(solid%bodies(b)%where)//' reaches the sides of the grid')
     end do
-    figure%sector = [-pi, pi]
-    if (figure%cut(1)) figure%sector = [-0.5_wp*pi, 0.5_wp*pi]
-    if (figure%cut(2)) figure%sector(1) = 0.0_wp
-  end subroutine prove_axis
+    solid%sector = [-pi, pi]
+    if (solid%cut(1)) solid%sector = [-0.5_wp*pi, 0.5_wp*pi]
+    if (solid%cut(2)) solid%sector(1) = 0.0_wp
+  end subroutine require_axis
 
   !> The side of the grid through the axis is held along its normal in every phase.
-  pure subroutine prove_cut(analysis, members, axis, reason)
+  pure subroutine require_cut(analysis, members, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> 1 or 3.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer, allocatable :: across(:), up(:)
     integer :: node(3), p, i, k
@@ -194,24 +191,23 @@ contains
         end do
       end do
     end do
-  end subroutine prove_cut
+  end subroutine require_cut
 
   !> Sets that hold or move the figure depend on height only; those on sides hold along their normal.
-  pure subroutine prove_sets(analysis, members, figure, reason)
+  pure subroutine require_sets(analysis, members, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> What was found.
-    type(figure_type), intent(in) :: figure
-    !> Why not.
+    type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i
 
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%fixities)
         associate (fixity => analysis%phases(p)%fixities(i))
-          if (.not. fixity_is_round(analysis, members, figure, fixity)) call refuse(reason, &
+          if (.not. fixity_is_round(analysis, members, solid, fixity)) call refuse(reason, &
             "*FIX of '"//fixity%set//"'"//place_text(fixity%where)//' is not the same all around the axis')
         end associate
       end do
@@ -226,7 +222,7 @@ contains
     if (.not. analysis%moving_mesh%active) return
     if (analysis%moving_mesh%axis /= 2 .or. .not. is_level(members, set_number(analysis, analysis%moving_mesh%set))) &
       call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)//' does not go along the axis')
-  end subroutine prove_sets
+  end subroutine require_sets
 
   !> Whether a set depends on height only.
   pure logical function is_level(members, set)
@@ -240,14 +236,13 @@ contains
 
   !> Whether a fixity is alike in all directions: of a level set, of a side through the axis along its
   !> normal, or of a side out of reach.
-  pure logical function fixity_is_round(analysis, members, figure, fixity) result(round)
+  pure logical function fixity_is_round(analysis, members, solid, fixity) result(round)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> What was found.
-    type(figure_type), intent(in) :: figure
-    !> The fixity.
+    type(revolved_solid_type), intent(in) :: solid
     type(fixity_type), intent(in) :: fixity
     integer :: s, i
 
@@ -256,8 +251,8 @@ contains
       round = set%selection /= select_list .and. is_level(members, s) .and. (fixity%fixed(1) .eqv. fixity%fixed(3))
       if (round .or. set%selection /= select_plane .or. set%axis == 2) return
       i = (set%axis + 1)/2
-      if (abs(set%box(set%axis, 1) - figure%centre(i)) <= scene_tolerance(analysis)) then
-        round = figure%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
+      if (abs(set%box(set%axis, 1) - solid%centre(i)) <= scene_tolerance(analysis)) then
+        round = solid%cut(i) .and. fixity%fixed(set%axis) .and. count(fixity%fixed) == 1
       else
         round = is_outer_side(members, s, set%axis)
       end if
@@ -277,12 +272,11 @@ contains
   end function is_outer_side
 
   !> Loads go along the axis and act on outlines all around it; supports on level parts of outlines.
-  pure subroutine prove_loads(analysis, figure, reason)
+  pure subroutine require_loads(analysis, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> What was found.
-    type(figure_type), intent(in) :: figure
-    !> Why not.
+    type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i
 
@@ -293,26 +287,26 @@ contains
         do i = 1, size(phase%tractions)
           associate (load => phase%tractions(i))
             if (any(abs(load%vector([1, 3])) > 0.0_wp) .or. load%carrier == carrier_points .or. &
-              .not. surface_is_round(analysis, figure, load%surface, .false.)) call refuse(reason, &
+              .not. surface_is_round(analysis, solid, load%surface, .false.)) call refuse(reason, &
               "the load on '"//load%surface//"'"//place_text(load%where)//' is not the same all around the axis')
           end associate
         end do
         do i = 1, size(phase%supports)
-          if (.not. surface_is_round(analysis, figure, phase%supports(i)%surface, .true.)) call refuse(reason, &
+          if (.not. surface_is_round(analysis, solid, phase%supports(i)%surface, .true.)) call refuse(reason, &
             "*SUPPORT of '"//phase%supports(i)%surface//"'"//place_text(phase%supports(i)%where)// &
             ' is not the same all around the axis')
         end do
       end associate
     end do
-  end subroutine prove_loads
+  end subroutine require_loads
 
   !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
   !> it is wanted.
-  pure logical function surface_is_round(analysis, figure, name, level) result(round)
+  pure logical function surface_is_round(analysis, solid, name, level) result(round)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> What was found.
-    type(figure_type), intent(in) :: figure
+    type(revolved_solid_type), intent(in) :: solid
     !> Name of the surface.
     character(len=*), intent(in) :: name
     !> The box must be flat along the axis.
@@ -323,24 +317,23 @@ contains
     associate (surface => analysis%surfaces(surface_number(analysis, name)))
       round = surface%selection == select_outline .and. (surface%boxed .or. .not. level)
       if (.not. round .or. .not. surface%boxed) return
-      widest = maxval(figure%widest)
+      widest = maxval(solid%widest)
       do i = 1, 2
-        round = round .and. surface%box(2*i - 1, 2) >= figure%centre(i) + widest .and. &
-          surface%box(2*i - 1, 1) <= figure%centre(i) - merge(0.0_wp, widest, figure%cut(i))
+        round = round .and. surface%box(2*i - 1, 2) >= solid%centre(i) + widest .and. &
+          surface%box(2*i - 1, 1) <= solid%centre(i) - merge(0.0_wp, widest, solid%cut(i))
       end do
       if (level) round = round .and. surface%box(2, 2) - surface%box(2, 1) <= scene_tolerance(analysis)
     end associate
   end function surface_is_round
 
   !> Histories are within reach; stresses are read where the axes are those of radius and ring.
-  pure subroutine prove_histories(analysis, members, figure, reason)
+  pure subroutine require_histories(analysis, members, solid, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
     !> What was found.
-    type(figure_type), intent(in) :: figure
-    !> Why not.
+    type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
     real(wp) :: from(2)
     logical :: good
@@ -348,21 +341,21 @@ contains
 
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
-        from = history%at([1, 3]) - figure%centre
+        from = history%at([1, 3]) - solid%centre
         select case (history%quantity)
         case (quantity_reaction)
           good = is_level(members, set_number(analysis, history%set)) .and. &
-            (history%component == 2 .or. .not. any(figure%cut))
+            (history%component == 2 .or. .not. any(solid%cut))
         case (quantity_stress)
           good = history%component == 2 .or. any(abs(from) <= scene_tolerance(analysis))
         case default
           good = .true.
         end select
-        if (history%quantity /= quantity_reaction) good = good .and. norm2(from) <= figure%radius &
-          .and. .not. any(figure%cut .and. from < -scene_tolerance(analysis))
+        if (history%quantity /= quantity_reaction) good = good .and. norm2(from) <= solid%radius &
+          .and. .not. any(solid%cut .and. from < -scene_tolerance(analysis))
         if (.not. good) call refuse(reason, "*HISTORY '"//history%name//"'"//place_text(history%where)// &
           ' cannot be told from radius and height')
       end associate
     end do
-  end subroutine prove_histories
+  end subroutine require_histories
 end module qsmpm_revolved

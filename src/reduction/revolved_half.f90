@@ -8,7 +8,7 @@ module qsmpm_revolved_half
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
-  use qsmpm_revolved, only: figure_type, is_level
+  use qsmpm_revolved, only: revolved_solid_type, is_level
   implicit none
   private
 
@@ -20,11 +20,11 @@ module qsmpm_revolved_half
 contains
 
   !> The axisymmetric model of a figure of revolution, and the way back.
-  pure subroutine make_revolved(analysis, figure, step)
+  pure subroutine make_revolved(analysis, solid, step)
     !> The scene; the model.
     type(analysis_type), intent(inout) :: analysis
     !> What the proof has found.
-    type(figure_type), intent(in) :: figure
+    type(revolved_solid_type), intent(in) :: solid
     !> The way back.
     type(reduction_type), intent(out) :: step
     type(members_type) :: members
@@ -32,47 +32,47 @@ contains
 
     call begin_reduction(analysis, reduce_revolved, 0, step)
     call find_members(analysis, members)
-    step%factor = figure%sector(2) - figure%sector(1)
-    step%centre = figure%centre
-    step%sector = figure%sector
-    call round_histories(analysis, figure, step)
+    step%factor = solid%sector(2) - solid%sector(1)
+    step%centre = solid%centre
+    step%sector = solid%sector
+    call round_histories(analysis, solid, step)
     call round_supports(analysis, members)
     do s = 1, size(analysis%node_sets)
-      analysis%node_sets(s)%box(1, :) = [-figure%radius, 2.0_wp*figure%radius]
+      analysis%node_sets(s)%box(1, :) = [-solid%radius, 2.0_wp*solid%radius]
       analysis%node_sets(s)%box(3, :) = 0.0_wp
     end do
     call hold_axis(analysis)
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
     do s = 1, size(analysis%surfaces)
-      analysis%surfaces(s)%box(1, :) = [0.0_wp, figure%radius]
+      analysis%surfaces(s)%box(1, :) = [0.0_wp, solid%radius]
       analysis%surfaces(s)%box(3, :) = 0.0_wp
     end do
-    analysis%bodies = figure%bodies
+    analysis%bodies = solid%bodies
     do b = 1, size(analysis%bodies)
       associate (n => analysis%bodies(b)%points_per_element)
         if (n > 0) n = nint(real(n, wp)**(1.0_wp/3.0_wp))**2
       end associate
     end do
-    call radial_lines(analysis, figure)
+    call radial_lines(analysis, solid)
     analysis%mesh%element = trim(merge('QUAD4', 'QUAD8', analysis%mesh%element == 'HEX8'))
     analysis%model = axisymmetric
   end subroutine make_revolved
 
   !> Lines along the radius: those along x beyond the axis, as far as the nearest side.
-  pure subroutine radial_lines(analysis, figure)
+  pure subroutine radial_lines(analysis, solid)
     !> The scene; its grid in radius and height.
     type(analysis_type), intent(inout) :: analysis
     !> What was found.
-    type(figure_type), intent(in) :: figure
+    type(revolved_solid_type), intent(in) :: solid
     real(wp) :: lines(size(analysis%mesh%axes(1)%lines)), tolerance
     integer :: i, n
 
     tolerance = scene_tolerance(analysis)
     n = 0
     do i = 1, size(lines)
-      associate (radius => analysis%mesh%axes(1)%lines(i) - figure%centre(1))
-        if (radius < -tolerance .or. radius > figure%radius + tolerance) cycle
+      associate (radius => analysis%mesh%axes(1)%lines(i) - solid%centre(1))
+        if (radius < -tolerance .or. radius > solid%radius + tolerance) cycle
         n = n + 1
         lines(n) = merge(0.0_wp, radius, n == 1)
       end associate
@@ -121,11 +121,11 @@ contains
   end subroutine hold_axis
 
   !> Histories by radius and height.
-  pure subroutine round_histories(analysis, figure, step)
+  pure subroutine round_histories(analysis, solid, step)
     !> The scene.
     type(analysis_type), intent(inout) :: analysis
     !> What was found.
-    type(figure_type), intent(in) :: figure
+    type(revolved_solid_type), intent(in) :: solid
     !> Gets the way back.
     type(reduction_type), intent(inout) :: step
     real(wp) :: from(2), along(2), radius
@@ -138,7 +138,7 @@ contains
           if (history%component /= 2) history%component = 1
           cycle
         end if
-        from = history%at([1, 3]) - figure%centre
+        from = history%at([1, 3]) - solid%centre
         radius = norm2(from)
         along = 0.0_wp
         if (radius > 0.0_wp) along = from/radius
@@ -148,7 +148,7 @@ contains
         else if (history%component /= 2) then
           step%history_factor(i) = along((history%component + 1)/2)
           if (history%quantity == quantity_position) &
-            step%history_offset(i) = figure%centre((history%component + 1)/2)
+            step%history_offset(i) = solid%centre((history%component + 1)/2)
           history%component = 1
         end if
       end associate

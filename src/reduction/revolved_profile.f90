@@ -83,7 +83,6 @@ contains
     real(wp), intent(in) :: facets(:, :, :)
     !> x and z of the axis, and the length that is none.
     real(wp), intent(in) :: centre(2), noise
-    !> The rings.
     type(rings_type), intent(out) :: rings
     real(wp) :: place(2), some(2, 3*size(facets, 3))
     integer :: f, k, r
@@ -112,11 +111,9 @@ contains
     real(wp), intent(in) :: facets(:, :, :)
     !> x and z of the axis, and the length that is none.
     real(wp), intent(in) :: centre(2), noise
-    !> The rings.
     type(rings_type), intent(in) :: rings
     !> Corners of a ring.
     integer, intent(out) :: corners
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: problem
     integer :: angle(3*size(facets, 3))
     integer :: r, n, f, k, found
@@ -172,7 +169,6 @@ contains
 
   !> Rings that share facets lie beside each other; a ring that is filled lies beside the axis.
   pure subroutine link_rings(rings, noise, problem)
-    !> The rings.
     type(rings_type), intent(inout) :: rings
     !> Length that is none.
     real(wp), intent(in) :: noise
@@ -221,13 +217,11 @@ contains
 
   !> Walk along the section from an end at the axis, or round it when it has none.
   pure subroutine walk_rings(rings, noise, profile, problem)
-    !> The rings.
     type(rings_type), intent(in) :: rings
     !> Length that is none.
     real(wp), intent(in) :: noise
     !> Corners, counter-clockwise (2, m).
     real(wp), allocatable, intent(out) :: profile(:, :)
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: problem
     real(wp) :: path(2, rings%count + 2)
     integer :: r, before, next, n, steps, first

@@ -16,10 +16,10 @@ module qsmpm_set_members
     scene_tolerance, set_is_used, drop_unused_sets
 
   !> Entries along one axis.
-  type :: table_type
+  type :: member_table_type
     !> (places along the axis, sets)
     logical, allocatable :: holds(:, :)
-  end type table_type
+  end type member_table_type
 
   !> Entries of all sets.
   type :: members_type
@@ -27,7 +27,7 @@ module qsmpm_set_members
     !> Places along each axis: lines, and lines half way for quadratic elements; 1 beyond the dimension.
     type(axis_type) :: places(3)
     integer :: count(3) = 1
-    type(table_type) :: axis(3)
+    type(member_table_type) :: axis(3)
   end type members_type
 
 contains
@@ -98,9 +98,7 @@ contains
 
   !> Whether a coordinate is within the limits of a set along an axis. A list of labels has none.
   pure logical function in_set(set, axis, x, tolerance)
-    !> The set.
     type(set_type), intent(in) :: set
-    !> The axis.
     integer, intent(in) :: axis
     !> The coordinate, and the distance that is none.
     real(wp), intent(in) :: x, tolerance
@@ -119,7 +117,6 @@ contains
   pure integer function set_number(analysis, name)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Its name.
     character(len=*), intent(in) :: name
     integer :: s
 
@@ -157,7 +154,6 @@ contains
   pure subroutine representatives(members, axis, mirrored, list)
     !> The tables.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
     !> Look at both sides.
     logical, intent(in) :: mirrored

@@ -11,18 +11,18 @@ module qsmpm_uniform_axis
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance
-  use qsmpm_loaded_surfaces, only: prove_loads_uniform
+  use qsmpm_loaded_surfaces, only: require_loads_uniform
   implicit none
   private
 
-  public :: prove_uniform
+  public :: require_uniform
 
   character(len=1), parameter :: letters(3) = ['x', 'y', 'z']
 
 contains
 
   !> Prove it.
-  pure subroutine prove_uniform(analysis, axis, reason)
+  pure subroutine require_uniform(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> 1 or 3.
@@ -36,20 +36,18 @@ contains
       return
     end if
     call find_members(analysis, members)
-    call prove_bodies(analysis, axis, reason)
-    call prove_sets(analysis, members, axis, reason)
-    call prove_loads_uniform(analysis, axis, reason)
-    call prove_plate(analysis, members, axis, reason)
-    if (.not. allocated(reason)) call prove_held(analysis, members, axis, reason)
-  end subroutine prove_uniform
+    call require_bodies(analysis, axis, reason)
+    call require_sets(analysis, members, axis, reason)
+    call require_loads_uniform(analysis, axis, reason)
+    call require_plate(analysis, members, axis, reason)
+    if (.not. allocated(reason)) call require_held(analysis, members, axis, reason)
+  end subroutine require_uniform
 
   !> Bodies go through the whole grid along the axis.
-  pure subroutine prove_bodies(analysis, axis, reason)
+  pure subroutine require_bodies(analysis, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     real(wp) :: first, last
     logical :: whole
@@ -76,7 +74,7 @@ contains
           ' depends on '//letters(axis))
       end associate
     end do
-  end subroutine prove_bodies
+  end subroutine require_bodies
 
   !> Whether a polygon is a layer over the whole width: what of its edges is inside lies level.
   pure logical function is_layer(polygon, first, last, tolerance)
@@ -98,14 +96,12 @@ contains
   end function is_layer
 
   !> Sets that depend on the axis may only be held along it; nothing is moved along it.
-  pure subroutine prove_sets(analysis, members, axis, reason)
+  pure subroutine require_sets(analysis, members, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     logical :: only(3)
     integer :: p, i, s
@@ -132,17 +128,15 @@ contains
         end associate
       end do
     end do
-  end subroutine prove_sets
+  end subroutine require_sets
 
   !> A plate of a moving mesh goes along another axis and does not depend on this one.
-  pure subroutine prove_plate(analysis, members, axis, reason)
+  pure subroutine require_plate(analysis, members, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
 
     associate (moving => analysis%moving_mesh)
@@ -150,18 +144,16 @@ contains
       if (moving%axis == axis .or. .not. covers_axis(members, set_number(analysis, moving%set), axis)) &
         call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' depends on '//letters(axis))
     end associate
-  end subroutine prove_plate
+  end subroutine require_plate
 
   !> Both end planes are held along the axis in every phase. In a grid with shifted nodes only sets of
   !> whole planes count, and nothing may be freed.
-  pure subroutine prove_held(analysis, members, axis, reason)
+  pure subroutine require_held(analysis, members, axis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     !> Which lines are in which sets.
     type(members_type), intent(in) :: members
-    !> The axis.
     integer, intent(in) :: axis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     type(members_type) :: table
     integer, allocatable :: along(:), across(:)
@@ -176,7 +168,7 @@ contains
         if (covers_axis(members, s, others(1)) .and. covers_axis(members, s, others(2))) cycle
         table%axis(others(1))%holds(:, s) = .false.
       end do
-      call prove_nothing_freed(analysis, reason)
+      call require_nothing_freed(analysis, reason)
     end if
     call representatives(table, others(1), .false., along)
     call representatives(table, others(2), .false., across)
@@ -194,13 +186,12 @@ contains
         end do
       end do
     end do
-  end subroutine prove_held
+  end subroutine require_held
 
   !> No set is freed.
-  pure subroutine prove_nothing_freed(analysis, reason)
+  pure subroutine require_nothing_freed(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
-    !> Why not.
     character(len=:), allocatable, intent(inout) :: reason
     integer :: p, i
 
@@ -212,5 +203,5 @@ contains
         end associate
       end do
     end do
-  end subroutine prove_nothing_freed
+  end subroutine require_nothing_freed
 end module qsmpm_uniform_axis

@@ -31,7 +31,7 @@ class CIncrement(Structure):
 
 
 class CAnswer(Structure):
-    """qsmpm_answer."""
+    """qsmpm_response."""
 
     _fields_ = [("plastic", c_int), ("share", c_double), ("tangent", c_double * 36), ("message", c_char * 256)]
 
@@ -48,7 +48,7 @@ SIGNATURES: dict[str, list[object]] = {
     "set_verbosity": [_H, _I], "set_threads": [_H, _I], "read_deck": [_H, _T], "parse_deck": [_H, _T, _T],
     "set_material": [_H, _T, POINTER(ModelOptions), START, UPDATE, c_void_p], "initialise": [_H], "advance": [_H],
     "advance_to": [_H, _D], "run": [_H], "finished": [_H], "record": [_H, _T], "finish_record": [_H],
-    "save": [_H, _T], "load": [_H, _T], "keep": [_H], "put_back": [_H], "add_stage": [_H, _T, _I], "end_stage": [_H],
+    "save": [_H, _T], "load": [_H, _T], "checkpoint": [_H], "restore_checkpoint": [_H], "add_stage": [_H, _T, _I], "end_stage": [_H],
     "set_load_factor": [_H, _D], "set_steps": [_H, _I], "set_time": [_H, _D], "set_start_time": [_H, _D],
     "set_gravity": [_H, _V], "set_traction": [_H, _T, _V],
     "set_pressure": [_H, _T, _D], "set_displacement": [_H, _T, _I, _D], "set_fixity": [_H, _T, _PI],

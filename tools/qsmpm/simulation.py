@@ -152,13 +152,13 @@ class Simulation:
         """Read a state back that was saved with the same deck and stages."""
         self._call("load", os.fspath(path).encode())
 
-    def keep(self) -> None:
+    def checkpoint(self) -> None:
         """Copy state, loads and stages, in memory."""
-        self._call("keep")
+        self._call("checkpoint")
 
-    def put_back(self) -> None:
+    def restore_checkpoint(self) -> None:
         """Put the copy back."""
-        self._call("put_back")
+        self._call("restore_checkpoint")
 
     # ---- loads of the coming stage ----
 

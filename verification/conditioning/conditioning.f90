@@ -30,7 +30,7 @@ program conditioning
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_house_keeping, only: relocate
+  use qsmpm_point_location, only: relocate
   use qsmpm_linear_system, only: end_system
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_step_evaluation, only: evaluate_step

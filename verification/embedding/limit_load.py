@@ -14,7 +14,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 def limit_load(run: qsmpm.Simulation, low: float, high: float, accuracy: float) -> float:
     """Load between `low`, which is carried, and `high`, which is not."""
     trial = 0
-    run.keep()
+    run.checkpoint()
     while high - low > accuracy * high:
         load = 0.5 * (low + high)
         trial += 1
@@ -26,7 +26,7 @@ def limit_load(run: qsmpm.Simulation, low: float, high: float, accuracy: float) 
             high = load
         else:
             low = load
-        run.put_back()
+        run.restore_checkpoint()
     return low
 
 

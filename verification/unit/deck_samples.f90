@@ -263,10 +263,10 @@ contains
     call flag('material kind', a%mohr_coulomb .eqv. b%mohr_coulomb, field)
     call flag('material', all(same_bits( &
       [a%young, a%poisson, a%unit_weight, a%cohesion, a%friction_angle, a%dilatancy_angle, &
-      a%tensile_strength, a%cure_factor, a%k0], &
+      a%tensile_strength, a%pressure_factor, a%k0], &
       [b%young, b%poisson, b%unit_weight, b%cohesion, b%friction_angle, b%dilatancy_angle, &
-      b%tensile_strength, b%cure_factor, b%k0])), field)
-    call flag('cure of locking', a%cure == b%cure, field)
+      b%tensile_strength, b%pressure_factor, b%k0])), field)
+    call flag('cure of locking', a%locking_treatment == b%locking_treatment, field)
   end subroutine compare_materials
 
   !> Histories.
@@ -295,8 +295,8 @@ contains
       [b%load_factor, b%gravity%vector, b%initial%surface_level, b%initial%k0])), field)
     call flag('phase counts', all([size(a%fixities), size(a%prescriptions), size(a%tractions)] == &
       [size(b%fixities), size(b%prescriptions), size(b%tractions)]), field)
-    call flag('hold test', a%hold_test%repeats == b%hold_test%repeats, field)
-    call real_field('hold test factors', a%hold_test%at, b%hold_test%at, field)
+    call flag('hold test', a%constant_load_test%repeats == b%constant_load_test%repeats, field)
+    call real_field('hold test factors', a%constant_load_test%at, b%constant_load_test%at, field)
     if (len(field) > 0) return
     do i = 1, size(a%fixities)
       call text_field('fixity set', a%fixities(i)%set, b%fixities(i)%set, field)
@@ -314,13 +314,14 @@ contains
     end do
     associate (p => a%controls, q => b%controls)
       call flag('controls', all([p%steps, p%newton, p%max_iterations, p%few_iterations, &
-        p%many_iterations, p%max_holds, p%max_substeps] == [q%steps, q%newton, &
-        q%max_iterations, q%few_iterations, q%many_iterations, q%max_holds, q%max_substeps]) &
-        .and. (p%line_search .eqv. q%line_search) .and. (p%proximal .eqv. q%proximal), field)
+        p%many_iterations, p%max_reequilibrations, p%max_substeps] == [q%steps, q%newton, &
+        q%max_iterations, q%few_iterations, q%many_iterations, q%max_reequilibrations, q%max_substeps]) &
+        .and. (p%line_search .eqv. q%line_search) .and. (p%damping .eqv. q%damping), field)
       call flag('control numbers', all(same_bits([p%tolerance, p%smallest_step, p%largest_move, &
-        p%stabilisation_share, p%hold_fade, p%limit_compliance, p%drag_share], [q%tolerance, q%smallest_step, &
+        p%stabilisation_share, p%stabilisation_fade, p%limit_compliance, p%damping_share], [q%tolerance, &
+          q%smallest_step, &
         q%largest_move, &
-        q%stabilisation_share, q%hold_fade, q%limit_compliance, q%drag_share])), field)
+        q%stabilisation_share, q%stabilisation_fade, q%limit_compliance, q%damping_share])), field)
     end associate
   end subroutine compare_phases
 end module deck_samples

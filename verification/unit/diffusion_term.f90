@@ -38,9 +38,9 @@ contains
     integer :: g, q, j, n, b
 
     associate (p => configuration%at_points)
-      self%patches%count = p%group_count
-      self%patches%first = p%node_first
-      self%patches%nodes = joint_node(self%unknowns, p%nodes, self%field)
+      self%connectivity%count = p%group_count
+      self%connectivity%first = p%node_first
+      self%connectivity%nodes = joint_node(self%unknowns, p%nodes, self%field)
       n = maxval(p%node_first(2:) - p%node_first(:p%group_count))
       if (allocated(self%conductance)) deallocate (self%conductance)
       allocate (self%conductance(n, n, p%group_count), source=0.0_wp)
@@ -67,8 +67,8 @@ contains
     real(wp), intent(inout) :: force(:, :)
     integer :: g, n
 
-    do g = 1, self%patches%count
-      associate (nodes => self%patches%nodes(self%patches%first(g):self%patches%first(g + 1) - 1))
+    do g = 1, self%connectivity%count
+      associate (nodes => self%connectivity%nodes(self%connectivity%first(g):self%connectivity%first(g + 1) - 1))
         n = size(nodes)
         force(1, nodes) = force(1, nodes) + matmul(self%conductance(:n, :n, g), displacement(1, nodes))
       end associate
@@ -85,9 +85,9 @@ contains
 
     associate (unused => displacement)
     end associate
-    do g = 1, self%patches%count
-      n = self%patches%first(g + 1) - self%patches%first(g)
-      call add_block(equations, self%first_patch + g - 1, reshape(self%conductance(:n, :n, g), [1, n, 1, n]), matrix)
+    do g = 1, self%connectivity%count
+      n = self%connectivity%first(g + 1) - self%connectivity%first(g)
+      call add_block(equations, self%first_stencil + g - 1, reshape(self%conductance(:n, :n, g), [1, n, 1, n]), matrix)
     end do
   end subroutine add_blocks
 end module diffusion_term

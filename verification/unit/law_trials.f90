@@ -162,7 +162,7 @@ contains
     real(wp), intent(out) :: error
     !> Number of columns compared.
     integer, intent(out) :: compared
-    real(wp), parameter :: step = 1.0e-6_wp, kink = 1.0e-9_wp
+    real(wp), parameter :: step = 1.0e-6_wp, knot_reduced = 1.0e-9_wp
     real(wp), allocatable :: start(:, :), here(:, :), up(:, :), down(:, :)
     real(wp) :: scale
     integer :: i, j
@@ -186,7 +186,7 @@ contains
       do i = 1, batch%count
         if (batch%status(i) /= status_ok) cycle
         if (maxval(abs(up(:, i) + down(:, i) - 2.0_wp*here(:, i))) &
-          > kink*scale) cycle
+          > knot_reduced*scale) cycle
         compared = compared + 1
         error = max(error, &
           maxval(abs((up(:, i) - down(:, i))/(2.0_wp*step) - tangent(:, j, i)))/scale)

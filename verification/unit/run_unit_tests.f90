@@ -18,12 +18,12 @@ program run_unit_tests
   use test_mohr_coulomb, only: collect_mohr_coulomb
   use test_softening, only: collect_softening
   use test_logarithmic_law, only: collect_logarithmic_law
-  use test_halved_law, only: collect_halved_law
+  use test_half_step_law, only: collect_half_step_law
   use test_cam_clay, only: collect_cam_clay
   use test_hardening_soil, only: collect_hardening_soil
   use test_jaumann_law, only: collect_jaumann_law
   use test_soil_model_law, only: collect_soil_model_law
-  use test_doors, only: collect_doors
+  use test_user_adapters, only: collect_user_adapters
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
@@ -69,7 +69,7 @@ program run_unit_tests
   use test_point_laws, only: collect_point_laws
   use test_point_states, only: collect_point_states
   use test_stress_error, only: collect_stress_error
-  use test_loose_pieces, only: collect_loose_pieces
+  use test_unsupported_parts, only: collect_unsupported_parts
   use test_grid, only: collect_grid
   use test_grid_window, only: collect_grid_window
   use test_mesh_search, only: collect_mesh_search
@@ -129,12 +129,12 @@ program run_unit_tests
   call register('mohr_coulomb', collect_mohr_coulomb)
   call register('softening', collect_softening)
   call register('logarithmic_law', collect_logarithmic_law)
-  call register('halved_law', collect_halved_law)
+  call register('halved_law', collect_half_step_law)
   call register('cam_clay', collect_cam_clay)
   call register('hardening_soil', collect_hardening_soil)
   call register('jaumann_law', collect_jaumann_law)
   call register('soil_model_law', collect_soil_model_law)
-  call register('doors', collect_doors)
+  call register('doors', collect_user_adapters)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
@@ -181,7 +181,7 @@ program run_unit_tests
   call register('point_laws', collect_point_laws)
   call register('point_states', collect_point_states)
   call register('stress_error', collect_stress_error)
-  call register('loose_pieces', collect_loose_pieces)
+  call register('loose_pieces', collect_unsupported_parts)
   call register('grid', collect_grid)
   call register('grid_window', collect_grid_window)
   call register('mesh_search', collect_mesh_search)

@@ -6,8 +6,8 @@ module scene_samples
   use qsmpm_analysis, only: analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
-  use qsmpm_reduction, only: expansion_type, verdict_type
-  use qsmpm_scene, only: reduce_scene, verdict_text
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
+  use qsmpm_scene, only: reduce_scene, check_text
   use deck_samples, only: joined
   implicit none
   private
@@ -106,14 +106,14 @@ contains
   end function changed
 
   !> The model of a deck.
-  subroutine reduced(deck, model, expansion, verdicts)
+  subroutine reduced(deck, model, expansion, checks)
     !> The deck; one that cannot be read stops the tests.
     character(len=*), intent(in) :: deck
     !> The model and the way back.
     type(analysis_type), intent(out) :: model
     type(expansion_type), intent(out) :: expansion
     !> What was found.
-    type(verdict_type), allocatable, intent(out) :: verdicts(:)
+    type(reduction_check_type), allocatable, intent(out) :: checks(:)
     type(analysis_type) :: scene
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
@@ -123,7 +123,7 @@ contains
       write (error_unit, '(a)') message_text(messages)
       error stop 'the sample cannot be read'
     end if
-    call reduce_scene(scene, model, expansion, verdicts)
+    call reduce_scene(scene, model, expansion, checks)
   end subroutine reduced
 
   !> What was found about one reduction of a deck.
@@ -135,13 +135,13 @@ contains
     character(len=:), allocatable :: text
     type(analysis_type) :: model
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     integer :: i
 
-    call reduced(deck, model, expansion, verdicts)
+    call reduced(deck, model, expansion, checks)
     text = 'never tried'
-    do i = 1, size(verdicts)
-      if (verdicts(i)%kind == kind .and. verdicts(i)%axis == axis) text = verdict_text(verdicts(i))
+    do i = 1, size(checks)
+      if (checks(i)%kind == kind .and. checks(i)%axis == axis) text = check_text(checks(i))
     end do
   end function outcome
 

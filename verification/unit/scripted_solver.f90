@@ -12,14 +12,14 @@ module scripted_solver
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: silent_observer_type, step_record_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
-  use qsmpm_term_share, only: solve_share_type, drag_share, stabilisation_share
+  use qsmpm_term_share, only: solve_share_type, damping_share, stabilisation_share
   implicit none
   private
 
-  public :: answer_type, script_type, listener_type
+  public :: scripted_outcome_type, script_type, test_observer_type
 
   !> What a solve says.
-  type :: answer_type
+  type :: scripted_outcome_type
     logical :: converged = .true.
     integer :: iterations = 5
     real(wp) :: residual = 1.0e-9_wp
@@ -38,11 +38,11 @@ module scripted_solver
     !> The run must end.
     logical :: fatal = .false.
     integer :: cause = error_not_converged
-  end type answer_type
+  end type scripted_outcome_type
 
   !> The script; its last answer is given for ever.
   type, extends(step_solver_type) :: script_type
-    type(answer_type), allocatable :: answers(:)
+    type(scripted_outcome_type), allocatable :: answers(:)
     !> What was asked for so far, and the iterations that were allowed.
     type(attempt_type), allocatable :: asked(:)
     integer, allocatable :: allowed(:)
@@ -51,7 +51,7 @@ module scripted_solver
   end type script_type
 
   !> Counts what it is told and keeps the sentences.
-  type, extends(silent_observer_type) :: listener_type
+  type, extends(silent_observer_type) :: test_observer_type
     integer :: steps = 0, phases = 0
     character(len=:), allocatable :: text
     !> Load fractions and load factors of accepted steps.
@@ -65,7 +65,7 @@ module scripted_solver
     procedure :: phase_done
     procedure :: note
     procedure :: stop_requested
-  end type listener_type
+  end type test_observer_type
 
 contains
 
@@ -90,7 +90,7 @@ contains
       solution%iterations = answer%iterations
       solution%out_of_balance = answer%residual
       solution%undamped_out_of_balance = answer%undamped
-      solution%shares = [solve_share_type(name=drag_share, load_share=answer%damping_share), &
+      solution%shares = [solve_share_type(name=damping_share, load_share=answer%damping_share), &
         solve_share_type(name=stabilisation_share, of_cells=.true., force_share=answer%stabilisation_share)]
       solution%largest_move = answer%move
       solution%compliance = compliance_type(answer%compliance, 1.0_wp)
@@ -123,7 +123,7 @@ contains
 
   !> Count a step.
   subroutine accepted(self, model, record, error)
-    class(listener_type), intent(inout) :: self
+    class(test_observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
     type(error_type), allocatable, intent(out) :: error
@@ -137,7 +137,7 @@ contains
 
   !> Count a phase.
   subroutine phase_done(self, model, error)
-    class(listener_type), intent(inout) :: self
+    class(test_observer_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
@@ -148,7 +148,7 @@ contains
 
   !> Keep a sentence.
   subroutine note(self, text)
-    class(listener_type), intent(inout) :: self
+    class(test_observer_type), intent(inout) :: self
     character(len=*), intent(in) :: text
 
     if (.not. allocated(self%text)) self%text = ''
@@ -157,7 +157,7 @@ contains
 
   !> Stop after so many steps.
   logical function stop_requested(self)
-    class(listener_type), intent(inout) :: self
+    class(test_observer_type), intent(inout) :: self
 
     stop_requested = self%steps >= self%stop_after
   end function stop_requested

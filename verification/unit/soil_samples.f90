@@ -4,8 +4,8 @@ module soil_samples
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use qsmpm_jaumann_solid, only: product_of, full
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: status_cut, status_broken
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_law, only: status_cut, status_unrecoverable
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_tensor, only: pack_symmetric
   implicit none
   private
@@ -78,12 +78,12 @@ contains
   end subroutine start_hooke
 
   !> One step.
-  subroutine update_hooke(self, increment, stress, state, answer)
+  subroutine update_hooke(self, increment, stress, state, response)
     class(hooke_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(wp) :: c(6, 6), m(3, 3)
     integer :: i
 
@@ -93,9 +93,9 @@ contains
     do i = 1, 6
       c(:, i) = c(:, i) + self%fibre*state(1:6)*state(i)
     end do
-    answer%tangent = c
+    response%tangent = c
     do i = 1, 3
-      answer%tangent(:, i) = answer%tangent(:, i) + self%growth*stress
+      response%tangent(:, i) = response%tangent(:, i) + self%growth*stress
     end do
     stress = stress*(1.0_wp + self%growth*sum(increment%strain(1:3))) + matmul(c, increment%strain)
   end subroutine update_hooke
@@ -112,21 +112,21 @@ contains
   end subroutine start_refusing
 
   !> No.
-  subroutine update_refusing(self, increment, stress, state, answer)
+  subroutine update_refusing(self, increment, stress, state, response)
     class(refusing_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
     state = 0.0_wp
-    answer%tangent = hooke_matrix(1.0_wp, 0.0_wp)
+    response%tangent = hooke_matrix(1.0_wp, 0.0_wp)
     if (self%nan) then
       stress(2) = ieee_value(0.0_wp, ieee_quiet_nan)
       return
     end if
-    answer%status = self%status
-    answer%share = self%share/(1.0_wp + self%hurry*(increment%point - 1))
-    if (self%status == status_broken) answer%message = 'it is out of order'
+    response%status = self%status
+    response%share = self%share/(1.0_wp + self%hurry*(increment%point - 1))
+    if (self%status == status_unrecoverable) response%message = 'it is out of order'
   end subroutine update_refusing
 end module soil_samples

@@ -7,7 +7,7 @@
 module spring_term
   use qsmpm, only: wp, model_type, term_type, configuration_type, increment_type, equations_type, sparse_matrix_type, &
     add_block, lay_array, kept_values, keep_values
-  use qsmpm_space, only: place_type, functions_at
+  use qsmpm_space, only: shape_values_type, functions_at
   implicit none
   private
 
@@ -69,14 +69,14 @@ contains
     class(spring_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    type(place_type) :: place
+    type(shape_values_type) :: place
 
     associate (unused => configuration, points => model%state%points)
       call functions_at(model%space, model%mesh, points%cell(self%point), points%local(:, self%point), place)
     end associate
-    self%patches%count = 1
-    self%patches%first = [1, place%count + 1]
-    self%patches%nodes = place%node(:place%count)
+    self%connectivity%count = 1
+    self%connectivity%first = [1, place%count + 1]
+    self%connectivity%nodes = place%node(:place%count)
     self%shape = place%shape(:place%count)
     self%reached = sum(kept_values(model%state%kept, position_reached))
   end subroutine prepare
@@ -86,7 +86,7 @@ contains
     class(spring_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
 
-    self%duration = increment%moment%duration*increment%moment%phase_time
+    self%duration = increment%step_info%duration*increment%step_info%phase_time
   end subroutine begin
 
   !> Displacement of the point along e.
@@ -94,7 +94,7 @@ contains
     class(spring_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
 
-    move = dot_product(matmul(self%direction, displacement(:size(self%direction), self%patches%nodes)), self%shape)
+    move = dot_product(matmul(self%direction, displacement(:size(self%direction), self%connectivity%nodes)), self%shape)
   end function move
 
   !> k + c/dt.
@@ -113,7 +113,7 @@ contains
     integer :: a
 
     do a = 1, size(self%shape)
-      associate (at => force(:size(self%direction), self%patches%nodes(a)))
+      associate (at => force(:size(self%direction), self%connectivity%nodes(a)))
         at = at + (self%stiffness*self%reached + resistance(self)*move(self, displacement))*self%shape(a)*self%direction
       end associate
     end do
@@ -135,7 +135,7 @@ contains
         end do
       end do
     end do
-    call add_block(equations, self%first_patch, block, matrix)
+    call add_block(equations, self%first_stencil, block, matrix)
   end subroutine add_blocks
 
   !> The position reached follows a solve that is taken.

@@ -49,13 +49,13 @@ contains
     progress%phase = progress%phase + 1
     progress%step = progress%step + 2
     progress%phase_steps = progress%phase_steps + 3
-    progress%hold_tests_done = progress%hold_tests_done + 4
+    progress%constant_load_tests_done = progress%constant_load_tests_done + 4
     progress%whole_corrections = .not. progress%whole_corrections
     call alter(progress%release_left)
     call alter(progress%fraction)
     call alter(progress%load_factor)
     call alter(progress%next_step)
-    call alter(progress%proximal)
+    call alter(progress%damping)
     call alter(progress%external_work)
     call alter(progress%internal_work)
     call alter(progress%limit%first)
@@ -152,13 +152,13 @@ contains
     call note(names, 'phase', a%phase == b%phase)
     call note(names, 'step', a%step == b%step)
     call note(names, 'phase_steps', a%phase_steps == b%phase_steps)
-    call note(names, 'hold_tests_done', a%hold_tests_done == b%hold_tests_done)
+    call note(names, 'hold_tests_done', a%constant_load_tests_done == b%constant_load_tests_done)
     call note(names, 'whole_corrections', a%whole_corrections .eqv. b%whole_corrections)
     call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
     call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
     call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))
     call note(names, 'next_step', same_reals([a%next_step], [b%next_step]))
-    call note(names, 'proximal', same_reals([a%proximal], [b%proximal]))
+    call note(names, 'proximal', same_reals([a%damping], [b%damping]))
     call note(names, 'external_work', same_reals([a%external_work], [b%external_work]))
     call note(names, 'internal_work', same_reals([a%internal_work], [b%internal_work]))
     call note(names, 'limit%first', same_reals([a%limit%first], [b%limit%first]))

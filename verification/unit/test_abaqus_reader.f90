@@ -50,7 +50,7 @@ contains
     call check_orders(tests)
     call check_faces(tests)
     call check_long_line(tests)
-    call check_broken(tests)
+    call check_unrecoverable_status(tests)
   end subroutine collect_abaqus_reader
 
   !> Sets and surfaces of an assembly.
@@ -244,7 +244,7 @@ contains
   end subroutine check_long_line
 
   !> Broken files and what is not followed.
-  subroutine check_broken(tests)
+  subroutine check_unrecoverable_status(tests)
     type(tests_type), intent(inout) :: tests
 
     call refused('an element with a node too few', '5, 6, 7, 8'//nl//'*Element', '5, 6, 7'//nl//'*Element', &
@@ -290,5 +290,5 @@ contains
 
       call check_refused(tests, name, 'ABAQUS', replaced(bricks, old, new), fragment)
     end subroutine refused
-  end subroutine check_broken
+  end subroutine check_unrecoverable_status
 end module test_abaqus_reader

@@ -2,14 +2,14 @@
 !> that a law asks for; and that a solve is damped when it is asked to be.
 module test_accepted_steps
   use qsmpm, only: wp, error_type, problem_type, simulation_type, soil_model_type, soil_increment_type, &
-    soil_answer_type, status_cut
+    soil_response_type, status_cut
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_phase_start, only: start_phase
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_term_share, only: drag_share
+  use qsmpm_term_share, only: damping_share
   use term_samples, only: share_of
   use testing, only: tests_type
   implicit none
@@ -130,8 +130,8 @@ contains
     call solve(1.0e5_wp, damped)
     call tests%check('both solves converge', free%converged .and. damped%converged)
     call tests%check('damping makes the moves small', damped%largest_move < 0.1_wp*free%largest_move)
-    call tests%check('and carries the load', share_of(damped%shares, drag_share) > 0.5_wp .and. &
-      share_of(free%shares, drag_share) <= 0.0_wp)
+    call tests%check('and carries the load', share_of(damped%shares, damping_share) > 0.5_wp .and. &
+      share_of(free%shares, damping_share) <= 0.0_wp)
     call tests%check('which is not in equilibrium without it', damped%undamped_out_of_balance > 0.5_wp .and. &
       damped%out_of_balance <= 1.0e-6_wp)
   contains
@@ -165,28 +165,28 @@ contains
   end subroutine start
 
   !> Hooke's law, E = 100, nu = 0.25.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(careful_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(wp), parameter :: shear = 40.0_wp
     integer :: i
 
     associate (unused => self, unused_state => state)
     end associate
-    if (increment%moment%duration > 0.1_wp) then
-      answer%status = status_cut
-      answer%share = 0.3_wp
+    if (increment%step_info%duration > 0.1_wp) then
+      response%status = status_cut
+      response%share = 0.3_wp
       return
     end if
-    answer%tangent = 0.0_wp
-    answer%tangent(:3, :3) = shear
+    response%tangent = 0.0_wp
+    response%tangent(:3, :3) = shear
     do i = 1, 3
-      answer%tangent(i, i) = 3.0_wp*shear
-      answer%tangent(i + 3, i + 3) = shear
+      response%tangent(i, i) = 3.0_wp*shear
+      response%tangent(i + 3, i + 3) = shear
     end do
-    stress = stress + matmul(answer%tangent, increment%strain)
+    stress = stress + matmul(response%tangent, increment%strain)
   end subroutine update
 end module test_accepted_steps

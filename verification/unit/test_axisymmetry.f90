@@ -10,7 +10,7 @@ module test_axisymmetry
   use qsmpm_law, only: tangent_none
   use qsmpm_line_rule, only: line_gauss
   use qsmpm_mesh_search, only: locate
-  use qsmpm_space, only: place_type, functions_at, node_position
+  use qsmpm_space, only: shape_values_type, functions_at, node_position
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
@@ -177,7 +177,7 @@ contains
     real(wp), intent(in) :: at(2), factor
     integer, intent(in) :: axis
     real(wp), intent(inout) :: force(:, :)
-    type(place_type) :: functions
+    type(shape_values_type) :: functions
     real(wp) :: local(2)
     integer :: cell, a
     logical :: found

@@ -99,7 +99,7 @@ contains
     type(body_shape_type) :: shape
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    real(wp) :: volume, height, outside, fault, shortened
+    real(wp) :: volume, height, outside, report_error, shortened
     real(wp), allocatable :: moment(:)
     integer :: n
 
@@ -120,10 +120,10 @@ contains
         norm2(moment(:2)/volume - polygon_centroid(outline)), 0.0_wp, rounding)
       if (mesh%dimension == 3) call tests%close(name//element//' keeps its middle height', &
         moment(3)/volume, 0.5_wp*height, rounding)
-      call look_at_boxes(mesh, list, outside, fault, shortened)
+      call look_at_boxes(mesh, list, outside, report_error, shortened)
       call tests%close(name//element//': no box leaves its cell', outside, 0.0_wp, rounding)
       call tests%close(name//element//': boxes have the volumes of the points unless they end at a side of their cell', &
-        fault, 0.0_wp, rounding)
+        report_error, 0.0_wp, rounding)
       ! A box with the area of a right triangle around its centroid reaches beyond its legs, 1/9 of it; with the volume
       ! of the corner of a brick, 1/4 of it. Not all of the body is such pieces. No functions are averaged in QUAD8, HEX20.
       if (element == 'QUAD4' .or. element == 'HEX8') call tests%check(name//element// &
@@ -134,7 +134,7 @@ contains
   end subroutine check_outline
 
   !> How the boxes of the points fit their cells and their volumes.
-  subroutine look_at_boxes(mesh, list, outside, fault, shortened)
+  subroutine look_at_boxes(mesh, list, outside, report_error, shortened)
     !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> The seeds.
@@ -142,14 +142,14 @@ contains
     !> Furthest reach beyond a cell.
     real(wp), intent(out) :: outside
     !> Largest difference of volumes of a box and its point: of those that end at a side of the cell the excess only.
-    real(wp), intent(out) :: fault
+    real(wp), intent(out) :: report_error
     !> Volume that boxes at sides of cells lack, as a share of all.
     real(wp), intent(out) :: shortened
     real(wp) :: gap, x(mesh%dimension), functions(20)
     integer :: i, a, n
 
     outside = 0.0_wp
-    fault = 0.0_wp
+    report_error = 0.0_wp
     shortened = 0.0_wp
     do i = 1, list%count
       associate (nodes => mesh%cell_nodes(mesh%cell_first(list%cell(i)):mesh%cell_first(list%cell(i) + 1) - 1))
@@ -165,9 +165,9 @@ contains
       outside = max(outside, -gap)
       shortened = shortened + max(0.0_wp, list%volume(i) - product(2*list%vector(:, i)))
       if (gap > rounding) then
-        fault = max(fault, abs(product(2*list%vector(:, i)) - list%volume(i)))
+        report_error = max(report_error, abs(product(2*list%vector(:, i)) - list%volume(i)))
       else
-        fault = max(fault, product(2*list%vector(:, i)) - list%volume(i))
+        report_error = max(report_error, product(2*list%vector(:, i)) - list%volume(i))
       end if
     end do
     shortened = shortened/sum(list%volume(:list%count))
@@ -207,7 +207,7 @@ contains
     type(body_shape_type) :: shape
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    real(wp) :: x(dimension), fault
+    real(wp) :: x(dimension), report_error
     character(len=40) :: name
     integer :: i
 
@@ -215,13 +215,13 @@ contains
     call sample_grid(element, 1, 0.0_wp, mesh)
     call seed_body(mesh, .false., shape, 1, k**dimension, seed_even, 0, list, error)
     call tests%check(trim(name)//' as many as asked', list%count == k**dimension)
-    fault = 0.0_wp
+    report_error = 0.0_wp
     do i = 1, list%count
       ! Places count in sub-cells from their corner: a centre is at a half.
       x = 0.5_wp*k*(list%local(:, i) + 1.0_wp)
-      fault = max(fault, maxval(abs(x - floor(x) - 0.5_wp)))
+      report_error = max(report_error, maxval(abs(x - floor(x) - 0.5_wp)))
     end do
-    call tests%close(trim(name)//' centres of sub-cells', fault, 0.0_wp, 1.0e-14_wp)
+    call tests%close(trim(name)//' centres of sub-cells', report_error, 0.0_wp, 1.0e-14_wp)
     call tests%close(trim(name)//' boxes are sub-cells', &
       maxval(abs(list%vector(:, :list%count) - 0.5_wp/k)), 0.0_wp, 1.0e-14_wp)
   end subroutine check_regular

@@ -4,7 +4,7 @@ module test_card_fields
   use qsmpm_kinds, only: wp
   use qsmpm_card_check, only: check_card
   use qsmpm_card_fields, only: card_fields_type
-  use qsmpm_card_visitors, only: reader_type, writer_type, reader, writer
+  use qsmpm_card_visitors, only: card_reader_type, writer_type, reader, writer
   use qsmpm_cards, only: card_type, make_cards
   use qsmpm_deck_help, only: explanation
   use qsmpm_deck_lines, only: line_list_type, cut_lines
@@ -70,7 +70,7 @@ contains
     call table%add('SAMPLE', in_model, once, 'A card.', described_fields, '*SAMPLE, NSET=top| 7')
   end subroutine make_sample_table
 
-  !> The table is told of the card; the test reads it itself.
+  !> The table is reported the card; the test reads it itself.
   subroutine described_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
@@ -90,7 +90,7 @@ contains
     type(line_list_type) :: lines
     type(card_type), allocatable :: cards(:)
     type(deck_state_type) :: state
-    type(reader_type) :: fields
+    type(card_reader_type) :: fields
 
     call make_sample_table(table)
     call cut_lines('a.inp', text, lines, state%messages)

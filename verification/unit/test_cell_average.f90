@@ -9,7 +9,7 @@ module test_cell_average
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
   use qsmpm_seeding, only: body_shape_type, seed_list_type, seed_body, seed_even
-  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type, activate
   use qsmpm_space, only: space_type
   use qsmpm_space_builder, only: element_space
   use qsmpm_domains, only: domains_type

@@ -18,15 +18,15 @@ module test_checkpoint
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_mesh, only: grid_of
-  use qsmpm_house_keeping, only: relocate
+  use qsmpm_point_location, only: relocate
   use qsmpm_model_window, only: fit_window, follow_material, place_mesh, restore
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_phases, only: march_type
+  use qsmpm_phases, only: step_loop_type
   use qsmpm_points, only: start_strains
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_position
-  use qsmpm_snapshot, only: snapshot_type, take_snapshot, put_back
+  use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint
   use deck_samples, only: joined
   use plugin_paths, only: plugin
   use scratch_folder, only: make_folder, remove_folder
@@ -219,7 +219,7 @@ contains
     call write_restart(directory//'/restart.h5', model, mark, error)
     call build(kind, fresh)
     if (.not. allocated(error)) call read_restart(directory//'/restart.h5', fresh, mark, error)
-    call tests%check(kind//': a restart file is written and read'//told(error), .not. allocated(error))
+    call tests%check(kind//': a restart file is written and read'//end_notified(error), .not. allocated(error))
     call same(tests, kind//': a state read from a file is the one written', state_differences(written, fresh%state))
     call tests%check(kind//': the mesh is that of the state read', &
       same_reals([fresh%mesh%coordinates], [written%coordinates]))
@@ -259,28 +259,28 @@ contains
     type(state_type) :: before
     type(loading_type) :: loading
     type(snapshot_type) :: snapshot
-    type(march_type) :: march
+    type(step_loop_type) :: loop
     type(phase_type), allocatable :: phases(:)
 
     call build(kind, model)
     allocate (phases(1))
     phases(1)%name = 'of the scene'
-    march%begun = .true.
-    march%told = .true.
+    loop%begun = .true.
+    loop%end_notified = .true.
     before = model%state
     loading = model%loading
-    call take_snapshot(model, phases, march, snapshot)
+    call take_snapshot(model, phases, loop, snapshot)
     call alter_state(model%state)
     call alter_loading(model%loading)
     model%analysis%phases(1)%name = 'altered'
     phases(1)%name = 'altered'
-    march%begun = .false.
-    march%told = .false.
-    call put_back(snapshot, model, phases, march)
+    loop%begun = .false.
+    loop%end_notified = .false.
+    call restore_checkpoint(snapshot, model, phases, loop)
     call same(tests, kind//': a snapshot restores the state', state_differences(before, model%state))
     call same(tests, kind//': a snapshot restores the loads', loading_differences(loading, model%loading))
     call tests%check(kind//': a snapshot restores the stages', phases(1)%name == 'of the scene' .and. &
-      model%analysis%phases(1)%name == 'one' .and. march%begun .and. march%told)
+      model%analysis%phases(1)%name == 'one' .and. loop%begun .and. loop%end_notified)
   end subroutine check_snapshot
 
   !> Change every component of the loads.
@@ -516,13 +516,13 @@ contains
   end subroutine check_coverage
 
   !> What went wrong, empty when nothing did.
-  pure function told(error) result(text)
+  pure function end_notified(error) result(text)
     type(error_type), allocatable, intent(in) :: error
     character(len=:), allocatable :: text
 
     text = ''
     if (allocated(error)) text = ' ('//error%message//')'
-  end function told
+  end function end_notified
 
   !> Nothing differs; what does is told.
   subroutine same(tests, name, differences)

@@ -10,7 +10,7 @@ module test_deck
   use qsmpm_deck, only: read_deck, parse_deck, message_list_type, message_text, echo_text, &
     help_text, keyword_list_text, deck_markdown
   use qsmpm_keyword_table, only: table_type
-  use qsmpm_messages, only: place_type, severity_error
+  use qsmpm_messages, only: line_origin_type, severity_error
   use qsmpm_keywords, only: make_table
   use testing, only: tests_type
   use scene_samples, only: slice_deck, changed
@@ -107,7 +107,7 @@ contains
     call tests%close('the background factor is told', analysis%method%stabilisation_factor, &
       0.01_wp, epsilon(1.0_wp))
     call tests%check('controls have their defaults', analysis%phases(1)%controls%steps == &
-      defaults%steps .and. same_bits(analysis%phases(1)%controls%drag_share, defaults%drag_share))
+      defaults%steps .and. same_bits(analysis%phases(1)%controls%damping_share, defaults%damping_share))
     call tests%check('tension has no cut-off', same_bits(analysis%materials(1)%tensile_strength, &
       huge(1.0_wp)))
     call tests%check('ALL holds x and y in the plane', &
@@ -154,7 +154,7 @@ contains
     call tests%check('units of histories are made of *UNITS', a%histories(1)%unit == 'mm' .and. &
       a%histories(2)%unit == 'kN/m2' .and. a%histories(3)%unit == 'kN')
     call tests%check('FREE holds nothing', .not. any(a%phases(2)%fixities(1)%fixed))
-    call tests%check('hold tests go on over lines', size(a%phases(1)%hold_test%at) == 3)
+    call tests%check('hold tests go on over lines', size(a%phases(1)%constant_load_test%at) == 3)
     call read_text(inline_deck(), a, report, good)
     call tests%check('a mesh in the deck is read; found: '//report, good .and. len(report) == 0)
     call tests%check('nodes of two cards are one list', all(a%mesh%node_labels == [1, 2, 30, 4]))
@@ -305,7 +305,8 @@ contains
 
     do i = count, 1, -1
       do k = 1, merge(2, 1, i == 7)
-        call list%add(severity_error, place_type(file='a.inp', line=i, chain='', order=i), '', achar(iachar('a') + k))
+        call list%add(severity_error, line_origin_type(file='a.inp', line=i, chain='', order=i), '', &
+          achar(iachar('a') + k))
       end do
     end do
     call list%sort()

@@ -2,7 +2,7 @@
 module test_equations
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_equations, only: equations_type, number_equations, add_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use testing, only: tests_type
@@ -17,7 +17,7 @@ contains
   subroutine collect_equations(tests)
     type(tests_type), intent(inout) :: tests
     type(equations_type) :: equations
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
     integer :: count_both
@@ -25,47 +25,47 @@ contains
     real(wp) :: dense(12, 12), sparse(12, 12)
 
     call tests%start('equations')
-    patches%count = 3
-    patches%first = [1, 4, 7, 9]
-    patches%nodes = [1, 2, 3, 3, 4, 5, 5, 1]
+    connectivity%count = 3
+    connectivity%first = [1, 4, 7, 9]
+    connectivity%nodes = [1, 2, 3, 3, 4, 5, 5, 1]
     constrained = .false.
     constrained(1, 2) = .true.
     constrained(:, 4) = .true.
-    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
     call tests%check('a new pattern is told', changed .and. .not. allocated(error))
     call tests%check('five nodes less three components give seven equations', equations%count == 7)
     call tests%check('a node of no patch has no equation', all(equations%number(:, 6) == 0))
     count_both = size(matrix%values)
-    call fill(equations, patches, matrix, dense)
+    call fill(equations, connectivity, matrix, dense)
     call to_dense(equations, matrix, sparse)
     call tests%close('the blocks land where they belong', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-14_wp)
-    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
     call tests%check('the same patches change nothing', .not. changed)
     equations%symmetric = .true.
-    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
     call tests%check('one triangle in place of both is a new pattern', changed .and. matrix%symmetric .and. &
       size(matrix%values) == (count_both + equations%count)/2)
-    call fill(equations, patches, matrix, dense)
+    call fill(equations, connectivity, matrix, dense)
     call to_dense(equations, matrix, sparse)
     call tests%close('symmetric blocks land in one triangle', maxval(abs(dense - sparse)), 0.0_wp, 1.0e-14_wp)
     constrained(1, 2) = .false.
-    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
     call tests%check('a freed component changes the pattern', changed .and. equations%count == 8)
   end subroutine collect_equations
 
   !> Add a different block for each patch, symmetric where the matrix is, to the matrix and to a dense one.
-  subroutine fill(equations, patches, matrix, dense)
+  subroutine fill(equations, connectivity, matrix, dense)
     type(equations_type), intent(in) :: equations
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), intent(out) :: dense(:, :)
     real(wp), allocatable :: block(:, :, :, :)
     integer :: q, a, b, i, j, n, first
 
     dense = 0.0_wp
-    do q = 1, patches%count
-      first = patches%first(q) - 1
-      n = patches%first(q + 1) - patches%first(q)
+    do q = 1, connectivity%count
+      first = connectivity%first(q) - 1
+      n = connectivity%first(q + 1) - connectivity%first(q)
       allocate (block(2, n, 2, n))
       do b = 1, n
         do j = 1, 2
@@ -73,10 +73,11 @@ contains
             do i = 1, 2
               block(i, a, j, b) = q + 0.1_wp*a + 0.01_wp*b + 0.3_wp*i - 0.7_wp*j
               if (matrix%symmetric) block(i, a, j, b) = q + (0.1_wp*a + 0.3_wp*i)*(0.1_wp*b + 0.3_wp*j)
-              if (equations%number(i, patches%nodes(first + a)) == 0) cycle
-              if (equations%number(j, patches%nodes(first + b)) == 0) cycle
-              dense(2*patches%nodes(first + a) - 2 + i, 2*patches%nodes(first + b) - 2 + j) = &
-                dense(2*patches%nodes(first + a) - 2 + i, 2*patches%nodes(first + b) - 2 + j) + block(i, a, j, b)
+              if (equations%number(i, connectivity%nodes(first + a)) == 0) cycle
+              if (equations%number(j, connectivity%nodes(first + b)) == 0) cycle
+              dense(2*connectivity%nodes(first + a) - 2 + i, 2*connectivity%nodes(first + b) - 2 + j) = &
+                dense(2*connectivity%nodes(first + a) - 2 + i, 2*connectivity%nodes(first + b) - 2 + j) + block(i, &
+                  a, j, b)
             end do
           end do
         end do

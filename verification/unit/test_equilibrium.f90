@@ -17,7 +17,7 @@ module test_equilibrium
   use qsmpm_stopwatch, only: start_stopwatch, part_assembly, part_control, part_evaluation, part_factorisation, &
     part_solves
   use qsmpm_term, only: term_type
-  use qsmpm_term_share, only: drag_share
+  use qsmpm_term_share, only: damping_share
   use deck_samples, only: joined
   use term_samples, only: term_named, force_named, load_at, damp, share_of
   use testing, only: tests_type
@@ -162,13 +162,13 @@ contains
 
     call build('BASIS=STANDARD', elastic, 18.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
     call solve_equilibrium(model, step, goal, controls, free)
-    call tests%close('without drag its share is nothing', share_of(free%shares, drag_share), 0.0_wp, 0.0_wp)
+    call tests%close('without drag its share is nothing', share_of(free%shares, damping_share), 0.0_wp, 0.0_wp)
     call tests%close('and the residual without it is the residual', free%undamped_out_of_balance, free%out_of_balance, 0.0_wp)
     call damp(step, coefficient)
     call solve_equilibrium(model, step, goal, controls, damped)
     call tests%check('drag slows the body', damped%converged .and. damped%largest_move < 0.9_wp*free%largest_move)
     drag = norm2(coefficient*spread(step%lumped, 1, 2)*damped%displacement)/damped%load_norm
-    call tests%close('the share of the drag is told', share_of(damped%shares, drag_share), drag, 1.0e-12_wp)
+    call tests%close('the share of the drag is told', share_of(damped%shares, damping_share), drag, 1.0e-12_wp)
     call tests%close('the residual without the drag is told', damped%undamped_out_of_balance, &
       norm2(residual_of(model, step, load, damped%displacement, 0.0_wp))/damped%load_norm, 1.0e-9_wp)
     call end_system(step%system)
@@ -200,7 +200,7 @@ contains
     supports => term_named(step, 'force of the supports')
     call supports%commit(solution%displacement, model)
     call tests%check('surface points hold the reactions of their springs', maxval(abs(model%state%surface%reaction)) > 0.0_wp)
-    supports%patches%count = 0
+    supports%connectivity%count = 0
     call supports%commit(solution%displacement, model)
     call tests%check('and none without springs', maxval(abs(model%state%surface%reaction)) <= 0.0_wp)
     call end_system(step%system)

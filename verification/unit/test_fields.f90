@@ -17,7 +17,7 @@ module test_fields
   use qsmpm_model_builder, only: build_model
   use qsmpm_pictures, only: write_points_picture
   use qsmpm_points, only: copy_points, start_strains
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_results, only: write_step_results, results_folder
   use qsmpm_stress_error, only: stress_error_type
@@ -237,14 +237,14 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: analysis
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(model_type), target :: model
     type(image_list_type), target :: images
     type(error_type), allocatable :: error
     type(field_list_type) :: from, to
     integer :: i, n, c
 
-    call reduced(twin_deck(), analysis, expansion, verdicts)
+    call reduced(twin_deck(), analysis, expansion, checks)
     call build_model(analysis, model, error)
     call tests%check('half a scene is built', .not. allocated(error))
     if (allocated(error)) return

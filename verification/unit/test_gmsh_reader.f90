@@ -46,7 +46,7 @@ contains
     call check_orders(tests)
     call check_squares(tests)
     call check_entities(tests)
-    call check_broken(tests)
+    call check_unrecoverable_status(tests)
   end subroutine collect_gmsh_reader
 
   !> The mid nodes of gmsh, by the pictures of its manual (corners from 0): the check of mid nodes
@@ -146,7 +146,7 @@ contains
   end subroutine check_entities
 
   !> Broken files.
-  subroutine check_broken(tests)
+  subroutine check_unrecoverable_status(tests)
     type(tests_type), intent(inout) :: tests
 
     call check_refused(tests, 'a file without its format', 'GMSH', squares(len(head_2) + 1:), '$MeshFormat')
@@ -181,5 +181,5 @@ contains
       replaced(entities, '0 0 1 -1 2 1 -2', '0 0 9 -1 2 1 -2'), ':13:')
     call check_refused(tests, 'two sections of nodes', 'GMSH', &
       replaced(entities, '$NodeData', '$Nodes'), ':37: a second section')
-  end subroutine check_broken
+  end subroutine check_unrecoverable_status
 end module test_gmsh_reader

@@ -12,7 +12,7 @@ module test_grid_window
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_window, only: follow_material, restore
-  use qsmpm_space, only: place_type, functions_at, node_label, node_position
+  use qsmpm_space, only: shape_values_type, functions_at, node_label, node_position
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -197,7 +197,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: basis
     type(model_type) :: part, whole
-    type(place_type) :: here, there
+    type(shape_values_type) :: here, there
     real(wp), parameter :: local(2) = [0.3_wp, -0.7_wp]
     logical :: values, labels, places
     integer :: p, c, a, n
@@ -244,7 +244,7 @@ contains
     end do
     before = model%state
     call follow_material(model)
-    call tests%check(grid//': nothing moves while nothing does', model%windows_laid == 0)
+    call tests%check(grid//': nothing moves while nothing does', model%windows_built == 0)
     allocate (cells, source=model%mesh%cell_label(model%state%points%cell))
     n = model%space%node_count
     model%state%points%position(1, :) = model%state%points%position(1, :) + 2.0_wp

@@ -3,7 +3,7 @@
 module test_hardening_soil
   use law_trials, only: difference_error, plane_batch
   use qsmpm_error, only: error_type
-  use qsmpm_halved_law, only: halved_law_type, make_halved_law
+  use qsmpm_half_step_law, only: half_step_law_type, make_half_step_law
   use qsmpm_hardening_parameters, only: hardening_soil_parameters_type
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none, tangent_consistent
@@ -172,10 +172,10 @@ contains
     integer :: i
     class(law_type), allocatable :: law
     type(batch_type) :: whole, half
-    type(halved_law_type) :: halved
+    type(half_step_law_type) :: halved
 
     call make_sand(sand_parameters(), 3, logarithmic, law)
-    call make_halved_law(law, halved)
+    call make_half_step_law(law, halved)
     do i = 1, 2
       call pressed_batch(law, 60, 2.0e-5_wp/2**i, 20.0_wp, 100.0_wp, whole)
       half = whole

@@ -10,8 +10,8 @@ module test_integration
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type, activate
-  use qsmpm_space, only: space_type, place_type, functions_at, node_position
+  use qsmpm_point_location, only: activation_type, activate
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, node_position
   use qsmpm_domains, only: domains_type
   use qsmpm_integration, only: integration_type, place_of, group_of
   use qsmpm_point_integration, only: integrate_at_points
@@ -200,7 +200,7 @@ contains
     real(wp), allocatable :: x(:, :), w(:, :)
     integer, allocatable :: number(:)
     real(wp) :: place(3), weight, local(3)
-    type(place_type) :: functions
+    type(shape_values_type) :: functions
     integer :: i, j, k, a, cell, d
 
     d = size(low)

@@ -6,7 +6,7 @@ module test_load_step
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_left_mesh
-  use qsmpm_hold_test, only: test_hold
+  use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initialisation, only: step_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
@@ -17,7 +17,7 @@ module test_load_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_stopwatch, only: start_stopwatch, part_control, part_convection, part_initialisation, part_step_error
   use deck_samples, only: joined
-  use scripted_solver, only: listener_type, script_type, answer_type
+  use scripted_solver, only: test_observer_type, script_type, scripted_outcome_type
   use state_samples, only: state_differences
   use testing, only: tests_type
   implicit none
@@ -38,7 +38,7 @@ contains
     call check_too_far(tests)
     call check_lost_point(tests)
     call check_too_long(tests)
-    call check_hold_due(tests)
+    call check_constant_load_due(tests)
   end subroutine collect_load_step
 
   !> A block under its weight, pulled by a prescribed head; its phase has begun and its stopwatch runs.
@@ -67,7 +67,7 @@ contains
     call start_stopwatch(step%profile%watch, part_control)
   end subroutine build
 
-  !> Solve to a share of the phase.
+  !> Solve to a load fraction.
   subroutine go(model, step, fraction, largest_move, solution, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
@@ -141,7 +141,7 @@ contains
 
   contains
 
-    !> Solve to a share of the phase; the points have sunk by so much work.
+    !> Solve to a load fraction; the points have sunk by so much work.
     subroutine solve(fraction, start)
       real(wp), intent(in) :: fraction, start
       type(load_step_type) :: solver
@@ -174,11 +174,11 @@ contains
     call go(model, step, 0.75_wp, 1.0_wp, solution, error)
     call tests%check('a second step is taken', solution%converged .and. .not. allocated(error))
     soil => soil_of(step%terms)
-    associate (moment => soil%evaluation%moment)
-      call tests%check('the laws know phase and step', moment%phase == 1 .and. moment%step == 8 .and. &
-        moment%step_of_phase == 5)
-      call tests%check('and the times of the step', abs(moment%start - 0.25_wp) <= 0.0_wp .and. &
-        abs(moment%duration - 0.5_wp) <= 0.0_wp)
+    associate (step_info => soil%evaluation%step_info)
+      call tests%check('the laws know phase and step', step_info%phase == 1 .and. step_info%step == 8 .and. &
+        step_info%step_of_phase == 5)
+      call tests%check('and the times of the step', abs(step_info%start - 0.25_wp) <= 0.0_wp .and. &
+        abs(step_info%duration - 0.5_wp) <= 0.0_wp)
     end associate
     path = sum(before%points%weight*(before%points%position(2, :) - model%state%points%position(2, :)))
     ! From half a weight to one and a half.
@@ -261,40 +261,40 @@ contains
   end subroutine check_too_long
 
   !> Hold tests are done once each, when their load factor is reached up to rounding, and leave the state alone.
-  subroutine check_hold_due(tests)
+  subroutine check_constant_load_due(tests)
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
     type(step_type) :: step
     type(script_type) :: script
-    type(listener_type) :: listener
+    type(test_observer_type) :: observer
     type(state_type) :: before
     type(error_type), allocatable :: error
 
     call build('*FIX|base, ALL|*GRAVITY|0, -1|*CONSTANT LOAD TEST, REPEATS=3|0.5, 1.5', model, step)
-    script%answers = [answer_type()]
+    script%answers = [scripted_outcome_type()]
     allocate (script%asked(0))
-    listener%text = ''
+    observer%text = ''
     model%state%progress%load_factor = 0.5_wp*(1.0_wp - 1.0e-7_wp)
-    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call test_constant_load(model, step, script, model%analysis%phases(1), observer, error)
     call tests%check('a hold test waits for its load factor', size(script%asked) == 0)
     model%state%progress%load_factor = 0.5_wp*(1.0_wp - 1.0e-12_wp)
     model%state%progress%fraction = 0.25_wp
     model%state%tracers%position(2, :) = model%state%tracers%position(2, :) - 0.1_wp
     before = model%state
-    before%progress%hold_tests_done = 1
-    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    before%progress%constant_load_tests_done = 1
+    call test_constant_load(model, step, script, model%analysis%phases(1), observer, error)
     call tests%check('it is done when that is reached up to rounding', size(script%asked) == 3)
     if (size(script%asked) == 3) call tests%check('at the load that is there', &
       all(abs(script%asked%fraction - 0.25_wp) <= 0.0_wp))
-    call tests%check('it says how much the first history has grown', index(listener%text, 're-solves u has grown') > 0)
+    call tests%check('it says how much the first history has grown', index(observer%text, 're-solves u has grown') > 0)
     call tests%check('the state is that of before', len(state_differences(before, model%state)) == 0)
-    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call test_constant_load(model, step, script, model%analysis%phases(1), observer, error)
     call tests%check('it is done once', size(script%asked) == 3)
     model%state%progress%load_factor = 2.0_wp
-    script%answers = [answer_type(), answer_type(converged=.false.)]
+    script%answers = [scripted_outcome_type(), scripted_outcome_type(converged=.false.)]
     script%asked = script%asked(:0)
-    call test_hold(model, step, script, model%analysis%phases(1), listener, error)
+    call test_constant_load(model, step, script, model%analysis%phases(1), observer, error)
     call tests%check('a hold that is lost ends the test and is told', size(script%asked) == 2 .and. &
-      index(listener%text, 'rejected at re-solve 2') > 0)
-  end subroutine check_hold_due
+      index(observer%text, 'rejected at re-solve 2') > 0)
+  end subroutine check_constant_load_due
 end module test_load_step

@@ -8,7 +8,7 @@ module test_locking_check
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use deck_samples, only: joined
-  use scripted_solver, only: listener_type
+  use scripted_solver, only: test_observer_type
   use testing, only: tests_type
   implicit none
   private
@@ -108,18 +108,18 @@ contains
     call tests%check('treated material is not', len(told('*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|', 0.6_wp)) == 0)
   end subroutine check_warning
 
-  !> What is told of a scatter.
+  !> What is reported a scatter.
   function told(treatment, scatter) result(text)
     character(len=*), intent(in) :: treatment
     real(wp), intent(in) :: scatter
     character(len=:), allocatable :: text
     type(model_type) :: model
-    type(listener_type) :: listener
+    type(test_observer_type) :: observer
 
     call new_model(treatment, model)
     model%state%points%stress(:3, :) = alternating(model, scatter*shear)
-    call check_locking(model, listener)
+    call check_locking(model, observer)
     text = ''
-    if (allocated(listener%text)) text = listener%text
+    if (allocated(observer%text)) text = observer%text
   end function told
 end module test_locking_check

@@ -27,7 +27,7 @@ contains
     call check_basis(tests, 'SPLINE2G', 2, .true., .true., (6 + 2 + 2)*(4 + 2))
     call check_basis(tests, 'SPLINE3', 3, .true., .false., (6 + 3 + 4)*(4 + 3))
     call check_domains(tests)
-    call check_faults(tests)
+    call check_diagnostics(tests)
     call check_outside(tests)
   end subroutine collect_model_space
 
@@ -112,8 +112,9 @@ contains
     call tests%check(basis//' sees averages or not', model%space%averaged .eqv. averaged)
     call tests%check(basis//' has as many nodes as functions', model%space%node_count == nodes)
     if (tensor) call tests%check(basis//' has kinks at the ends of a prescribed set only', &
-      count(model%space%axis(1)%kink) == 2 .and. model%space%axis(1)%kink(3) .and. model%space%axis(1)%kink(5) &
-      .and. count(model%space%axis(2)%kink) == 0)
+      count(model%space%axis(1)%knot_reduced) == 2 .and. model%space%axis(1)%knot_reduced(3) .and. &
+        model%space%axis(1)%knot_reduced(5) &
+      .and. count(model%space%axis(2)%knot_reduced) == 0)
     call tests%check(basis//' keeps deformation gradients for domains only', &
       size(model%state%points%deformation_gradient, 2) == merge(model%state%points%count, 0, averaged))
   end subroutine check_basis
@@ -138,7 +139,7 @@ contains
   end subroutine check_domains
 
   !> Grids and sets that splines cannot work with.
-  subroutine check_faults(tests)
+  subroutine check_diagnostics(tests)
     type(tests_type), intent(inout) :: tests
 
     call expect(tests, 'ELEMENT=TRI6', 'BASIS=SPLINE2', 'BOX| 0.5, 1, 1, 1', &
@@ -149,7 +150,7 @@ contains
       '*GRID: GIMP and splines need ELEMENT=QUAD4 or HEX8 without PERTURB')
     call expect(tests, 'ELEMENT=QUAD4', 'BASIS=SPLINE2G', 'GENERATE| 29, 33, 2', &
       "*PRESCRIBE: with GIMP and splines node set 'footing' must hold all grid nodes of a plane or box")
-  end subroutine check_faults
+  end subroutine check_diagnostics
 
   !> A fault, told once.
   subroutine expect(tests, grid, method, set, message)

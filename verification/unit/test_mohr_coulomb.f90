@@ -16,7 +16,7 @@ module test_mohr_coulomb
   !> The strength written out as all nine planes.
   type :: planes_type
     integer :: count = 0
-    real(wp) :: normal(3, plane_count), relief(3, plane_count), limit(plane_count)
+    real(wp) :: normal(3, plane_count), corrector(3, plane_count), limit(plane_count)
     real(wp) :: apex = huge(1.0_wp)
   end type planes_type
 
@@ -204,7 +204,7 @@ contains
     right = 0.0_wp
     do i = 1, n
       do j = 1, n
-        system(i, j) = dot_product(planes%normal(:, set(i)), planes%relief(:, set(j)))
+        system(i, j) = dot_product(planes%normal(:, set(i)), planes%corrector(:, set(j)))
       end do
       right(i) = dot_product(planes%normal(:, set(i)), trial) - planes%limit(set(i))
     end do
@@ -215,7 +215,7 @@ contains
     if (any(multipliers(1:n) < -1.0e-11_wp*scale)) return
     answer = trial
     do i = 1, n
-      answer = answer - multipliers(i)*planes%relief(:, set(i))
+      answer = answer - multipliers(i)*planes%corrector(:, set(i))
     end do
     if (largest_excess(planes, answer) > 1.0e-11_wp*scale) return
     distance = max(distance, maxval(abs(answer - stress)))
@@ -298,7 +298,7 @@ contains
           flow(j) = -1.0_wp
           planes%normal(i, n) = merge(1.0_wp, k, i == j)
           flow(i) = merge(1.0_wp, m, i == j)
-          planes%relief(:, n) = (lame*sum(flow) + 2.0_wp*shear*flow)/(2.0_wp*shear)
+          planes%corrector(:, n) = (lame*sum(flow) + 2.0_wp*shear*flow)/(2.0_wp*shear)
           planes%limit(n) = merge(p%tensile_strength, 2.0_wp*p%cohesion*sqrt(k), i == j)
         end associate
       end do

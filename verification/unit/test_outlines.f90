@@ -7,7 +7,7 @@ module test_outlines
   use qsmpm_carried_outline, only: divide_polygon, divide_facets, part_sizes
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
-  use qsmpm_house_keeping, only: relocate
+  use qsmpm_point_location, only: relocate
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_integration, only: integration_type
   use qsmpm_model, only: model_type
@@ -19,7 +19,7 @@ module test_outlines
   use qsmpm_polyhedron_check, only: polyhedron_problem
   use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_soil_points, only: soil_of, integration_of
-  use qsmpm_space, only: place_type
+  use qsmpm_space, only: shape_values_type
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
@@ -203,7 +203,7 @@ contains
     type(step_type), intent(in), target :: step
     real(wp), intent(out) :: worst
     type(integration_type), pointer :: integration
-    type(place_type) :: place
+    type(shape_values_type) :: place
     real(wp) :: sums(model%mesh%dimension, model%space%node_count)
     integer :: i, a
 

@@ -151,9 +151,9 @@ contains
     associate (p => model%state%progress, q => fresh%state%progress)
       call tests%check('progress comes back', p%phase == q%phase .and. p%step == q%step .and. &
         p%phase_steps == q%phase_steps .and. &
-        p%hold_tests_done == q%hold_tests_done .and. same_bits([p%fraction, p%load_factor, &
-        p%next_step, p%proximal, p%external_work, p%internal_work], [q%fraction, q%load_factor, &
-        q%next_step, q%proximal, q%external_work, q%internal_work]))
+        p%constant_load_tests_done == q%constant_load_tests_done .and. same_bits([p%fraction, p%load_factor, &
+        p%next_step, p%damping, p%external_work, p%internal_work], [q%fraction, q%load_factor, &
+        q%next_step, q%damping, q%external_work, q%internal_work]))
     end associate
   end subroutine check_state
 
@@ -457,10 +457,10 @@ contains
       s%progress%fraction = 0.3_wp
       s%progress%load_factor = 1.0_wp/7.0_wp
       s%progress%next_step = 0.01_wp
-      s%progress%proximal = 1.0e-9_wp
+      s%progress%damping = 1.0e-9_wp
       s%progress%external_work = 3.3_wp
       s%progress%internal_work = 3.1_wp
-      s%progress%hold_tests_done = 2
+      s%progress%constant_load_tests_done = 2
     end associate
   end subroutine disturb
 

@@ -14,7 +14,7 @@ module test_overburden
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top
   use qsmpm_phase_start, only: start_phase
   use qsmpm_polyhedron, only: make_polyhedron
-  use qsmpm_reduction, only: expansion_type, verdict_type
+  use qsmpm_reduction, only: expansion_type, reduction_check_type
   use deck_samples, only: joined
   use sample_models, only: sample_grid
   use scene_samples, only: changed, reduced
@@ -155,12 +155,12 @@ contains
     type(model_type) :: model
     type(analysis_type) :: analysis
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(error_type), allocatable :: error
     real(wp) :: interface_level, vertical, ratio, off
     integer :: p
 
-    call reduced(deck, analysis, expansion, verdicts)
+    call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the layers of the unit tests cannot be built'
     call start_phase(model)

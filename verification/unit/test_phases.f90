@@ -7,9 +7,9 @@ module test_phases
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_phases, only: march_type, begin_march, march_step, end_march, is_finished, error_stopped
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped
   use qsmpm_run_profile, only: run_profile_type
-  use scripted_solver, only: answer_type, script_type, listener_type
+  use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
   use state_samples, only: state_differences
   use testing, only: tests_type
   implicit none
@@ -20,8 +20,8 @@ module test_phases
   !> A run with all that belongs to it.
   type :: run_type
     type(model_type) :: model
-    type(march_type) :: march
-    type(listener_type) :: listener
+    type(step_loop_type) :: loop
+    type(test_observer_type) :: observer
     type(error_type), allocatable :: error
   contains
     procedure :: to_end
@@ -46,14 +46,14 @@ contains
     call check_limit_resumed(tests)
     call check_resumed(tests)
     call check_stop(tests)
-    call check_hold_test(tests)
+    call check_constant_load_test(tests)
     call check_lost_set(tests)
     call check_summary(tests)
   end subroutine collect_phases
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
   function new_run(answers, controls) result(run)
-    type(answer_type), intent(in) :: answers(:)
+    type(scripted_outcome_type), intent(in) :: answers(:)
     !> More parameters of the first phase's *CONTROLS, and lines behind it.
     character(len=*), intent(in) :: controls
     type(run_type) :: run
@@ -78,8 +78,8 @@ contains
     if (.not. allocated(error)) call build_model(analysis, run%model, error)
     if (allocated(error)) error stop 'the deck of the phases suite is broken'
     allocate (script%answers, source=answers)
-    allocate (run%march%solver, source=script)
-    call begin_march(run%model, profile, run%march)
+    allocate (run%loop%solver, source=script)
+    call begin_step_loop(run%model, profile, run%loop)
   end function new_run
 
   !> Step until the run has ended or cannot go on.
@@ -87,11 +87,11 @@ contains
     class(run_type), intent(inout) :: self
     type(run_profile_type) :: profile
 
-    do while (.not. is_finished(self%model, self%march))
-      call march_step(self%model, self%march, self%listener, self%error)
+    do while (.not. is_finished(self%model, self%loop))
+      call advance_step_loop(self%model, self%loop, self%observer, self%error)
       if (allocated(self%error)) exit
     end do
-    call end_march(self%march, profile)
+    call end_step_loop(self%loop, profile)
   end subroutine to_end
 
   !> Whether the accepted steps ended at these load fractions.
@@ -99,8 +99,8 @@ contains
     class(run_type), intent(in) :: self
     real(wp), intent(in) :: fractions(:)
 
-    reached = self%listener%steps == size(fractions)
-    if (reached) reached = all(abs(self%listener%fraction - fractions) <= rounding)
+    reached = self%observer%steps == size(fractions)
+    if (reached) reached = all(abs(self%observer%fraction - fractions) <= rounding)
   end function reached
 
   !> Solves that were asked for.
@@ -108,15 +108,15 @@ contains
     type(run_type), intent(in) :: run
 
     asked = 0
-    select type (solver => run%march%solver)
+    select type (solver => run%loop%solver)
     type is (script_type)
       asked = size(solver%asked)
     end select
   end function asked
 
   !> A solve that is lost.
-  pure type(answer_type) function lost()
-    lost = answer_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
+  pure type(scripted_outcome_type) function lost()
+    lost = scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
   end function lost
 
   !> Steps that converge.
@@ -124,22 +124,23 @@ contains
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
 
-    run = new_run([answer_type()], '')
+    run = new_run([scripted_outcome_type()], '')
     call run%to_end()
     call tests%check('steps that converge end on multiples of the first, phase after phase', &
       run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
     call tests%check('with the load factors of their phases', &
-      all(abs(run%listener%load_factor - [2.0_wp, 4.0_wp, 6.0_wp, 8.0_wp, 1.5_wp, 3.0_wp]) <= rounding))
-    call tests%check('phases end at one exactly', all(abs(run%listener%fraction([4, 6]) - 1.0_wp) <= 0.0_wp))
-    call tests%check('the end of each phase is told once', run%listener%phases == 2)
+      all(abs(run%observer%load_factor - [2.0_wp, 4.0_wp, 6.0_wp, 8.0_wp, 1.5_wp, 3.0_wp]) <= rounding))
+    call tests%check('phases end at one exactly', all(abs(run%observer%fraction([4, 6]) - 1.0_wp) <= 0.0_wp))
+    call tests%check('the end of each phase is told once', run%observer%phases == 2)
     call tests%check('one solve a step', asked(run) == 6)
-    call tests%check('the profile of the run counts the steps', run%march%step%profile%steps == 6)
-    run = new_run([answer_type(iterations=13), answer_type(iterations=9), answer_type(iterations=6), &
-      answer_type(iterations=6)], '')
+    call tests%check('the profile of the run counts the steps', run%loop%step%profile%steps == 6)
+    run = new_run([scripted_outcome_type(iterations=13), scripted_outcome_type(iterations=9), &
+      scripted_outcome_type(iterations=6), &
+      scripted_outcome_type(iterations=6)], '')
     call run%to_end()
     call tests%check('a hard step halves the next one, easy ones let it grow to the first again', &
       run%reached([0.25_wp, 0.375_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
-    run = new_run([answer_type(iterations=6)], ', STEP ERROR=0.01')
+    run = new_run([scripted_outcome_type(iterations=6)], ', STEP ERROR=0.01')
     call run%to_end()
     call tests%check('steps without error double, within the phase', &
       run%reached([0.25_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
@@ -151,54 +152,56 @@ contains
     type(run_type) :: run
     integer :: k
 
-    run = new_run([answer_type(), answer_type(), answer_type(), answer_type(iterations=13), answer_type()], '')
+    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
+      scripted_outcome_type(iterations=13), scripted_outcome_type()], '')
     do k = 1, 4
-      call march_step(run%model, run%march, run%listener, run%error)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     associate (progress => run%model%state%progress)
       call tests%check('four steps end the first phase', progress%phase == 1 .and. progress%phase_steps == 4 .and. &
-        run%listener%phases == 1)
-      call march_step(run%model, run%march, run%listener, run%error)
+        run%observer%phases == 1)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
       call tests%check('the fifth is the first of the second', progress%phase == 2 .and. progress%phase_steps == 1 .and. &
         progress%step == 5)
     end associate
     call tests%check('of the length of its own controls', run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp]))
     call tests%check('its loads begin where the first ended', abs(run%model%loading%gravity_start(2) + 8.0_wp) <= 0.0_wp &
       .and. abs(run%model%loading%gravity_final(2) + 3.0_wp) <= 0.0_wp)
-    call tests%check('the run is not finished', .not. is_finished(run%model, run%march))
+    call tests%check('the run is not finished', .not. is_finished(run%model, run%loop))
     call run%to_end()
-    call tests%check('until the observer knows that the last phase has ended', is_finished(run%model, run%march) .and. &
-      run%listener%phases == 2)
+    call tests%check('until the observer knows that the last phase has ended', is_finished(run%model, run%loop) .and. &
+      run%observer%phases == 2)
   end subroutine check_two_phases
 
   !> Steps that are lost.
   subroutine check_cuts(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
-    type(answer_type) :: answer
+    type(scripted_outcome_type) :: answer
 
-    run = new_run([lost(), answer_type()], '')
+    run = new_run([lost(), scripted_outcome_type()], '')
     call run%to_end()
     call tests%check('a lost step is halved, grows again and comes back to multiples', &
       run%reached([0.125_wp, 0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
-    call tests%check('the cut is told with its reason', index(run%listener%text, 'increment cut back: the script says no') > 0)
+    call tests%check('the cut is told with its reason', index(run%observer%text, &
+      'increment cut back: the script says no') > 0)
     call tests%check('and left no trace but a solve', asked(run) == 8 .and. &
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
-    run = new_run([lost(), lost(), answer_type(iterations=9)], '')
+    run = new_run([lost(), lost(), scripted_outcome_type(iterations=9)], '')
     call run%to_end()
-    call tests%check('steps of usual iterations stay cut', run%listener%steps == 16 + 2 .and. &
-      abs(run%listener%fraction(1) - 0.0625_wp) <= rounding)
+    call tests%check('steps of usual iterations stay cut', run%observer%steps == 16 + 2 .and. &
+      abs(run%observer%fraction(1) - 0.0625_wp) <= rounding)
     answer = lost()
     answer%share = 0.4_wp
-    run = new_run([answer, answer_type()], '')
+    run = new_run([answer, scripted_outcome_type()], '')
     call run%to_end()
-    call tests%close('a law is given the share it asks for', run%listener%fraction(1), 0.1_wp, rounding)
+    call tests%close('a law is given the share it asks for', run%observer%fraction(1), 0.1_wp, rounding)
     answer = lost()
     answer%too_long = .true.
     answer%step_error = 0.014_wp
-    run = new_run([answer, answer_type()], ', STEP ERROR=0.01')
+    run = new_run([answer, scripted_outcome_type()], ', STEP ERROR=0.01')
     call run%to_end()
-    call tests%close('a step too long is cut to what its error allows', run%listener%fraction(1), 0.125_wp, rounding)
+    call tests%close('a step too long is cut to what its error allows', run%observer%fraction(1), 0.125_wp, rounding)
   end subroutine check_cuts
 
   !> A run that cannot go on.
@@ -206,14 +209,15 @@ contains
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
     type(state_type) :: before
-    type(answer_type) :: broken
+    type(scripted_outcome_type) :: broken
 
-    run = new_run([answer_type(), lost()], '')
-    call march_step(run%model, run%march, run%listener, run%error)
+    run = new_run([scripted_outcome_type(), lost()], '')
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
     before = run%model%state
     call run%to_end()
     before%progress%next_step = run%model%state%progress%next_step
-    call tests%check('a step lost down to the smallest ends the run', allocated(run%error) .and. run%listener%steps == 1)
+    call tests%check('a step lost down to the smallest ends the run', allocated(run%error) .and. &
+      run%observer%steps == 1)
     call tests%check('after the halves that there are', asked(run) == 4)
     call tests%check('in the last accepted state', len(state_differences(before, run%model%state)) == 0)
     call tests%check('with the code of its cause', run%error%code == error_not_converged)
@@ -223,14 +227,14 @@ contains
     broken = lost()
     broken%broken = .true.
     broken%cause = error_user_material
-    run = new_run([answer_type(), broken], '')
+    run = new_run([scripted_outcome_type(), broken], '')
     call run%to_end()
     call tests%check('a law that is out of order ends it at once', run%error%code == error_user_material .and. &
       asked(run) == 2)
-    run = new_run([answer_type(), answer_type(fatal=.true.)], '')
+    run = new_run([scripted_outcome_type(), scripted_outcome_type(fatal=.true.)], '')
     call run%to_end()
     call tests%check('so does an error that ends the run', allocated(run%error) .and. asked(run) == 2 .and. &
-      run%listener%steps == 1)
+      run%observer%steps == 1)
   end subroutine check_end
 
   !> A load fraction that no step goes beyond.
@@ -238,11 +242,11 @@ contains
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
 
-    run = new_run([answer_type()], '')
-    run%march%limit = 0.3_wp
-    call march_step(run%model, run%march, run%listener, run%error)
-    call march_step(run%model, run%march, run%listener, run%error)
-    run%march%limit = 1.0_wp
+    run = new_run([scripted_outcome_type()], '')
+    run%loop%limit = 0.3_wp
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    run%loop%limit = 1.0_wp
     call run%to_end()
     call tests%check('a step ends at the limit, and the next on a multiple', &
       run%reached([0.25_wp, 0.3_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
@@ -251,10 +255,10 @@ contains
   !> Solves of these compliances.
   pure function compliant(compliance) result(answers)
     real(wp), intent(in) :: compliance(:)
-    type(answer_type) :: answers(size(compliance))
+    type(scripted_outcome_type) :: answers(size(compliance))
     integer :: k
 
-    answers = [(answer_type(compliance=compliance(k), iterations=9), k=1, size(compliance))]
+    answers = [(scripted_outcome_type(compliance=compliance(k), iterations=9), k=1, size(compliance))]
   end function compliant
 
   !> The limit load by the compliance of the steps.
@@ -269,9 +273,9 @@ contains
     call tests%check('a step too compliant is bisected down to the smallest', run%reached([0.25_wp, 0.5_wp, 0.625_wp]) &
       .and. asked(run) == 5)
     call tests%check('that is the end of the phase, and no error', .not. allocated(run%error) .and. &
-      run%listener%phases == 1 .and. is_finished(run%model, run%march))
+      run%observer%phases == 1 .and. is_finished(run%model, run%loop))
     ! Compliance 5 in the middle of 0.5 and 0.625, 12 in that of 0.625 and 0.6875: ten times the first at 5.0938.
-    call tests%check('the limit load and its knee are told: '//run%listener%text, index(run%listener%text, &
+    call tests%check('the limit load and its knee are told: '//run%observer%text, index(run%observer%text, &
       "phase 'first': limit load between 5 and 5.5, knee at 5.09381|") > 0)
     call tests%close('as a share of the phase', run%model%state%progress%limit%knee, 0.5625_wp + &
       0.09375_wp*log(2.0_wp)/log(2.4_wp), rounding)
@@ -281,13 +285,13 @@ contains
     call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
     call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
       'limit load between 5 and 5.5, knee at 5.09381; the phases behind it need the load that it did not carry')
-    call tests%check('its own end is told', run%listener%phases == 1)
+    call tests%check('its own end is told', run%observer%phases == 1)
 
     run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')
     run%model%analysis%phases = run%model%analysis%phases(:1)
     call run%to_end()
     call tests%check('equilibrium lost before the refused load ends the bisection', .not. allocated(run%error) .and. &
-      run%reached([0.25_wp, 0.5_wp]) .and. index(run%listener%text, 'limit load between 4 and 6, knee at 3.79588|') > 0)
+      run%reached([0.25_wp, 0.5_wp]) .and. index(run%observer%text, 'limit load between 4 and 6, knee at 3.79588|') > 0)
 
     run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
     call run%to_end()
@@ -298,7 +302,8 @@ contains
 
     run = new_run(compliant(course), '')
     call run%to_end()
-    call tests%check('nor is there one that was not asked for', run%listener%steps == 6 .and. .not. allocated(run%error))
+    call tests%check('nor is there one that was not asked for', run%observer%steps == 6 .and. &
+      .not. allocated(run%error))
     call tests%close('the next phase begins without a compliance', run%model%state%progress%limit%first, 12.0_wp, 0.0_wp)
   end subroutine check_limit_load
 
@@ -312,7 +317,7 @@ contains
     run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp, 12.0_wp]), ', LIMIT COMPLIANCE=10')
     run%model%analysis%phases = run%model%analysis%phases(:1)
     do k = 1, 3
-      call march_step(run%model, run%march, run%listener, run%error)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     resumed = new_run(compliant([12.0_wp]), ', LIMIT COMPLIANCE=10')
     resumed%model%analysis%phases = resumed%model%analysis%phases(:1)
@@ -321,19 +326,19 @@ contains
     call resumed%to_end()
     call tests%check('a resumed run goes on where the bisection stood', &
       len(state_differences(run%model%state, resumed%model%state)) == 0 .and. asked(resumed) == 1)
-    call begin_march(resumed%model, profile, resumed%march)
-    resumed%listener%phases = 0
+    call begin_step_loop(resumed%model, profile, resumed%loop)
+    resumed%observer%phases = 0
     call resumed%to_end()
     call tests%check('and at its end nothing is left but to tell so', asked(resumed) == 1 .and. &
-      resumed%listener%phases == 1 .and. .not. allocated(resumed%error))
+      resumed%observer%phases == 1 .and. .not. allocated(resumed%error))
 
     run = new_run(compliant([1.0_wp, 4.0_wp, 40.0_wp, 5.0_wp]), ', LIMIT COMPLIANCE=10')
     do k = 1, 3
-      call march_step(run%model, run%march, run%listener, run%error)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
-    run%march%limit = 0.625_wp + 1.0e-6_wp
-    call march_step(run%model, run%march, run%listener, run%error)
-    call tests%check('a host may step by less than the smallest', .not. is_finished(run%model, run%march) .and. &
+    run%loop%limit = 0.625_wp + 1.0e-6_wp
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('a host may step by less than the smallest', .not. is_finished(run%model, run%loop) .and. &
       run%reached([0.25_wp, 0.5_wp, 0.625_wp, 0.625_wp + 1.0e-6_wp]))
   end subroutine check_limit_resumed
 
@@ -344,25 +349,25 @@ contains
     integer :: k, done
 
     do done = 1, 5
-      run = new_run([lost(), answer_type(iterations=9)], '')
+      run = new_run([lost(), scripted_outcome_type(iterations=9)], '')
       do k = 1, done
-        call march_step(run%model, run%march, run%listener, run%error)
+        call advance_step_loop(run%model, run%loop, run%observer, run%error)
       end do
-      resumed = new_run([answer_type(iterations=9)], '')
+      resumed = new_run([scripted_outcome_type(iterations=9)], '')
       resumed%model%state = run%model%state
       call run%to_end()
       call resumed%to_end()
-      call tests%check('a resumed run takes the steps of one that was not interrupted', run%listener%steps == &
-        done + resumed%listener%steps)
+      call tests%check('a resumed run takes the steps of one that was not interrupted', run%observer%steps == &
+        done + resumed%observer%steps)
       call tests%check('and ends in its state', len(state_differences(run%model%state, resumed%model%state)) == 0)
     end do
-    run = new_run([answer_type()], '')
+    run = new_run([scripted_outcome_type()], '')
     call run%to_end()
-    resumed = new_run([answer_type()], '')
+    resumed = new_run([scripted_outcome_type()], '')
     resumed%model%state = run%model%state
     call resumed%to_end()
-    call tests%check('at the end of the last phase only this is told', resumed%listener%steps == 0 .and. &
-      resumed%listener%phases == 1 .and. .not. allocated(resumed%error))
+    call tests%check('at the end of the last phase only this is told', resumed%observer%steps == 0 .and. &
+      resumed%observer%phases == 1 .and. .not. allocated(resumed%error))
   end subroutine check_resumed
 
   !> A run that is stopped.
@@ -370,58 +375,61 @@ contains
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
 
-    run = new_run([answer_type()], '')
-    run%listener%stop_after = 2
+    run = new_run([scripted_outcome_type()], '')
+    run%observer%stop_after = 2
     call run%to_end()
     call tests%check('a run stops between two steps', run%error%code == error_stopped .and. run%reached([0.25_wp, 0.5_wp]))
-    run%listener%stop_after = huge(1)
+    run%observer%stop_after = huge(1)
     deallocate (run%error)
     call run%to_end()
     call tests%check('and can go on', run%reached([0.25_wp, 0.5_wp, 0.75_wp, 1.0_wp, 0.5_wp, 1.0_wp]))
   end subroutine check_stop
 
   !> Hold tests leave the state as it is.
-  subroutine check_hold_test(tests)
+  subroutine check_constant_load_test(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
     character(len=*), parameter :: wanted = new_line('a')//'*CONSTANT LOAD TEST, REPEATS=3'//new_line('a')//'4'
 
-    run = new_run([answer_type()], wanted)
+    run = new_run([scripted_outcome_type()], wanted)
     call run%to_end()
-    call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%listener%steps == 6)
-    call tests%check('tells how much the first history has grown', index(run%listener%text, &
+    call tests%check('a hold test solves again at its load factor', asked(run) == 9 .and. run%observer%steps == 6)
+    call tests%check('tells how much the first history has grown', index(run%observer%text, &
       'constant load test at load factor  4.000E+00: after 3 re-solves s has grown by   150.000 %') > 0)
     call tests%close('and restores the state', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
-    run = new_run([answer_type(), answer_type(), answer_type(), lost(), answer_type()], wanted)
+    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), lost(), &
+      scripted_outcome_type()], wanted)
     call run%to_end()
-    call tests%check('one that is lost is told', index(run%listener%text, 'rejected at re-solve 2 (the script says no)') > 0)
+    call tests%check('one that is lost is told', index(run%observer%text, &
+      'rejected at re-solve 2 (the script says no)') > 0)
     call tests%close('and restored too', run%model%state%points%stress(1, 1), 6.0_wp, rounding)
-    run = new_run([answer_type(), answer_type(), answer_type(), answer_type(fatal=.true.)], wanted)
+    run = new_run([scripted_outcome_type(), scripted_outcome_type(), scripted_outcome_type(), &
+      scripted_outcome_type(fatal=.true.)], wanted)
     call run%to_end()
     call tests%check('an error that ends the run leaves the last accepted state', allocated(run%error) .and. &
       abs(run%model%state%points%stress(1, 1) - 2.0_wp) <= rounding)
-  end subroutine check_hold_test
+  end subroutine check_constant_load_test
 
-  !> What is told of the results where a phase ends, and where the run does.
+  !> What is reported the results where a phase ends, and where the run does.
   subroutine check_summary(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
     character(len=*), parameter :: locks = "material 'soil' locks"
 
-    run = new_run([answer_type()], '')
+    run = new_run([scripted_outcome_type()], '')
     call lock()
     call run%to_end()
     call tests%check('locking is told at the end of each phase', occurrences(locks) == 2)
-    call tests%check('the points that yield are counted', run%listener%plastic_points == run%model%state%points%count)
-    run = new_run([answer_type(), lost()], '')
+    call tests%check('the points that yield are counted', run%observer%plastic_points == run%model%state%points%count)
+    run = new_run([scripted_outcome_type(), lost()], '')
     call lock()
     call run%to_end()
     call tests%check('and where the run ends before', allocated(run%error) .and. occurrences(locks) == 1)
-    run = new_run([answer_type(stabilisation_share=0.06_wp), lost()], ', STABILISATION SHARE=1')
+    run = new_run([scripted_outcome_type(stabilisation_share=0.06_wp), lost()], ', STABILISATION SHARE=1')
     call run%to_end()
     call tests%check('so is what the stabilisation carried', &
       occurrences('the stabilisation carries more than 5.0 % of the forces in 1 of 1 steps') == 1)
-    run = new_run([answer_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1')
+    run = new_run([scripted_outcome_type(stabilisation_share=0.06_wp)], ', STABILISATION SHARE=1')
     run%model%analysis%phases(2)%controls%stabilisation_share = 1.0_wp
     call run%to_end()
     call tests%check('that is counted phase by phase', occurrences('forces in 4 of 4 steps') == 1 .and. &
@@ -452,7 +460,7 @@ contains
       n = 0
       from = 1
       do
-        found = index(run%listener%text(from:), sentence)
+        found = index(run%observer%text(from:), sentence)
         if (found == 0) exit
         n = n + 1
         from = from + found
@@ -467,30 +475,33 @@ contains
     type(state_type) :: before
     integer :: k
 
-    run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
-    call march_step(run%model, run%march, run%listener, run%error)
+    run = new_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call tests%check('the face behind a pushed set is watched', run%model%state%watched%count > 0 .and. &
       .not. allocated(run%error))
     call fall_behind(0.1_wp)
-    call march_step(run%model, run%march, run%listener, run%error)
-    call march_step(run%model, run%march, run%listener, run%error)
-    call tests%check('a lag of a tenth is warned of', index(run%listener%text, "set 'side' follows it by 0.9 ") > 0 .and. &
-      run%listener%steps == 3)
-    call tests%check('once', index(run%listener%text, "set 'side'") == index(run%listener%text, "set 'side'", back=.true.))
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('a lag of a tenth is warned of', index(run%observer%text, &
+      "set 'side' follows it by 0.9 ") > 0 .and. &
+      run%observer%steps == 3)
+    call tests%check('once', index(run%observer%text, "set 'side'") == index(run%observer%text, "set 'side'", &
+      back=.true.))
     call fall_behind(0.25_wp)
     before = run%model%state
-    call march_step(run%model, run%march, run%listener, run%error)
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
     call tests%check('one of a quarter ends the run', allocated(run%error))
     if (allocated(run%error)) call tests%check('as a step that is not taken', run%error%code == error_not_converged)
     call tests%check('with the state before the step', len(state_differences(before, run%model%state)) == 0)
-    run = new_run([answer_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
+    run = new_run([scripted_outcome_type()], new_line('a')//'*PRESCRIBE'//new_line('a')//'side, X, -1')
     run%model%analysis%phases(2)%prescriptions = run%model%analysis%phases(1)%prescriptions
     do k = 1, 5
       call fall_behind(0.1_wp)
-      call march_step(run%model, run%march, run%listener, run%error)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
-    call tests%check('the next phase warns anew', index(run%listener%text, "phase 'first': the material in front") > 0 .and. &
-      index(run%listener%text, "phase 'second': the material in front") > 0)
+    call tests%check('the next phase warns anew', index(run%observer%text, &
+      "phase 'first': the material in front") > 0 .and. &
+      index(run%observer%text, "phase 'second': the material in front") > 0)
 
   contains
 

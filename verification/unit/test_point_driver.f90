@@ -6,12 +6,12 @@ module test_point_driver
   use qsmpm_analysis, only: analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged, error_user_material
-  use qsmpm_law, only: law_type, batch_type, status_cut, status_broken, tangent_none, tangent_elastic
+  use qsmpm_law, only: law_type, batch_type, status_cut, status_unrecoverable, tangent_none, tangent_elastic
   use qsmpm_law_factory, only: kinematics_logarithmic, rate_midpoint
   use qsmpm_point, only: bench_type, run_stages
   use qsmpm_point_table, only: parse_targets, unit_factor
-  use qsmpm_point_tally, only: tangent_text
-  use qsmpm_point_test, only: lead_strain, lead_stress
+  use qsmpm_point_statistics, only: tangent_text
+  use qsmpm_point_test, only: driven_strain, driven_stress
   use qsmpm_tensor, only: gradient_size
   use testing, only: tests_type
   implicit none
@@ -94,17 +94,17 @@ contains
     call make_crude(law)
     call run_crude(law, bench, error)
     call tests%check('a triaxial test runs', .not. allocated(error))
-    call tests%check('every step has its tangent compared', sum(bench%tally%compared) == 10)
+    call tests%check('every step has its tangent compared', sum(bench%statistics%compared) == 10)
     ! Differences over 1e-2 of the increment: 1e-5 at most.
-    call tests%close('a consistent tangent is found right', maxval(bench%tally%worst), 0.0_wp, 2.0e-5_wp)
-    call tests%check('and is told to be', index(tangent_text(bench%tally), 'it is consistent') > 0)
+    call tests%close('a consistent tangent is found right', maxval(bench%statistics%worst), 0.0_wp, 2.0e-5_wp)
+    call tests%check('and is told to be', index(tangent_text(bench%statistics), 'it is consistent') > 0)
     call tests%close('the soil reaches its strength', -bench%point%stress(2), strength, 2.0e-2_wp*strength)
     law%elastic = .true.
     call run_crude(law, bench, error)
     call tests%check('a test with the elastic tangent runs', .not. allocated(error))
-    call tests%check('its error is large where the soil yields', bench%tally%worst(2) > 0.1_wp)
+    call tests%check('its error is large where the soil yields', bench%statistics%worst(2) > 0.1_wp)
     call tests%check('and told to be that of the elastic tangent', &
-      index(tangent_text(bench%tally), 'it is the elastic one where the law yields') > 0)
+      index(tangent_text(bench%statistics), 'it is the elastic one where the law yields') > 0)
     ! The equilibrium is the same, whatever the tangent: twice the tolerance of 1e-10.
     call tests%close('the strength is the same', -bench%point%stress(1), 1.0_wp, 1.0e-8_wp)
   end subroutine test_tangents
@@ -132,7 +132,7 @@ contains
       error%code == error_not_converged .and. index(error%message, 'too long for me') > 0)
   end subroutine test_short_steps
 
-  !> A law that is out of order ends the test at once.
+  !> A law that has failed ends the test at once.
   subroutine test_broken_law(tests)
     type(tests_type), intent(inout) :: tests
     type(crude_law_type) :: law
@@ -146,33 +146,34 @@ contains
     if (.not. allocated(error)) return
     call tests%check('with the exit code of user materials', error%code == error_user_material)
     call tests%check('and its message', index(error%message, 'a parameter is missing') > 0)
-    call tests%check('in the first step, which is not cut', bench%tally%steps == 0 .and. &
+    call tests%check('in the first step, which is not cut', bench%statistics%steps == 0 .and. &
       index(error%message, 'stage 1, step 1 ') == 1)
   end subroutine test_broken_law
 
   !> Tables of targets.
   subroutine test_tables(tests)
     type(tests_type), intent(inout) :: tests
-    integer, allocatable :: leads(:)
+    integer, allocatable :: driven_components(:)
     real(wp), allocatable :: targets(:, :), times(:)
     type(error_type), allocatable :: error
 
     call parse_targets('a.csv', 'time [s], s11 [MPa],E22 [%]'//achar(13)//newline//'0, -0.1, 2'//achar(13)//newline// &
-      newline//'1, -0.2, 3', 'kN/m^2', leads, targets, times, error)
+      newline//'1, -0.2, 3', 'kN/m^2', driven_components, targets, times, error)
     call tests%check('a table is read', .not. allocated(error))
     if (allocated(error)) return
-    call tests%check('its columns are found by name', all(leads == [lead_stress + 1, lead_strain + 2]))
+    call tests%check('its columns are found by name', all(driven_components == [driven_stress + 1, driven_strain + 2]))
     ! Products of two doubles: a few units of the last place.
     call tests%close('stresses come in the units of the deck', targets(1, 2), -200.0_wp, 1.0e-12_wp)
     call tests%close('strains in percent become numbers', targets(2, 1), 0.02_wp, 1.0e-16_wp)
     call tests%check('times are read', all(abs(times - [0.0_wp, 1.0_wp]) <= 0.0_wp))
     call tests%check('a unit of another kind is refused', .not. abs(unit_factor('kPa', .false., 'kPa')) > 0.0_wp)
-    call parse_targets('a.csv', 'time,E22'//newline//'0,1'//newline//'2,2'//newline//'2,3', 'kPa', leads, targets, times, error)
+    call parse_targets('a.csv', 'time,E22'//newline//'0,1'//newline//'2,2'//newline//'2,3', 'kPa', &
+      driven_components, targets, times, error)
     call tests%check('a time that does not rise is refused', allocated(error))
     if (allocated(error)) call tests%check('with its line', index(error%message, 'a.csv:4: the time') == 1)
-    call parse_targets('a.csv', 'time,E22'//newline//'-1,1', 'kPa', leads, targets, times, error)
+    call parse_targets('a.csv', 'time,E22'//newline//'-1,1', 'kPa', driven_components, targets, times, error)
     call tests%check('one before the stage too', allocated(error))
-    call parse_targets('a.csv', 'E22'//newline//'1', 'kPa', leads, targets, times, error)
+    call parse_targets('a.csv', 'E22'//newline//'1', 'kPa', driven_components, targets, times, error)
     call tests%check('a table may have no times', .not. allocated(error) .and. .not. allocated(times))
   end subroutine test_tables
 
@@ -204,7 +205,7 @@ contains
       batch%message = 'this step is too long for me'
     end if
     if (largest > self%breaks_at) then
-      batch%status = status_broken
+      batch%status = status_unrecoverable
       batch%message = 'a parameter is missing'
     end if
   end subroutine crude_update

@@ -8,7 +8,7 @@ module test_point_laws
   use qsmpm_kinds, only: wp, pi
   use qsmpm_material_law, only: make_material_law
   use qsmpm_point, only: bench_type, run_stages
-  use qsmpm_point_tally, only: tangent_text
+  use qsmpm_point_statistics, only: tangent_text
   use testing, only: tests_type
   implicit none
   private
@@ -74,7 +74,7 @@ contains
     call tests%close(name//': the strength is that of its strain', -bench%point%stress(2), &
       100.0_wp*ratio**2 + 2.0_wp*cohesion*ratio, 1.0e-6_wp)
     call tests%check(name//': the tangent is told to be consistent', &
-      index(tangent_text(bench%tally), ': it is consistent') > 0)
+      index(tangent_text(bench%statistics), ': it is consistent') > 0)
   end subroutine check_softening
 
   !> Where a cone has its tip Q has no derivative, and nothing is said of the tangent: the shear surface of a sand that
@@ -86,13 +86,14 @@ contains
     call run('*MATERIAL, NAME=m|'//sand//'*POINT TEST, TYPE=ISOTROPIC, CELL PRESSURE=50|*POINT STAGE, STEPS=10|'// &
       ' PRESSURE, 200|', bench)
     call tests%check('isotropic compression of sand yields', bench%point%plastic)
-    call tests%check('on the tip of its shear surface no tangent is judged', all(bench%tally%compared == 0))
+    call tests%check('on the tip of its shear surface no tangent is judged', all(bench%statistics%compared == 0))
     call run('*MATERIAL, NAME=m|'//brittle//'*SOFTENING, REGULARISATION=NONE| 1, 20, 0, 0.05|'// &
       '*POINT TEST, TYPE=ISOTROPIC, CELL PRESSURE=50|*POINT STAGE, STEPS=10| VOLUMETRIC STRAIN, -0.05|', bench)
     call tests%check('isotropic extension yields at the apex', bench%point%plastic)
     ! Steps that barely leave the apex as it was have a derivative there.
-    call tests%check('nor is one told to be wrong at the apex', index(tangent_text(bench%tally), 'not consistent') == 0 &
-      .and. bench%tally%compared(2) < 10)
+    call tests%check('nor is one told to be wrong at the apex', index(tangent_text(bench%statistics), &
+      'not consistent') == 0 &
+      .and. bench%statistics%compared(2) < 10)
   end subroutine check_tips
 
   !> State variables with a name have a column, elastic strain and other things a law keeps have none.

@@ -57,7 +57,7 @@ contains
       call tests%close('the rule of degree '//trim(number)//' of '//element_name(kind)// &
         ' is exact', worst_error(kind, degree, points, weights), 0.0_wp, round_off)
       call tests%check('the rule of degree '//trim(number)//' of '//element_name(kind)// &
-        ' has positive weights inside', is_sound(kind, points, weights))
+        ' has positive weights inside', is_valid(kind, points, weights))
     end do
     do degree = 1, 5, 4
       call gauss_rule(kind, degree, points, weights)
@@ -131,7 +131,7 @@ contains
   end function factorial
 
   !> Whether all weights are positive and all points are inside.
-  logical function is_sound(kind, points, weights)
+  logical function is_valid(kind, points, weights)
     integer, intent(in) :: kind
     real(wp), intent(in) :: points(:, :)
     real(wp), intent(in) :: weights(:)
@@ -139,12 +139,12 @@ contains
     real(wp) :: distance(face_count(kind))
     integer :: q
 
-    is_sound = all(weights > 0.0_wp)
+    is_valid = all(weights > 0.0_wp)
     do q = 1, size(weights)
       call inside_distance(kind, points(:, q), distance)
-      is_sound = is_sound .and. all(distance > 0.0_wp)
+      is_valid = is_valid .and. all(distance > 0.0_wp)
     end do
-  end function is_sound
+  end function is_valid
 
   !> A seed rule has the number of points, inside, apart from each other; weights sum to the volume
   !> and have their mean place in the centre.
@@ -169,7 +169,7 @@ contains
     if (allocated(error)) return
     call tests%check(name//' are as many', size(weights) == count .and. size(points, 2) == count &
       .and. size(points, 1) == local_dimension(kind))
-    call tests%check(name//' are inside', is_sound(kind, points, weights))
+    call tests%check(name//' are inside', is_valid(kind, points, weights))
     call tests%close(name//' fill the volume', sum(weights), volumes(kind), round_off)
     call tests%close(name//' have their mean in the centre', maxval(abs(matmul(points, weights) &
       /volumes(kind) - local_centre(kind))), 0.0_wp, round_off)
@@ -197,7 +197,7 @@ contains
       call tests%check('the full rule of '//element_name(kind)//' has its number of points', &
         size(weights) == full(kind))
       call tests%check('the full rule of '//element_name(kind)//' is inside', &
-        is_sound(kind, points, weights))
+        is_valid(kind, points, weights))
       call seed_rule(kind, 0, .false., points, weights, error)
       call tests%check('0 seeds the default number in '//element_name(kind), &
         size(weights) == defaults(kind) .and. default_count(kind) == defaults(kind))
@@ -238,7 +238,7 @@ contains
       call seed_rule(kind, counts(n), .true., points, weights, error)
       write (number, '(i0)') counts(n)
       name = 'the Gauss rule of '//trim(number)//' points of '//element_name(kind)
-      call tests%check(name//' has as many inside', size(weights) == counts(n) .and. is_sound(kind, points, weights))
+      call tests%check(name//' has as many inside', size(weights) == counts(n) .and. is_valid(kind, points, weights))
       do degree = 0, degrees(n)
         call tests%close(name//' is exact', worst_error(kind, degree, points, weights), 0.0_wp, round_off)
       end do

@@ -1,4 +1,4 @@
-!> Tests of the stopwatch of the parts and of what is told of it: seconds are lost to no part, counts
+!> Tests of the stopwatch of the parts and of what is reported it: seconds are lost to no part, counts
 !> are those of the work done, and the files hold them.
 module test_run_profile
   use testing, only: tests_type
@@ -10,7 +10,7 @@ module test_run_profile
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
   use qsmpm_run_profile, only: run_profile_type, count_evaluation, count_factorisation, count_iteration
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, turn_to, part_control, part_evaluation, part_input, &
+  use qsmpm_stopwatch, only: stopwatch_type, start_stopwatch, switch_timer, part_control, part_evaluation, part_input, &
     part_output, part_solves
   implicit none
   private
@@ -40,13 +40,13 @@ contains
 
     call start_clock(clock)
     call start_stopwatch(watch, part_input)
-    call turn_to(watch, part_evaluation)
+    call switch_timer(watch, part_evaluation)
     call work(0.02_wp)
-    call turn_to(watch, part_control)
-    call turn_to(watch, part_evaluation)
+    call switch_timer(watch, part_control)
+    call switch_timer(watch, part_evaluation)
     call work(0.02_wp)
-    call turn_to(watch, part_evaluation)
-    call turn_to(watch, part_control)
+    call switch_timer(watch, part_evaluation)
+    call switch_timer(watch, part_control)
     wall = wall_seconds(clock)
     cpu = cpu_seconds(clock)
     call tests%check('calls are counted, and staying is no call', watch%calls(part_evaluation) == 2 .and. &
@@ -74,8 +74,8 @@ contains
     type(tests_type), intent(inout) :: tests
     type(stopwatch_type) :: watch
 
-    call turn_to(watch, part_solves)
-    call turn_to(watch, part_control)
+    call switch_timer(watch, part_solves)
+    call switch_timer(watch, part_control)
     call tests%check('a stopwatch that was not started takes no time', sum(watch%calls) == 0 .and. &
       .not. any(watch%wall > 0.0_wp))
   end subroutine test_silence

@@ -5,7 +5,7 @@ module test_scene
   use qsmpm_analysis, only: analysis_type, mesh_file
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
-  use qsmpm_prismatic, only: prove_prismatic
+  use qsmpm_prismatic, only: require_prismatic
   use qsmpm_reduction, only: reduce_prismatic, reduce_revolved, reduce_column, reduce_mirror
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, turned_facets, &
     write_stl, figure_file
@@ -27,7 +27,7 @@ contains
     call check_column(tests)
     call check_mirror(tests)
     call check_mirror_loads(tests)
-    call check_reservations(tests)
+    call check_reasons_against(tests)
     call check_revolved(tests)
     call check_refused_by_user(tests)
   end subroutine collect_scene
@@ -108,15 +108,15 @@ contains
     character(len=:), allocatable :: reason
 
     call parse_deck('test.inp', slice_deck(), analysis, messages, error)
-    call prove_prismatic(analysis, reason)
+    call require_prismatic(analysis, reason)
     call tests%check('a slice is prismatic', .not. allocated(reason))
     analysis%bodies(1)%points_per_element = 5
-    call prove_prismatic(analysis, reason)
+    call require_prismatic(analysis, reason)
     if (.not. allocated(reason)) reason = ''
     call tests%check('five points a brick are unknown', index(reason, 'no such number of points') > 0)
     analysis%bodies(1)%points_per_element = 8
     analysis%mesh%kind = mesh_file
-    call prove_prismatic(analysis, reason)
+    call require_prismatic(analysis, reason)
     if (.not. allocated(reason)) reason = ''
     call tests%check('nothing is known of a mesh file', index(reason, 'the mesh is no *GRID') > 0)
   end subroutine check_number_of_points
@@ -224,7 +224,7 @@ contains
 
   !> A proved mirror is taken unasked only where the half has the equations of the whole and failure is
   !> symmetric; MIRROR=YES takes it all the same, MIRROR=NO never.
-  subroutine check_reservations(tests)
+  subroutine check_reasons_against(tests)
     type(tests_type), intent(inout) :: tests
     character(len=:), allocatable :: deck
     integer, parameter :: kind = reduce_mirror
@@ -246,7 +246,7 @@ contains
       'ELEMENT=QUAD4', 'ELEMENT=QUAD8'), kind, 1, 'not used: gradients of quadratic elements are recovered')
     call expect(tests, changed(deck, 'BASIS=STANDARD', 'BASIS=STANDARD, INTEGRATION=CELL'), kind, 1, &
       'used')
-  end subroutine check_reservations
+  end subroutine check_reasons_against
 
   !> A quarter of a cylinder is axisymmetric; what is not the same all around is not.
   subroutine check_revolved(tests)

@@ -10,7 +10,7 @@ module test_scene_results
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_reduction, only: expansion_type, verdict_type, history_of_scene, reduce_revolved
+  use qsmpm_reduction, only: expansion_type, reduction_check_type, history_of_scene, reduce_revolved
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, reduced, turned_facets, &
     write_stl, figure_file
   use testing, only: tests_type
@@ -51,9 +51,9 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: model
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
 
-    call reduced(slice_deck(), model, expansion, verdicts)
+    call reduced(slice_deck(), model, expansion, checks)
     call tests%check('a slice becomes one step to plane strain', size(expansion%steps) == 1 .and. &
       model%model == plane_strain .and. model%mesh%element == 'QUAD4' .and. .not. allocated(model%mesh%axes(3)%lines))
     call tests%check('27 points of a brick are 9 of its face', all(model%bodies%points_per_element == 9))
@@ -72,9 +72,9 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: model
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
 
-    call reduced(layers_deck(), model, expansion, verdicts)
+    call reduced(layers_deck(), model, expansion, checks)
     call tests%check('layers become a column one cell wide', size(expansion%steps) == 1 .and. &
       size(model%mesh%axes(1)%lines) == 2)
     call tests%close('forces come back by the width', expansion%steps(1)%factor, 4.0_wp, 0.0_wp)
@@ -90,11 +90,11 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: model
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     logical :: held
     integer :: i
 
-    call reduced(twin_deck(), model, expansion, verdicts)
+    call reduced(twin_deck(), model, expansion, checks)
     call tests%check('twin heaps become one and half of what is between', size(expansion%steps) == 1 .and. &
       size(model%bodies) == 2 .and. size(model%mesh%axes(1)%lines) == 9)
     call tests%check('each knows its image', all(expansion%steps(1)%body == [1, 3]) .and. &
@@ -118,14 +118,14 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: model
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     character(len=:), allocatable :: deck
 
     deck = changed(slice_deck(), ' 0, 0| 2, 0| 1, 1| 0, 1|', ' 1, 0| 3, 0| 3, 1| 1, 1|')
     deck = changed(deck, ' 2, 4, 0, 0.5, 0, 0.5|', ' 1.5, 2.5, 1, 1.25, 0.125, 0.375|')
     deck = changed(deck, ' 0, 1, 1, 1, 0, 0.5|', ' 1, 3, 1, 1, 0, 0.5|')
     deck = changed(deck, '*PRESCRIBE| left, X, 0.01|', '')
-    call reduced(deck, model, expansion, verdicts)
+    call reduced(deck, model, expansion, checks)
     call tests%check('a block with a smaller one on top is halved twice', size(expansion%steps) == 2 .and. &
       size(model%mesh%axes(1)%lines) == 5 .and. size(model%mesh%axes(3)%lines) == 2)
     call check_seeds(tests, deck, 'a block halved twice')
@@ -138,14 +138,14 @@ contains
       [2, 4])
     type(analysis_type) :: analysis
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(model_type) :: model
     type(image_list_type) :: images
     type(error_type), allocatable :: error
     integer :: unit
 
     call write_stl(figure_file, turned_facets(section, 32, [1.0_wp, 1.0_wp]))
-    call reduced(figure_deck(), analysis, expansion, verdicts)
+    call reduced(figure_deck(), analysis, expansion, checks)
     open (newunit=unit, file=figure_file, status='old')
     close (unit, status='delete')
     call tests%check('a quarter of a cylinder becomes axisymmetric', size(expansion%steps) == 1 .and. &
@@ -202,7 +202,7 @@ contains
     character(len=*), intent(in) :: deck, name
     type(analysis_type) :: analysis, scene
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(message_list_type) :: messages
     type(model_type) :: model, whole
     type(image_list_type) :: images
@@ -211,7 +211,7 @@ contains
     real(wp) :: worst
     integer :: i, k, d
 
-    call reduced(deck, analysis, expansion, verdicts)
+    call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (.not. allocated(error)) call parse_deck('test.inp', deck, scene, messages, error)
     if (.not. allocated(error)) call build_model(scene, whole, error)
@@ -245,14 +245,14 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: analysis
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(model_type) :: model
     type(image_list_type) :: images
     type(error_type), allocatable :: error
     integer :: i, n
     real(wp) :: trace, norm, worst(2)
 
-    call reduced(twin_deck(), analysis, expansion, verdicts)
+    call reduced(twin_deck(), analysis, expansion, checks)
     call build_model(analysis, model, error)
     if (allocated(error)) return
     do i = 1, 4
@@ -290,13 +290,13 @@ contains
     type(tests_type), intent(inout) :: tests
     type(analysis_type) :: analysis
     type(expansion_type) :: expansion
-    type(verdict_type), allocatable :: verdicts(:)
+    type(reduction_check_type), allocatable :: checks(:)
     type(model_type) :: model
     type(error_type), allocatable :: error
     character(len=:), allocatable :: deck
 
     deck = changed(layers_deck(), ' Y, 0, 3, 6|', ' Y, 0, 2.5, 5|')
-    call reduced(deck, analysis, expansion, verdicts)
+    call reduced(deck, analysis, expansion, checks)
     call build_model(analysis, model, error)
     call tests%check('a column up to the top of its mesh is built', .not. allocated(error))
     if (allocated(error)) return

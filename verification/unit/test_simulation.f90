@@ -4,8 +4,8 @@ module test_simulation
   use omp_lib, only: omp_get_max_threads, omp_set_num_threads
   use testing, only: tests_type
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, set_values, view_values, &
-    value_shape, list_value_names, soil_model_type, soil_increment_type, soil_answer_type, error_other, error_deck, &
-    error_user_material, status_broken, law_type, start_time, time_increment
+    value_shape, list_value_names, soil_model_type, soil_increment_type, soil_response_type, error_other, error_deck, &
+    error_user_material, status_unrecoverable, law_type, start_time, time_increment
   use qsmpm_field_list, only: field_name_length
   use qsmpm_points, only: start_strains
   use qsmpm_posix, only: remove_file
@@ -294,17 +294,17 @@ contains
 
     call begin(run, '1, 4')
     call begin(straight, '1, 4')
-    call run%put_back(snapshot, error)
+    call run%restore_checkpoint(snapshot, error)
     call tests%check('nothing is put back where nothing was kept', allocated(error))
     call run%advance(error)
     call run%advance(error)
     call view_values(run, 'point_stress', view, error)
-    call run%keep(snapshot, error)
+    call run%checkpoint(snapshot, error)
     call run%run(error)
     call run%add_stage('heavy', 1, error)
     call run%set_gravity([0.0_wp, -3.0_wp, 0.0_wp], error)
     call run%run(error)
-    call run%put_back(snapshot, error)
+    call run%restore_checkpoint(snapshot, error)
     call tests%check('with the state come the stages of then', size(run%scene%phases) == 1 .and. &
       .not. run%finished() .and. run%model%state%progress%step == 2)
     call view_values(run, 'point_stress', again, error)
@@ -715,55 +715,55 @@ contains
   end subroutine start
 
   !> Hooke's law, E = 1000, nu = 0.3.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(hooke_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(wp), parameter :: shear = 1000.0_wp/2.6_wp, lame = 2.0_wp*shear*0.3_wp/0.4_wp
     integer :: i
 
     associate (unused => state)
     end associate
-    if (increment%moment%phase >= self%broken_in) then
-      answer%status = status_broken
-      answer%message = 'broken on purpose'
+    if (increment%step_info%phase >= self%broken_in) then
+      response%status = status_unrecoverable
+      response%message = 'broken on purpose'
       return
     end if
-    answer%tangent = 0.0_wp
-    answer%tangent(:3, :3) = lame
+    response%tangent = 0.0_wp
+    response%tangent(:3, :3) = lame
     do i = 1, 3
-      answer%tangent(i, i) = lame + 2.0_wp*shear
-      answer%tangent(i + 3, i + 3) = shear
+      response%tangent(i, i) = lame + 2.0_wp*shear
+      response%tangent(i + 3, i + 3) = shear
     end do
-    stress = stress + matmul(answer%tangent, increment%strain)
+    stress = stress + matmul(response%tangent, increment%strain)
   end subroutine update
 
   !> One step: elastic, then less by what relaxes in its time (backward Euler).
-  subroutine relaxing_update(self, increment, stress, state, answer)
+  subroutine relaxing_update(self, increment, stress, state, response)
     class(relaxing_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
-    call self%hooke_type%update(increment, stress, state, answer)
-    associate (left => 1.0_wp/(1.0_wp + time_increment(increment%moment)))
+    call self%hooke_type%update(increment, stress, state, response)
+    associate (left => 1.0_wp/(1.0_wp + time_increment(increment%step_info)))
       stress = left*stress
-      answer%tangent = left*answer%tangent
+      response%tangent = left*response%tangent
     end associate
   end subroutine relaxing_update
 
   !> One step, with a look at the clock.
-  subroutine timed_update(self, increment, stress, state, answer)
+  subroutine timed_update(self, increment, stress, state, response)
     class(timed_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
-    call self%hooke_type%update(increment, stress, state, answer)
-    state = start_time(increment%moment) + time_increment(increment%moment)
+    call self%hooke_type%update(increment, stress, state, response)
+    state = start_time(increment%step_info) + time_increment(increment%step_info)
   end subroutine timed_update
 end module test_simulation

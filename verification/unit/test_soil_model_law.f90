@@ -4,7 +4,7 @@ module test_soil_model_law
   use law_trials, only: make_batch, random_batch, plane_batch, difference_error
   use qsmpm_error, only: error_type
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, status_broken, tangent_none, &
+  use qsmpm_law, only: batch_type, status_ok, status_cut, status_failed, status_unrecoverable, tangent_none, &
     tangent_consistent, tangent_elastic
   use qsmpm_point_driver, only: point_type, start_point, step_point
   use qsmpm_soil_model, only: soil_model_type
@@ -245,9 +245,9 @@ contains
     call tests%check('and the step', index(batch%message, 'phase 2, step 11') > 0)
     call tests%check('nothing that is not a number is left', abs(batch%stress(2, 1)) < 1.0_wp)
     model%nan = .false.
-    model%status = status_broken
+    model%status = status_unrecoverable
     call refuse(model, batch)
-    call tests%check('a broken model is passed on', batch%status(1) == status_broken)
+    call tests%check('a broken model is passed on', batch%status(1) == status_unrecoverable)
     call tests%check('with what it says', index(batch%message, 'it is out of order') > 0)
   end subroutine check_refusals
 
@@ -264,8 +264,8 @@ contains
     allocate (batch%cell(1), source=3)
     allocate (batch%place(2, 1), source=0.0_wp)
     allocate (batch%cell_size(1), source=1.0_wp)
-    batch%moment%phase = 2
-    batch%moment%step = 11
+    batch%step_info%phase = 2
+    batch%step_info%step = 11
     call law%update(batch, tangent_none)
     call law%update(batch, tangent_consistent)
   end subroutine refuse

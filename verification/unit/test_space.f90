@@ -4,7 +4,7 @@ module test_space
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: add_set
-  use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, cell_position, &
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, cell_position, &
     refresh_space, value_at, node_position, most_functions
   use qsmpm_space_builder, only: element_space, is_structured
   use sample_models, only: sample_grid, uneven_grid, sample_space, owner_of, lines_x, lines_y
@@ -72,7 +72,7 @@ contains
     type(space_type), intent(in) :: space
     real(wp) :: x(mesh%dimension, space%node_count), local(mesh%dimension, 4), ones(1, space%node_count)
     real(wp) :: sums, unit, gradients
-    type(place_type) :: place
+    type(shape_values_type) :: place
     integer :: c, k, n, a, nodes(most_functions), count
     logical :: listed
 
@@ -120,7 +120,7 @@ contains
     real(wp) :: worst
     real(wp), parameter :: h = 1.0e-5_wp
     real(wp) :: moved(size(local)), along(size(local))
-    type(place_type) :: place, above, below
+    type(shape_values_type) :: place, above, below
     integer :: a, n
 
     worst = 0.0_wp
@@ -164,14 +164,15 @@ contains
     call tests%check(name//': and nothing beside it', beside > 1.0e-3_wp)
     call tests%check(name//': and nothing below it', below > 1.0e-3_wp)
     call tests%check(name//': kinks are the inner lines at the ends of the set', &
-      count(space%axis(1)%kink) == 2 .and. space%axis(1)%kink(2) .and. space%axis(1)%kink(4) .and. &
-      count(space%axis(2)%kink) == 0)
+      count(space%axis(1)%knot_reduced) == 2 .and. space%axis(1)%knot_reduced(2) .and. &
+        space%axis(1)%knot_reduced(4) .and. &
+      count(space%axis(2)%knot_reduced) == 0)
   contains
     !> The field at a place.
     function value(x, y) result(u)
       real(wp), intent(in) :: x, y
       real(wp) :: u
-      type(place_type) :: place
+      type(shape_values_type) :: place
       real(wp) :: local(mesh%dimension), at(3), of_field(1)
       integer :: cell
 
@@ -199,7 +200,7 @@ contains
     call tests%close(name//': lines along the other axes stay', maxval(abs(space%axis(1)%lines - lines_x)), &
       0.0_wp, rounding)
     call tests%check(name//': kinks and number of nodes stay', space%node_count == before .and. &
-      product(space%axis(:mesh%dimension)%function_count) == before .and. space%axis(1)%kink(4))
+      product(space%axis(:mesh%dimension)%function_count) == before .and. space%axis(1)%knot_reduced(4))
     call check_functions(tests, name//' moved', mesh, space)
   end subroutine check_refresh
 
@@ -209,7 +210,7 @@ contains
     integer, intent(in) :: dimension
     type(mesh_type) :: mesh
     type(space_type) :: splines, elements
-    type(place_type) :: one, two
+    type(shape_values_type) :: one, two
     real(wp) :: local(dimension, 4), field(1, 210), worst(4)
     integer :: c, k, n
     character(len=3) :: name

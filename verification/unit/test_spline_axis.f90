@@ -15,7 +15,7 @@ module test_spline_axis
 
   real(wp), parameter :: lines(7) = [-0.2_wp, 0.3_wp, 1.0_wp, 1.4_wp, 2.4_wp, 3.0_wp, 3.9_wp]
   !> The line that is a kink in half of the checks.
-  integer, parameter :: kinked = 4
+  integer, parameter :: reduced = 4
   real(wp), parameter :: rounding = 1.0e-12_wp
   !> Intervals: in a cell, over one line, over two, to a line, from a line, at both ends.
   real(wp), parameter :: low(8) = [0.4_wp, 0.8_wp, 0.9_wp, 0.35_wp, 1.4_wp, -0.2_wp, 3.1_wp, 1.0_wp]
@@ -49,15 +49,15 @@ contains
   end subroutine collect_spline_axis
 
   !> The axis of most checks.
-  subroutine sample_axis(degree, with_kink, axis)
+  subroutine sample_axis(degree, with_reduced_knot, axis)
     integer, intent(in) :: degree
-    logical, intent(in) :: with_kink
+    logical, intent(in) :: with_reduced_knot
     type(spline_axis_type), intent(out) :: axis
-    logical :: kink(size(lines))
+    logical :: knot_reduced(size(lines))
 
-    kink = .false.
-    kink(kinked) = with_kink
-    call make_axis(lines, degree, kink, axis)
+    knot_reduced = .false.
+    knot_reduced(reduced) = with_reduced_knot
+    call make_axis(lines, degree, knot_reduced, axis)
   end subroutine sample_axis
 
   !> All functions at a place of a cell.
@@ -81,11 +81,11 @@ contains
     character(len=*), intent(in) :: name
     type(spline_axis_type), intent(in) :: axis
     real(wp) :: values(axis%function_count), x, sums, fields, least
-    integer :: c, k, kinks
+    integer :: c, k, reduced_knots
 
-    kinks = count(axis%kink)
+    reduced_knots = count(axis%knot_reduced)
     call tests%check(name//' has a function more for each degree and kink', &
-      axis%function_count == axis%cell_count + axis%degree + (axis%degree - 1)*kinks)
+      axis%function_count == axis%cell_count + axis%degree + (axis%degree - 1)*reduced_knots)
     sums = 0.0_wp
     fields = 0.0_wp
     least = 1.0_wp
@@ -150,14 +150,14 @@ contains
         call everywhere(axis, i - 1, axis%lines(i), order, left)
         call everywhere(axis, i, axis%lines(i), order, right)
         as_told = as_told .and. ((maxval(abs(left - right)) > 1.0e-3_wp) .eqv. order >= lowest_jump(axis, i))
-        if (axis%kink(i) .and. order == 0) call tests%close(name//' interpolates at the kink', &
+        if (axis%knot_reduced(i) .and. order == 0) call tests%close(name//' interpolates at the kink', &
           maxval(left), 1.0_wp, rounding)
       end do
     end do
     call tests%check(name//': derivatives jump from the lowest order told, none below', as_told)
     call tests%check(name//': the order told is one at a kink and the degree elsewhere', &
       lowest_jump(axis, 3) == axis%degree .and. &
-      lowest_jump(axis, kinked) == merge(1, axis%degree, axis%kink(kinked)))
+      lowest_jump(axis, reduced) == merge(1, axis%degree, axis%knot_reduced(reduced)))
   end subroutine check_lines
 
   !> Averages: sum, linear fields, and the values against a midpoint sum, which errs by its
@@ -267,23 +267,23 @@ contains
     type(tests_type), intent(inout) :: tests
     type(spline_axis_type) :: axis
     real(wp) :: values(highest_degree + 1)
-    logical :: kink(9)
+    logical :: knot_reduced(9)
     integer :: i
 
-    kink = .false.
-    call make_axis([(real(i, wp), i=0, 8)], 2, kink, axis)
+    knot_reduced = .false.
+    call make_axis([(real(i, wp), i=0, 8)], 2, knot_reduced, axis)
     call axis_values(axis, 4, 3.5_wp, 0, values)
     call tests%close('quadratic splines are 1/8, 3/4, 1/8 in mid cell', &
       maxval(abs(values(:3) - [0.125_wp, 0.75_wp, 0.125_wp])), 0.0_wp, rounding)
-    call make_axis([(real(i, wp), i=0, 8)], 3, kink, axis)
+    call make_axis([(real(i, wp), i=0, 8)], 3, knot_reduced, axis)
     call axis_values(axis, 4, 3.0_wp, 0, values)
     call tests%close('cubic splines are 1/6, 2/3, 1/6 at a line', &
       maxval(abs(values - [1.0_wp, 4.0_wp, 1.0_wp, 0.0_wp]/6.0_wp)), 0.0_wp, rounding)
     call axis_values(axis, 4, 3.0_wp, 2, values)
     call tests%close('and their second derivatives 1, -2, 1', &
       maxval(abs(values - [1.0_wp, -2.0_wp, 1.0_wp, 0.0_wp])), 0.0_wp, rounding)
-    kink(5) = .true.
-    call make_axis([(real(i, wp), i=0, 8)], 2, kink, axis)
+    knot_reduced(5) = .true.
+    call make_axis([(real(i, wp), i=0, 8)], 2, knot_reduced, axis)
     call axis_values(axis, 5, 4.5_wp, 0, values)
     call tests%close('quadratic splines beside a kink are 1/4, 5/8, 1/8 in mid cell', &
       maxval(abs(values(:3) - [0.25_wp, 0.625_wp, 0.125_wp])), 0.0_wp, rounding)
@@ -295,13 +295,13 @@ contains
   subroutine check_gimp(tests)
     type(tests_type), intent(inout) :: tests
     type(spline_axis_type) :: axis
-    logical :: kink(9)
+    logical :: knot_reduced(9)
     real(wp), parameter :: half = 0.3_wp
     real(wp) :: value(9), slope(9), d, wanted, worst
     integer :: i, k
 
-    kink = .false.
-    call make_axis([(real(i, wp), i=0, 8)], 1, kink, axis)
+    knot_reduced = .false.
+    call make_axis([(real(i, wp), i=0, 8)], 1, knot_reduced, axis)
     worst = 0.0_wp
     do k = 0, 20
       d = 0.07_wp*k

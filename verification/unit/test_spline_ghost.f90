@@ -8,7 +8,7 @@ module test_spline_ghost
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type
-  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type, activate
   use qsmpm_space, only: space_type
   use qsmpm_domains, only: domains_type, touch_cells
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
@@ -54,7 +54,7 @@ contains
         write (name, '(a,i0,a,i0,a)') 'degree ', degree, ' in ', dimension, 'D'
         call check_polynomials(tests, trim(name), dimension, degree)
         call check_jumps(tests, trim(name), dimension, degree)
-        call check_kinks(tests, trim(name), dimension, degree)
+        call check_reduced_knots(tests, trim(name), dimension, degree)
         if (dimension == 2) call check_definite(tests, trim(name), degree)
         call check_background(tests, trim(name), dimension, degree)
       end do
@@ -255,7 +255,7 @@ contains
 
   !> At a kink the slope may jump, and the penalty counts it: a field of slope zero below and one above
   !> has the energy g E h times the area. Its higher derivatives do not jump.
-  subroutine check_kinks(tests, name, dimension, degree)
+  subroutine check_reduced_knots(tests, name, dimension, degree)
     type(tests_type), intent(inout) :: tests
     character(len=*), intent(in) :: name
     integer, intent(in) :: dimension, degree
@@ -271,7 +271,7 @@ contains
     wanted = factor*young*0.5_wp*(2.2_wp - 0.8_wp)*4.1_wp*merge(2.9_wp, 1.0_wp, dimension == 3)
     call tests%close('ghost of '//name//' has the energy of a jump of slope at a kink', &
       energy(stabilisation, field)/wanted, 1.0_wp, rounding)
-  end subroutine check_kinks
+  end subroutine check_reduced_knots
 
   !> The assembled penalty is symmetric and has no negative eigenvalue.
   subroutine check_definite(tests, name, degree)
@@ -287,9 +287,9 @@ contains
     call thin_body(2, degree, stabilise_ghost, mesh, space, stabilisation, plate)
     n = space%node_count
     allocate (matrix(n, n), source=0.0_wp)
-    do k = 1, stabilisation%patches%count
-      associate (nodes => stabilisation%patches%nodes(stabilisation%patches%first(k): &
-        stabilisation%patches%first(k + 1) - 1))
+    do k = 1, stabilisation%connectivity%count
+      associate (nodes => stabilisation%connectivity%nodes(stabilisation%connectivity%first(k): &
+        stabilisation%connectivity%first(k + 1) - 1))
         matrix(nodes, nodes) = matrix(nodes, nodes) + stabilisation%matrix(:size(nodes), :size(nodes), k)
       end associate
     end do
@@ -339,7 +339,7 @@ contains
     call sample_space(mesh, 2, .false., space)
     call tiled_box(mesh, [-0.2_wp, 0.0_wp], [1.4_wp, 2.2_wp], [16, 22], points, domains)
     call build(mesh, space, points, domains, stabilise_ghost, stabilisation)
-    call tests%check('only faces of boundary cells are penalised', stabilisation%patches%count == 17 - 7)
+    call tests%check('only faces of boundary cells are penalised', stabilisation%connectivity%count == 17 - 7)
     allocate (field(1, space%node_count))
     call one_axis(space, 2, 1, along_axis(space, 1, lines_x(2), .true.), field)
     call tests%close('a jump inside the body is free but for the boundary row', energy(stabilisation, field), &
@@ -379,7 +379,7 @@ contains
     type(penalty_matrices_type) :: stabilisation
 
     call thin_body(2, 2, stabilise_none, mesh, space, stabilisation)
-    call tests%check('no stabilisation has no terms', stabilisation%patches%count == 0 .and. &
+    call tests%check('no stabilisation has no terms', stabilisation%connectivity%count == 0 .and. &
       .not. allocated(stabilisation%matrix))
   end subroutine check_none
 end module test_spline_ghost

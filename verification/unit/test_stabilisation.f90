@@ -4,7 +4,7 @@ module test_stabilisation
   use qsmpm_mesh, only: mesh_type
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_points, only: points_type, allocate_points
-  use qsmpm_house_keeping, only: activation_type, activate
+  use qsmpm_point_location, only: activation_type, activate
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
   use qsmpm_boundary_stabilisation, only: build_penalty
   use qsmpm_space, only: space_type
@@ -120,7 +120,7 @@ contains
     call tests%close('ghost penalty on '//name//' has the energy of a jump of slope', sum(force*field), wanted, &
       1.0e-11_wp)
     skew = 0.0_wp
-    do k = 1, stabilisation%patches%count
+    do k = 1, stabilisation%connectivity%count
       skew = max(skew, maxval(abs(stabilisation%matrix(:, :, k) - transpose(stabilisation%matrix(:, :, k)))))
     end do
     call tests%close('ghost penalty on '//name//' is symmetric', skew, 0.0_wp, 1.0e-11_wp)

@@ -3,7 +3,7 @@
 module test_stabilisation_share
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
   use qsmpm_kinds, only: wp
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
   use qsmpm_term_share, only: solve_share_type, step_share_type, share_of_cells, add_solves
   use testing, only: tests_type
@@ -102,10 +102,10 @@ contains
     type(penalty_matrices_type), intent(in) :: terms
     real(wp), intent(in) :: move, forces(5), work
     type(solve_share_type), intent(out) :: solve
-    type(patches_type) :: cells
+    type(connectivity_type) :: cells
     real(wp), dimension(2, 5) :: displacement, force, force_size
 
-    cells = patches_type(4, [1, 3, 5, 7, 9], [1, 2, 2, 3, 3, 4, 4, 5])
+    cells = connectivity_type(4, [1, 3, 5, 7, 9], [1, 2, 2, 3, 3, 4, 4, 5])
     displacement = 0.0_wp
     displacement(1, 1) = move
     force_size = 0.0_wp
@@ -119,7 +119,7 @@ contains
   subroutine make_spring(terms)
     type(penalty_matrices_type), intent(out) :: terms
 
-    terms%patches = patches_type(1, [1, 3], [1, 2])
+    terms%connectivity = connectivity_type(1, [1, 3], [1, 2])
     allocate (terms%matrix(2, 2, 1))
     terms%matrix(:, :, 1) = spring*reshape([1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp], [2, 2])
   end subroutine make_spring

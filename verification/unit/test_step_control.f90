@@ -9,11 +9,12 @@ module test_step_control
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: model_type
-  use qsmpm_step_control, only: damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
+  use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
     has_length_error, hold_attempt, hold_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
-    judge_compliance, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, substep_attempt
+    reject_compliant, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
+      substep_attempt
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_term_share, only: drag_share, solve_share_type, stabilisation_share, step_share_type
+  use qsmpm_term_share, only: damping_share, solve_share_type, stabilisation_share, step_share_type
   use testing, only: tests_type
   implicit none
   private
@@ -60,18 +61,18 @@ contains
     call tests%check('within the move and the tolerance', abs(attempt%largest_move - 0.1_wp) + &
       abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
     controls = four
-    controls%hold_fade = 0.5_wp
+    controls%stabilisation_fade = 0.5_wp
     attempt = hold_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3)
     call tests%close('the stabilisation fades from hold to hold', attempt%stabilisation, 0.125_wp, 0.0_wp)
     controls = hold_controls(four)
     call tests%check('a hold may take three times the iterations', controls%max_iterations == 3*four%max_iterations)
-    attempt = substep_attempt(four, damping_type(2.0_wp, 0.5_wp, 1.0e-3_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    attempt = substep_attempt(four, substep_damping_type(2.0_wp, 0.5_wp, 1.0e-3_wp), 0.5_wp, 0.25_wp, 0.1_wp)
     call tests%check('a sub-step is damped, may move half as far again and be out of balance by 1e-3', &
       abs(attempt%damping - 2.0_wp) + abs(attempt%largest_move - 0.15_wp) + abs(attempt%tolerance - 1.0e-3_wp) <= rounding)
-    attempt = substep_attempt(four, damping_type(2.0_wp, 0.9e-3_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    attempt = substep_attempt(four, substep_damping_type(2.0_wp, 0.9e-3_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
     call tests%check('one whose damping is nearly gone is asked for the tolerance of the deck', attempt%damping > 0.0_wp &
       .and. abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
-    attempt = substep_attempt(four, damping_type(2.0_wp, 0.9e-4_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
+    attempt = substep_attempt(four, substep_damping_type(2.0_wp, 0.9e-4_wp, 1.0e-4_wp), 0.5_wp, 0.25_wp, 0.1_wp)
     call tests%check('and a static solve follows', .not. attempt%damping > 0.0_wp .and. &
       abs(attempt%largest_move - 0.1_wp) <= 0.0_wp)
   end subroutine check_attempts
@@ -127,7 +128,7 @@ contains
   !> The damping of sub-steps.
   subroutine check_damping(tests)
     type(tests_type), intent(inout) :: tests
-    type(damping_type) :: damping
+    type(substep_damping_type) :: damping
     type(solution_type) :: solution
     real(wp) :: force(2, 2)
 
@@ -135,15 +136,15 @@ contains
     force(:, 2) = [3.0_wp, 4.0_wp]
     damping = first_damping(four, 0.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
     call tests%close('the first damping balances the force at the largest move', damping%value, 5.0_wp, rounding)
-    call tests%close('it is left out below its share', damping%quiet, four%drag_share, 0.0_wp)
+    call tests%close('it is left out below its share', damping%quiet, four%damping_share, 0.0_wp)
     damping = first_damping(four, 7.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
     call tests%close('or that of the step before', damping%value, 7.0_wp, 0.0_wp)
-    call tests%check('without a force no damping helps', is_beyond_help(damping_type(0.0_wp)))
-    call tests%check('nor beyond 1e12', is_beyond_help(damping_type(1.1e12_wp)) .and. &
-      .not. is_beyond_help(damping_type(1.0e12_wp)))
+    call tests%check('without a force no damping helps', is_beyond_help(substep_damping_type(0.0_wp)))
+    call tests%check('nor beyond 1e12', is_beyond_help(substep_damping_type(1.1e12_wp)) .and. &
+      .not. is_beyond_help(substep_damping_type(1.0e12_wp)))
     call damp_more(damping)
     call tests%close('a rejected sub-step is damped four times as much', damping%value, 28.0_wp, rounding)
-    solution%shares = [solve_share_type(name=drag_share, load_share=5.0e-4_wp)]
+    solution%shares = [solve_share_type(name=damping_share, load_share=5.0e-4_wp)]
     solution%iterations = 5
     solution%largest_move = 0.2_wp
     call adapt_damping(four, solution, 0.5_wp, damping)
@@ -170,7 +171,7 @@ contains
     call tests%check('one above is not', .not. is_balanced(four, 1.001e-6_wp))
     controls = four
     controls%stabilisation_share = 0.01_wp
-    controls%max_holds = 2
+    controls%max_reequilibrations = 2
     call tests%check('without stabilisation there is nothing to wait for', .not. must_equilibrate(controls, shares, 0))
     allocate (shares(1))
     shares(1)%name = stabilisation_share
@@ -202,9 +203,9 @@ contains
       controls = four
       controls%limit_compliance = 10.0_wp
       outcome = outcome_type(accepted=.true., share=0.5_wp, worst_label=7)
-      call judge_compliance(controls, five, limit, outcome)
+      call reject_compliant(controls, five, limit, outcome)
       call tests%check('a step as compliant as that stays accepted', outcome%accepted .and. .not. outcome%at_limit)
-      call judge_compliance(controls, more, limit, outcome)
+      call reject_compliant(controls, more, limit, outcome)
       call tests%check('one more compliant is at the limit', outcome%at_limit .and. .not. outcome%accepted)
       call tests%check('it has no residual to name and asks for no length', outcome%worst_label == 0 .and. &
         .not. outcome%share > 0.0_wp .and. outcome%reason == &

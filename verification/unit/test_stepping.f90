@@ -15,7 +15,7 @@ module test_stepping
   use qsmpm_phase_start, only: start_phase
   use qsmpm_step_control, only: outcome_type
   use qsmpm_stepping, only: take_step
-  use scripted_solver, only: answer_type, script_type, listener_type
+  use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
   use state_samples, only: state_differences
   use testing, only: tests_type
   implicit none
@@ -33,7 +33,7 @@ module test_stepping
     type(step_type) :: step
     type(controls_type) :: controls
     type(script_type) :: script
-    type(listener_type) :: listener
+    type(test_observer_type) :: observer
     type(step_record_type) :: record
     type(outcome_type) :: outcome
     type(error_type), allocatable :: error
@@ -59,8 +59,8 @@ contains
     call check_lost_static(tests)
     call check_no_substeps(tests)
     call check_unrecoverable(tests)
-    call check_holds(tests)
-    call check_lost_holds(tests)
+    call check_reequilibrations(tests)
+    call check_lost_reequilibrations(tests)
     call check_compliance(tests)
     call check_fatal(tests)
     call tests%put_off_traps()
@@ -71,8 +71,8 @@ contains
   !> Try the step to a quarter of the phase.
   subroutine go(self, answers, fraction)
     class(trial_type), intent(inout) :: self
-    type(answer_type), intent(in) :: answers(:)
-    !> Share of the phase to reach where it is not a quarter.
+    type(scripted_outcome_type), intent(in) :: answers(:)
+    !> Load fraction to reach where it is not a quarter.
     real(wp), intent(in), optional :: fraction
     type(phase_type) :: phase
     real(wp) :: last
@@ -83,7 +83,8 @@ contains
     self%before = self%model%state
     phase = self%model%analysis%phases(1)
     phase%controls = self%controls
-    call take_step(self%model, self%step, self%script, phase, last, self%listener, self%record, self%outcome, self%error)
+    call take_step(self%model, self%step, self%script, phase, last, self%observer, self%record, self%outcome, &
+      self%error)
   end subroutine go
 
   !> Solves that have left their mark in the state.
@@ -124,17 +125,17 @@ contains
   end function trial
 
   !> A solve that is lost.
-  pure type(answer_type) function lost()
-    lost = answer_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
+  pure type(scripted_outcome_type) function lost()
+    lost = scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp))
   end function lost
 
   !> A damped sub-step that leaves so much to the damping.
-  pure type(answer_type) function damped(share, iterations, move)
+  pure type(scripted_outcome_type) function damped(share, iterations, move)
     real(wp), intent(in) :: share
     integer, intent(in), optional :: iterations
     real(wp), intent(in), optional :: move
 
-    damped = answer_type(undamped=share, damping_share=share, iterations=9)
+    damped = scripted_outcome_type(undamped=share, damping_share=share, iterations=9)
     if (present(iterations)) damped%iterations = iterations
     if (present(move)) damped%move = move
   end function damped
@@ -145,7 +146,8 @@ contains
     type(trial_type) :: it
 
     it = trial()
-    call it%go([answer_type(iterations=4, residual=2.0e-7_wp, undamped=3.0e-7_wp, move=0.1_wp, step_error=0.02_wp)])
+    call it%go([scripted_outcome_type(iterations=4, residual=2.0e-7_wp, undamped=3.0e-7_wp, move=0.1_wp, &
+      step_error=0.02_wp)])
     call tests%check('a static step that converges is accepted', it%outcome%accepted .and. it%outcome%static)
     call tests%check('after one solve, which is taken', size(it%script%asked) == 1 .and. it%solves_taken() == 1)
     associate (asked => it%script%asked(1), record => it%record)
@@ -162,14 +164,14 @@ contains
     call tests%check('iterations and error are told to the length of steps', it%outcome%static_iterations == 4 .and. &
       abs(it%outcome%step_error - 0.02_wp) <= 0.0_wp)
     it = trial()
-    call it%go([answer_type(undamped=1.0e-6_wp)])
+    call it%go([scripted_outcome_type(undamped=1.0e-6_wp)])
     call tests%check('a residual at the tolerance is accepted', it%outcome%accepted)
     it = trial()
-    call it%go([answer_type(undamped=1.01e-6_wp)])
+    call it%go([scripted_outcome_type(undamped=1.01e-6_wp)])
     call tests%check('one above it is not, whatever the solver says', it%is_restored())
     it = trial()
     it%model%analysis%method%basis = basis_fem
-    call it%go([answer_type()])
+    call it%go([scripted_outcome_type()])
     call tests%check('a carried mesh has no cells to cross', it%script%asked(1)%largest_move > 1.0e300_wp)
   end subroutine check_converged
 
@@ -179,7 +181,7 @@ contains
     type(trial_type) :: it
 
     it = trial()
-    it%controls%proximal = .false.
+    it%controls%damping = .false.
     call it%go([lost()])
     call tests%check('a lost step is not accepted and leaves no trace', it%is_restored())
     call tests%check('without DAMPING nothing else is tried', size(it%script%asked) == 1)
@@ -196,7 +198,7 @@ contains
     type(trial_type) :: it
 
     it = trial()
-    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), answer_type(undamped=4.0e-7_wp)])
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type(undamped=4.0e-7_wp)])
     call tests%check('sub-steps and a static solve carry the load', it%outcome%accepted .and. it%solves_taken() == 3)
     call tests%check('which is not a static step', .not. it%outcome%static)
     associate (asked => it%script%asked, record => it%record)
@@ -212,16 +214,18 @@ contains
         .and. record%iterations == 28)
       call tests%close('and tells the last residual without damping', record%out_of_balance, 4.0e-7_wp, 0.0_wp)
     end associate
-    call tests%check('the log says why', index(it%listener%text, 'static step rejected (the script says no)') > 0)
+    call tests%check('the log says why', index(it%observer%text, 'static step rejected (the script says no)') > 0)
     it = trial()
-    call it%go([lost(), damped(0.5_wp), answer_type(undamped=9.0e-7_wp, damping_share=0.2_wp)])
+    call it%go([lost(), damped(0.5_wp), scripted_outcome_type(undamped=9.0e-7_wp, damping_share=0.2_wp)])
     call tests%check('a damped sub-step that needs no damping is accepted', it%outcome%accepted .and. &
       size(it%script%asked) == 3)
     it = trial()
-    call it%go([answer_type(converged=.false., move=9.0_wp), damped(0.5_wp, 5, 0.1_wp), answer_type(undamped=9.0e-7_wp)])
+    call it%go([scripted_outcome_type(converged=.false., move=9.0_wp), damped(0.5_wp, 5, 0.1_wp), &
+      scripted_outcome_type(undamped=9.0e-7_wp)])
     call tests%close('the largest move of a step is that of solves that were taken', it%record%largest_move, 0.1_wp, 0.0_wp)
     it = trial()
-    call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), answer_type(undamped=1.1e-6_wp, damping_share=1.0e-9_wp)])
+    call it%go([lost(), damped(0.5_wp), damped(2.0e-6_wp), scripted_outcome_type(undamped=1.1e-6_wp, &
+      damping_share=1.0e-9_wp)])
     call tests%check('a residual above the tolerance is not accepted however small the damping', it%is_restored())
     call tests%check('all sub-steps are tried', size(it%script%asked) == 7)
     call tests%check('and the reason is that', index(it%outcome%reason, 'not carried without damping') > 0)
@@ -252,11 +256,11 @@ contains
     call tests%close('one beyond the largest move damps more', ratio(5), 1.5_wp, 1.0e-12_wp)
     call tests%check('the end of sub-steps is no equilibrium', it%is_restored() .and. it%record%rejected == 2)
     it = trial()
-    it%model%state%progress%proximal = 3.0_wp
-    call it%go([lost(), damped(0.5_wp, 2), damped(5.0e-4_wp), answer_type()])
+    it%model%state%progress%damping = 3.0_wp
+    call it%go([lost(), damped(0.5_wp, 2), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%close('the damping that has worked is the first one of the next step', it%script%asked(2)%damping, &
       3.0_wp, 0.0_wp)
-    call tests%close('and is remembered', it%model%state%progress%proximal, 1.5_wp, 0.0_wp)
+    call tests%close('and is remembered', it%model%state%progress%damping, 1.5_wp, 0.0_wp)
     it = trial()
     it%controls%max_substeps = 1000
     call it%go([lost()])
@@ -277,7 +281,7 @@ contains
 
     it = trial()
     it%controls%max_substeps = 20
-    call it%go([lost(), damped(5.0e-4_wp), lost(), damped(2.0e-4_wp), damped(4.0e-5_wp), answer_type()])
+    call it%go([lost(), damped(5.0e-4_wp), lost(), damped(2.0e-4_wp), damped(4.0e-5_wp), scripted_outcome_type()])
     associate (asked => it%script%asked)
       call tests%check('a lost static solve is tried again after more sub-steps', it%outcome%accepted .and. &
         size(asked) == 6)
@@ -293,7 +297,7 @@ contains
   subroutine check_no_substeps(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
-    type(answer_type) :: answer
+    type(scripted_outcome_type) :: answer
 
     answer = lost()
     answer%share = 0.3_wp
@@ -313,15 +317,15 @@ contains
     call it%go([lost()])
     call tests%check('so does a carried mesh', it%is_restored() .and. size(it%script%asked) == 1)
     it = trial()
-    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.26_wp)
+    call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.26_wp)
     call tests%check('so does a step longer than the first one', it%is_restored() .and. size(it%script%asked) == 1)
     it = trial()
     it%model%loading%prescribed(1, 1) = 0.1_wp
-    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.08_wp)
+    call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.08_wp)
     call tests%check('so do prescribed displacements above 0.3 of it', it%is_restored() .and. size(it%script%asked) == 1)
     it = trial()
     it%model%loading%prescribed(1, 1) = 0.1_wp
-    call it%go([lost(), damped(5.0e-4_wp), answer_type()], 0.07_wp)
+    call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type()], 0.07_wp)
     call tests%check('below it they are damped', it%outcome%accepted .and. size(it%script%asked) == 3)
   end subroutine check_no_substeps
 
@@ -329,7 +333,7 @@ contains
   subroutine check_unrecoverable(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
-    type(answer_type) :: singular, broken
+    type(scripted_outcome_type) :: singular, broken
 
     singular = lost()
     singular%cause = error_singular
@@ -339,7 +343,7 @@ contains
     call tests%check('singular equations of the first step end the run', it%is_restored() .and. it%outcome%unrecoverable .and. &
       it%outcome%cause == error_singular .and. size(it%script%asked) == 1)
     it = trial()
-    call it%go([singular, damped(5.0e-4_wp), answer_type()])
+    call it%go([singular, damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('those of a later one are damped', it%outcome%accepted .and. .not. it%outcome%unrecoverable)
     broken = lost()
     broken%broken = .true.
@@ -349,10 +353,10 @@ contains
     call tests%check('a law that is out of order ends the run', it%is_restored() .and. it%outcome%unrecoverable .and. &
       size(it%script%asked) == 1 .and. it%outcome%cause == error_user_material)
     it = trial()
-    call it%go([lost(), damped(0.5_wp), broken, answer_type()])
+    call it%go([lost(), damped(0.5_wp), broken, scripted_outcome_type()])
     call tests%check('also in a sub-step', it%is_restored() .and. it%outcome%unrecoverable .and. size(it%script%asked) == 3)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), broken, answer_type()])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), broken, scripted_outcome_type()])
     call tests%check('and while the load is held', it%is_restored() .and. it%outcome%unrecoverable .and. &
       size(it%script%asked) == 2 .and. it%outcome%cause == error_user_material)
   end subroutine check_unrecoverable
@@ -363,51 +367,54 @@ contains
     type(trial_type) :: it
 
     it = limited()
-    call it%go([answer_type(compliance=20.0_wp)])
+    call it%go([scripted_outcome_type(compliance=20.0_wp)])
     call tests%check('a step as compliant as LIMIT COMPLIANCE allows is accepted', it%outcome%accepted .and. &
       .not. it%outcome%at_limit)
     it = limited()
-    call it%go([answer_type(compliance=20.1_wp, stabilisation_share=0.05_wp), answer_type()])
+    call it%go([scripted_outcome_type(compliance=20.1_wp, stabilisation_share=0.05_wp), scripted_outcome_type()])
     call tests%check('one more compliant is refused before it is held', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 1)
-    call tests%check('without a word of damping', .not. allocated(it%listener%text) .and. it%outcome%cause == &
+    call tests%check('without a word of damping', .not. allocated(it%observer%text) .and. it%outcome%cause == &
       error_not_converged)
     call tests%check('and says why', index(it%outcome%reason, 'times as compliant as the first one') > 0)
     it = limited()
-    call it%go([answer_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
-      answer_type(compliance=4.0_wp, stabilisation_share=0.05_wp), &
-      answer_type(compliance=4.1_wp, stabilisation_share=0.05_wp), answer_type()])
+    call it%go([scripted_outcome_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
+      scripted_outcome_type(compliance=4.0_wp, stabilisation_share=0.05_wp), &
+      scripted_outcome_type(compliance=4.1_wp, stabilisation_share=0.05_wp), scripted_outcome_type()])
     call tests%check('the displacements of holds count, and end them', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3)
     it = limited()
-    call it%go([lost(), damped(0.5_wp), answer_type(damping_share=0.4_wp, undamped=0.4_wp, compliance=21.0_wp), &
-      answer_type()])
+    call it%go([lost(), damped(0.5_wp), scripted_outcome_type(damping_share=0.4_wp, undamped=0.4_wp, &
+      compliance=21.0_wp), &
+      scripted_outcome_type()])
     call tests%check('so do those of sub-steps', it%is_restored() .and. it%outcome%at_limit .and. &
       size(it%script%asked) == 3)
     it = limited()
-    call it%go([lost(), damped(5.0e-4_wp), answer_type(compliance=21.0_wp)])
+    call it%go([lost(), damped(5.0e-4_wp), scripted_outcome_type(compliance=21.0_wp)])
     call tests%check('also where the load is carried without damping', it%is_restored() .and. it%outcome%at_limit)
     it = limited()
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), answer_type(damping_share=0.4_wp, &
-      undamped=0.4_wp, compliance=21.0_wp), answer_type()])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), &
+      scripted_outcome_type(damping_share=0.4_wp, &
+      undamped=0.4_wp, compliance=21.0_wp), scripted_outcome_type()])
     call tests%check('also of those in a hold', it%is_restored() .and. it%outcome%at_limit .and. &
-      size(it%script%asked) == 3 .and. .not. allocated(it%listener%text))
+      size(it%script%asked) == 3 .and. .not. allocated(it%observer%text))
     it = limited()
-    call it%go([answer_type(compliance=12.0_wp, stabilisation_share=0.05_wp), answer_type(compliance=4.0_wp)])
+    call it%go([scripted_outcome_type(compliance=12.0_wp, stabilisation_share=0.05_wp), &
+      scripted_outcome_type(compliance=4.0_wp)])
     call tests%check('loads are counted from the start of the step, in holds too', it%outcome%accepted .and. &
       all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp) .and. abs(it%record%start - 0.1_wp) <= 0.0_wp)
     call tests%close('the record has the displacements of all solves', it%record%compliance%work, 16.0_wp, 0.0_wp)
     call tests%close('and the load of the first', it%record%compliance%square, 1.0_wp, 0.0_wp)
     it = limited()
-    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), answer_type()])
+    call it%go([lost(), damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('nor do sub-steps count it anew', all(abs(it%script%asked%start - 0.1_wp) <= 0.0_wp))
     it = limited()
-    call it%go([answer_type(converged=.false., compliance=21.0_wp, residual=0.5_wp, undamped=0.5_wp), &
-      damped(0.5_wp), damped(5.0e-4_wp), answer_type()])
+    call it%go([scripted_outcome_type(converged=.false., compliance=21.0_wp, residual=0.5_wp, undamped=0.5_wp), &
+      damped(0.5_wp), damped(5.0e-4_wp), scripted_outcome_type()])
     call tests%check('a solve that is lost has no compliance', it%outcome%accepted)
     it = limited()
     it%controls%limit_compliance = 0.0_wp
-    call it%go([answer_type(compliance=1.0e9_wp)])
+    call it%go([scripted_outcome_type(compliance=1.0e9_wp)])
     call tests%check('unless it is asked for nothing ends a step for it', it%outcome%accepted)
   end subroutine check_compliance
 
@@ -422,16 +429,17 @@ contains
   end function limited
 
   !> Re-equilibration at constant load.
-  subroutine check_holds(tests)
+  subroutine check_reequilibrations(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
 
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.01_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.01_wp)])
     call tests%check('a share at its bound is not held', it%outcome%accepted .and. it%record%holds == 0)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
-      answer_type(stabilisation_share=0.005_wp, undamped=2.0e-7_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.02_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp, undamped=2.0e-7_wp)])
     call tests%check('a load is held until the stabilisation carries little', it%outcome%accepted .and. &
       it%record%holds == 2 .and. it%solves_taken() == 3)
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
@@ -442,65 +450,69 @@ contains
     call tests%check('with the whole stabilisation', all(abs(it%script%asked%stabilisation - 1.0_wp) <= 0.0_wp))
     call tests%close('the record tells the residual of the last hold', it%record%out_of_balance, 2.0e-7_wp, 0.0_wp)
     it = trial()
-    it%controls%hold_fade = 0.5_wp
-    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
-      answer_type(stabilisation_share=0.005_wp)])
+    it%controls%stabilisation_fade = 0.5_wp
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.02_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('or one that fades from hold to hold', &
       all(abs(it%script%asked%stabilisation - [1.0_wp, 0.5_wp, 0.25_wp]) <= 0.0_wp))
     it = trial()
-    it%controls%hold_fade = 1.0e-4_wp
-    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.02_wp), &
-      answer_type(stabilisation_share=0.005_wp)])
+    it%controls%stabilisation_fade = 1.0e-4_wp
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.02_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('down to a millionth', abs(it%script%asked(3)%stabilisation - 1.0e-6_wp) <= 0.0_wp)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.011_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.011_wp)])
     call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%holds == 3 .and. &
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%unrecoverable)
-    call tests%check('in the log, too', index(it%listener%text, 're-equilibration does not bring it below') > 0)
+    call tests%check('in the log, too', index(it%observer%text, 're-equilibration does not bring it below') > 0)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), answer_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp, undamped=2.0e-6_wp)])
     call tests%check('nor is a hold out of balance', it%is_restored())
-  end subroutine check_holds
+  end subroutine check_reequilibrations
 
   !> A hold that is lost.
-  subroutine check_lost_holds(tests)
+  subroutine check_lost_reequilibrations(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
 
     it = trial()
-    it%controls%proximal = .false.
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost()])
+    it%controls%damping = .false.
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost()])
     call tests%check('a lost hold is not accepted', it%is_restored() .and. size(it%script%asked) == 2 .and. &
       it%record%rejected == 1)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
-      answer_type(stabilisation_share=0.005_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. it%record%holds == 1)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
-      answer_type(stabilisation_share=0.02_wp), answer_type(stabilisation_share=0.005_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
+      scripted_outcome_type(stabilisation_share=0.02_wp), scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('and it is held again where they leave too much', it%outcome%accepted .and. it%record%holds == 2)
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
-    call tests%check('without them the step is rejected', it%is_restored() .and. index(it%listener%text, &
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
+    call tests%check('without them the step is rejected', it%is_restored() .and. index(it%observer%text, &
       're-equilibration rejected (the load is not carried') > 0)
     it = trial()
     it%model%analysis%method%basis = basis_fem
-    call it%go([answer_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
-      answer_type(stabilisation_share=0.005_wp)])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
+      scripted_outcome_type(stabilisation_share=0.005_wp)])
     call tests%check('a carried mesh is not damped at constant load either', it%is_restored() .and. &
       size(it%script%asked) == 2)
-  end subroutine check_lost_holds
+  end subroutine check_lost_reequilibrations
 
   !> Errors that end the run leave the state of the last accepted step.
   subroutine check_fatal(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
-    type(answer_type) :: fatal
+    type(scripted_outcome_type) :: fatal
 
-    fatal = answer_type(fatal=.true.)
+    fatal = scripted_outcome_type(fatal=.true.)
     it = trial()
     call it%go([fatal])
     call tests%check('an error of the static step is handed on', allocated(it%error) .and. it%is_restored())
@@ -508,7 +520,7 @@ contains
     call it%go([lost(), damped(0.5_wp), fatal])
     call tests%check('one of a sub-step too, with the state restored', allocated(it%error) .and. it%is_restored())
     it = trial()
-    call it%go([answer_type(stabilisation_share=0.05_wp), fatal])
+    call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), fatal])
     call tests%check('and one of a hold', allocated(it%error) .and. it%is_restored())
   end subroutine check_fatal
 
@@ -516,16 +528,16 @@ contains
   subroutine check_not_numbers(tests)
     type(tests_type), intent(inout) :: tests
     type(trial_type) :: it
-    type(answer_type) :: answer
+    type(scripted_outcome_type) :: answer
     real(wp) :: nan
 
     nan = ieee_value(1.0_wp, ieee_quiet_nan)
-    answer = answer_type()
+    answer = scripted_outcome_type()
     answer%undamped = nan
     it = trial()
     call it%go([answer])
     call tests%check('a residual that is not a number is not accepted', it%is_restored())
-    answer = answer_type()
+    answer = scripted_outcome_type()
     answer%stabilisation_share = nan
     it = trial()
     call it%go([answer])

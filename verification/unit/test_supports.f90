@@ -107,11 +107,11 @@ contains
     end do
     linear = 0.0_wp
     force = force_named(step, springs, u) - force_named(step, springs, 0.0_wp*u)
-    do k = 1, supports%patches%count
+    do k = 1, supports%connectivity%count
       allocate (block, source=support_block(supports, k))
       n = size(block, 2)
-      associate (nodes => supports%patches%nodes(supports%patches%first(k): &
-        supports%patches%first(k + 1) - 1))
+      associate (nodes => supports%connectivity%nodes(supports%connectivity%first(k): &
+        supports%connectivity%first(k + 1) - 1))
         do b = 1, n
           do a = 1, n
             linear(:, nodes(a)) = linear(:, nodes(a)) + matmul(block(:, a, :, b), u(:, nodes(b)))

@@ -10,7 +10,7 @@ module test_terms
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_file, only: read_text
   use qsmpm_initialisation, only: step_type, initialise_step, add_term
-  use qsmpm_law, only: tangent_none, tangent_consistent, moment_type
+  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: state_type
@@ -74,7 +74,7 @@ contains
     call add_term(model, step%terms, new_spring(model%state%points%count, along, stiffness, viscosity))
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'a step of the terms suite cannot be made'
-    call begin_terms(step%terms, increment_type(moment_type(duration=0.25_wp, phase_time=2.0_wp), damping=30.0_wp))
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=2.0_wp), damping=30.0_wp))
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
   end subroutine make_step
 
@@ -162,7 +162,7 @@ contains
     call keep_values(model%state%kept, position_reached, reshape([0.3_wp], [1, 1]))
     call end_system(step%system)
     call initialise_step(model, step, error)
-    call begin_terms(step%terms, increment_type(moment_type(duration=0.25_wp, phase_time=2.0_wp)))
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.25_wp, phase_time=2.0_wp)))
     allocate (v, source=waves(model, 0.7_wp))
     allocate (still, source=0.0_wp*v)
     allocate (linear, ahead, back, mold=v)

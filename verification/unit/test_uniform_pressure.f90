@@ -225,7 +225,7 @@ contains
     type(tests_type), intent(inout) :: tests
     integer, intent(in) :: model
     type(integration_type) :: integration
-    type(evaluation_type) :: cured, plain
+    type(evaluation_type) :: treated, plain
     type(law_slot_type) :: laws(1)
     real(wp), allocatable :: u(:, :)
     real(wp) :: m(3), pressure(7), omega(7), c
@@ -239,12 +239,12 @@ contains
     call make_group(model, laws(1)%law, n, 7, integration)
     allocate (u(d, n))
     call make_displacement(0.02_wp, 99_long, u)
-    call update(integration, laws, u, cured)
+    call update(integration, laws, u, treated)
     laws(1)%pressure_factor = 0.0_wp
     call update(integration, laws, u, plain)
-    omega = log(cured%results%volume_change/plain%results%volume_change)
+    omega = log(treated%results%volume_change/plain%results%volume_change)
     c = 0.1_wp*100.0_wp/(2.0_wp*1.495_wp)
-    pressure = cured%results%volume_change*matmul(m, cured%results%stress(:3, :)) + c*omega
+    pressure = treated%results%volume_change*matmul(m, treated%results%stress(:3, :)) + c*omega
     call tests%check(trim(model_names(model))//': the cure changes the volumes', maxval(abs(omega)) > 1.0e-3_wp)
     ! Bulk modulus 3333: a volume change is known to 1e-16, a pressure to some 1e-13 of the modulus.
     call tests%close(trim(model_names(model))//': one pressure in the group', &
@@ -258,7 +258,7 @@ contains
     type(tests_type), intent(inout) :: tests
     integer, intent(in) :: model
     type(integration_type) :: integration
-    type(evaluation_type) :: cured, plain
+    type(evaluation_type) :: treated, plain
     type(law_slot_type) :: laws(1)
     real(wp), allocatable :: u(:, :)
     real(wp) :: force(3), block(3)
@@ -273,9 +273,9 @@ contains
     call update(integration, laws, u, plain)
     do k = 1, 3
       laws(1)%pressure_factor = 1.0e4_wp*100.0_wp**(k - 1)
-      call update(integration, laws, u, cured)
-      force(k) = norm2(cured%force - plain%force)/norm2(plain%force)
-      block(k) = norm2(cured%block - plain%block)/norm2(plain%block)
+      call update(integration, laws, u, treated)
+      force(k) = norm2(treated%force - plain%force)/norm2(plain%force)
+      block(k) = norm2(treated%block - plain%block)/norm2(plain%block)
     end do
     ! Differences of first order in 1/c: a hundredth for a hundred times the factor.
     call tests%close(trim(model_names(model))//': a large factor is no cure, force', force(3)/force(2), 0.01_wp, &

@@ -13,7 +13,7 @@ module test_unknowns
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_window, only: restore
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_phase_start, only: start_phase
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -172,7 +172,7 @@ contains
     type(unknowns_type), intent(in) :: unknowns
     !> In: prescribed values, else zero. Out: the solution.
     real(wp), intent(inout) :: table(:, :)
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     type(equations_type) :: equations
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
@@ -183,13 +183,13 @@ contains
     real(wp), allocatable :: rhs(:), x(:)
     integer :: f
 
-    call prepare_terms(model, step%configuration_type, step%terms, patches)
+    call prepare_terms(model, step%configuration_type, step%terms, connectivity)
     call join_constraints(unknowns, 1, model%loading%constrained, constrained)
     do f = 2, size(unknowns%fields)
       call join_constraints(unknowns, f, at_ends(heights(model)), constrained)
     end do
     equations%symmetric = .true.
-    call number_equations(equations, patches, constrained, matrix, changed, error)
+    call number_equations(equations, connectivity, constrained, matrix, changed, error)
     allocate (rhs(equations%count), x(equations%count))
     call start_system(system, model%analysis%solver, matrix, equations%bandwidth, .true., 2, error)
     still = 0.0_wp

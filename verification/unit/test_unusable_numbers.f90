@@ -4,7 +4,7 @@
 module test_unusable_numbers
   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf, ieee_negative_inf
   use qsmpm, only: wp, error_type, problem_type, simulation_type, soil_model_type, soil_increment_type, &
-    soil_answer_type, error_user_material
+    soil_response_type, error_user_material
   use qsmpm_finite, only: is_usable, all_usable
   use testing, only: tests_type
   implicit none
@@ -260,7 +260,7 @@ contains
     type(simulation_type) :: run
 
     call begin_and_step(run)
-    run%model%state%progress%proximal = value
+    run%model%state%progress%damping = value
     call refuse(tests, run, 'a damping', value, 'damping')
     call begin_and_step(run)
     run%model%state%progress%external_work = value
@@ -286,25 +286,25 @@ contains
   end subroutine start
 
   !> Hooke's law, E = 1000, nu = 0.3, and what is wrong with it.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(hooke_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(wp), parameter :: shear = 1000.0_wp/2.6_wp, lame = 2.0_wp*shear*0.3_wp/0.4_wp
     integer :: i
 
-    answer%tangent = 0.0_wp
-    answer%tangent(:3, :3) = lame
+    response%tangent = 0.0_wp
+    response%tangent(:3, :3) = lame
     do i = 1, 3
-      answer%tangent(i, i) = lame + 2.0_wp*shear
-      answer%tangent(i + 3, i + 3) = shear
+      response%tangent(i, i) = lame + 2.0_wp*shear
+      response%tangent(i + 3, i + 3) = shear
     end do
-    stress = stress + matmul(answer%tangent, increment%strain)
-    if (increment%moment%step < self%from_step) return
+    stress = stress + matmul(response%tangent, increment%strain)
+    if (increment%step_info%step < self%from_step) return
     if (self%wrong == wrong_stress) stress(1) = self%value
     if (self%wrong == wrong_state) state(1) = self%value
-    if (self%wrong == wrong_tangent) answer%tangent(1, 2) = self%value
+    if (self%wrong == wrong_tangent) response%tangent(1, 2) = self%value
   end subroutine update
 end module test_unusable_numbers

@@ -27,7 +27,6 @@ contains
 
   !> A solver that fails.
   pure subroutine make_cholmod_solver(solver)
-    !> The solver.
     type(cholmod_solver_type), intent(out) :: solver
 
     solver%name = 'CHOLMOD'

@@ -27,7 +27,6 @@ contains
 
   !> A solver that fails.
   pure subroutine make_umfpack_solver(solver)
-    !> The solver.
     type(umfpack_solver_type), intent(out) :: solver
 
     solver%name = 'UMFPACK'

@@ -88,7 +88,6 @@ contains
 
   !> A CHOLMOD solver; symmetric matrices only.
   pure subroutine make_cholmod_solver(solver)
-    !> The solver.
     type(cholmod_solver_type), intent(out) :: solver
 
     solver%name = 'CHOLMOD'
@@ -185,7 +184,6 @@ contains
   subroutine library_error(status, error)
     !> CHOLMOD's status.
     integer(c_int), intent(in) :: status
-    !> The error.
     type(error_type), allocatable, intent(out) :: error
 
     select case (status)

@@ -107,7 +107,6 @@ contains
 
   !> An UMFPACK solver; symmetric matrices are treated as any other.
   pure subroutine make_umfpack_solver(solver)
-    !> The solver.
     type(umfpack_solver_type), intent(out) :: solver
 
     solver%name = 'UMFPACK'
@@ -223,7 +222,6 @@ contains
   subroutine library_error(status, error)
     !> UMFPACK's status.
     integer(c_int), intent(in) :: status
-    !> The error.
     type(error_type), allocatable, intent(out) :: error
 
     if (status == status_no_memory) then

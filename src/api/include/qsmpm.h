@@ -81,18 +81,18 @@ typedef struct qsmpm_increment {
     double time, time_increment;        /* at the start of the step; of the step, 1e-6 of the stage at held load */
 } qsmpm_increment;
 
-typedef struct qsmpm_answer {
+typedef struct qsmpm_response {
     int plastic;        /* whether the point yields */
     double share;       /* with QSMPM_CUT: share of the step to be tried next, 0 for no opinion */
     double tangent[36]; /* [i + 6*j] = d stress[i] / d strain[j] */
     char message[256];  /* why, with any status but QSMPM_UPDATED */
-} qsmpm_answer;
+} qsmpm_response;
 
-enum qsmpm_update_status { QSMPM_UPDATED = 0, QSMPM_CUT = 1, QSMPM_FAILED = 2, QSMPM_BROKEN = 3 };
+enum qsmpm_update_status { QSMPM_UPDATED = 0, QSMPM_CUT = 1, QSMPM_FAILED = 2, QSMPM_UNRECOVERABLE = 3 };
 
 /* stress and state: of the start in, of the end out. */
 typedef int (*qsmpm_update)(void *user, const qsmpm_increment *increment, double *stress, double *state,
-                            qsmpm_answer *answer);
+                            qsmpm_response *answer);
 /* State of a point with a given stress; NULL for zeros. */
 typedef void (*qsmpm_start)(void *user, const double *stress, double *state);
 /* Before qsmpm_initialise, for a material of the deck. */
@@ -114,8 +114,8 @@ int qsmpm_finish_record(qsmpm_handle handle);
 int qsmpm_save(qsmpm_handle handle, const char *path);
 int qsmpm_load(qsmpm_handle handle, const char *path);
 /* State, loads and stages in memory: one copy. */
-int qsmpm_keep(qsmpm_handle handle);
-int qsmpm_put_back(qsmpm_handle handle);
+int qsmpm_checkpoint(qsmpm_handle handle);
+int qsmpm_restore_checkpoint(qsmpm_handle handle);
 
 /* ---- the load program: stages are the phases of the deck; loads are set for the stage that begins next -------- */
 

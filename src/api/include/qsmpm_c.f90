@@ -9,18 +9,18 @@ module qsmpm_c
   public :: qsmpm_api_version, qsmpm_version, qsmpm_has, qsmpm_create, qsmpm_destroy, qsmpm_error, &
     qsmpm_messages, qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_set_threads, qsmpm_read_deck, &
     qsmpm_parse_deck, qsmpm_set_material, qsmpm_initialise, qsmpm_advance, qsmpm_advance_to, qsmpm_run, &
-    qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_keep, qsmpm_put_back, &
+    qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_checkpoint, qsmpm_restore_checkpoint, &
     qsmpm_add_stage, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
     qsmpm_set_start_time, qsmpm_set_gravity, &
     qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, qsmpm_count, &
     qsmpm_get, qsmpm_set, qsmpm_view, qsmpm_name
-  public :: qsmpm_model_options, qsmpm_increment, qsmpm_answer
+  public :: qsmpm_model_options, qsmpm_increment, qsmpm_response
 
   !> Status of a call.
   integer(c_int), parameter, public :: qsmpm_ok = 0, qsmpm_other = 1, qsmpm_deck = 2, qsmpm_not_converged = 3, &
     qsmpm_left_mesh = 4, qsmpm_singular = 5, qsmpm_user_material = 6, qsmpm_no_handle = 7, qsmpm_stopped = 128
   !> What a material says of a point.
-  integer(c_int), parameter, public :: qsmpm_updated = 0, qsmpm_cut = 1, qsmpm_failed = 2, qsmpm_broken = 3
+  integer(c_int), parameter, public :: qsmpm_updated = 0, qsmpm_cut = 1, qsmpm_failed = 2, qsmpm_unrecoverable = 3
 
   !> What a material of the program's own is like.
   type, bind(c) :: qsmpm_model_options
@@ -33,7 +33,7 @@ module qsmpm_c
     real(c_double) :: shear_scale = 0.0_c_double
   end type qsmpm_model_options
 
-  !> What a material is told of a step of a point.
+  !> What a material is reported a step of a point.
   type, bind(c) :: qsmpm_increment
     real(c_double) :: strain(6), strain_start(6), rotation(3, 3), gradient_start(3, 3), gradient_end(3, 3)
     integer(c_int) :: phase, step
@@ -45,12 +45,12 @@ module qsmpm_c
   end type qsmpm_increment
 
   !> What a material answers.
-  type, bind(c) :: qsmpm_answer
+  type, bind(c) :: qsmpm_response
     integer(c_int) :: plastic
     real(c_double) :: share
     real(c_double) :: tangent(6, 6)
     character(kind=c_char) :: message(256)
-  end type qsmpm_answer
+  end type qsmpm_response
 
   interface
     !> Version of the interface: 10000 major + 100 minor + patch.
@@ -228,18 +228,18 @@ module qsmpm_c
     end function qsmpm_load
 
     !> Copy state, loads and stages, in memory.
-    function qsmpm_keep(handle) bind(c) result(status)
+    function qsmpm_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int) :: status
-    end function qsmpm_keep
+    end function qsmpm_checkpoint
 
     !> Put the copy back.
-    function qsmpm_put_back(handle) bind(c) result(status)
+    function qsmpm_restore_checkpoint(handle) bind(c) result(status)
       import :: c_int, c_ptr
       type(c_ptr), value :: handle
       integer(c_int) :: status
-    end function qsmpm_put_back
+    end function qsmpm_restore_checkpoint
 
     !> Add a stage behind the last one.
     function qsmpm_add_stage(handle, name, steps) bind(c) result(status)

@@ -219,7 +219,7 @@ end subroutine qsmget
 !> Copy the state in memory (ISAVE = 1), or put the copy back (ISAVE = 0).
 subroutine qsmsav(handle, isave, ierr)
   use, intrinsic :: iso_c_binding, only: c_intptr_t
-  use qsmpm_c, only: qsmpm_keep, qsmpm_put_back
+  use qsmpm_c, only: qsmpm_checkpoint, qsmpm_restore_checkpoint
   use qsmpm_f77_texts, only: pointer_of
   implicit none
   integer(c_intptr_t), intent(in) :: handle
@@ -227,8 +227,8 @@ subroutine qsmsav(handle, isave, ierr)
   integer, intent(out) :: ierr
 
   if (isave /= 0) then
-    ierr = int(qsmpm_keep(pointer_of(handle)))
+    ierr = int(qsmpm_checkpoint(pointer_of(handle)))
   else
-    ierr = int(qsmpm_put_back(pointer_of(handle)))
+    ierr = int(qsmpm_restore_checkpoint(pointer_of(handle)))
   end if
 end subroutine qsmsav

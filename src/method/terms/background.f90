@@ -7,9 +7,9 @@ module qsmpm_background
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: full_rule, gauss_rule, corner_count
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_house_keeping, only: activation_type, boundary_fill
-  use qsmpm_space, only: space_type, place_type, functions_at, cell_nodes_of_space, most_functions
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_point_location, only: activation_type, boundary_fill
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, cell_nodes_of_space, most_functions
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
   private
@@ -20,11 +20,8 @@ contains
 
   !> Soft background in boundary cells.
   subroutine build_background(mesh, space, activation, factor, stiffness, stabilisation)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> eps, and Young's modulus in each active cell (active_count).
     real(wp), intent(in) :: factor, stiffness(:)
@@ -36,22 +33,20 @@ contains
     do k = 1, size(cells)
       roots(k) = root_of(mesh, activation, cells(k))
     end do
-    call patches_of_cells(mesh, space, cells, roots, stabilisation%patches)
-    n = most_nodes(stabilisation%patches)
+    call patches_of_cells(mesh, space, cells, roots, stabilisation%connectivity)
+    n = most_nodes(stabilisation%connectivity)
     allocate (stabilisation%matrix(n, n, size(cells)), source=0.0_wp)
     do k = 1, size(cells)
-      associate (from => stabilisation%patches%first(k), to => stabilisation%patches%first(k + 1) - 1)
+      associate (from => stabilisation%connectivity%first(k), to => stabilisation%connectivity%first(k + 1) - 1)
         call cell_matrix(mesh, space, cells(k), roots(k), factor*stiffness(activation%active_number(cells(k))), &
-          stabilisation%patches%nodes(from:to), stabilisation%matrix(:, :, k))
+          stabilisation%connectivity%nodes(from:to), stabilisation%matrix(:, :, k))
       end associate
     end do
   end subroutine build_background
 
   !> The cell whose linear field a boundary cell follows.
   pure integer function root_of(mesh, activation, cell) result(root)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Number of the boundary cell.
     integer, intent(in) :: cell
@@ -78,7 +73,6 @@ contains
 
   !> Mean of the corners of a cell.
   pure function centre(mesh, cell)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -92,9 +86,7 @@ contains
 
   !> The term of one cell.
   subroutine cell_matrix(mesh, space, cell, root, factor, nodes, matrix)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> The boundary cell and its root.
     integer, intent(in) :: cell, root
@@ -106,7 +98,7 @@ contains
     real(wp), intent(inout) :: matrix(:, :)
     real(wp), allocatable :: places(:, :), weights(:)
     real(wp), dimension(mesh%dimension, size(nodes)) :: mean, deviation
-    type(place_type) :: place
+    type(shape_values_type) :: place
     real(wp) :: volume
     integer :: q, n
 
@@ -130,9 +122,7 @@ contains
 
   !> Rule that integrates products of gradients.
   subroutine rule_of(mesh, space, cell, places, weights)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Number of the cell.
     integer, intent(in) :: cell
@@ -149,10 +139,9 @@ contains
   !> Add the gradients at a place, times a factor, to those of the nodes of a patch.
   pure subroutine add_gradients(place, nodes, factor, gradients)
     !> The functions at the place.
-    type(place_type), intent(in) :: place
+    type(shape_values_type), intent(in) :: place
     !> Nodes of the patch (n).
     integer, intent(in) :: nodes(:)
-    !> The factor.
     real(wp), intent(in) :: factor
     !> (dimension, n)
     real(wp), intent(inout) :: gradients(:, :)
@@ -165,32 +154,30 @@ contains
   end subroutine add_gradients
 
   !> The nodes of cells and of their roots, each once, as patches.
-  pure subroutine patches_of_cells(mesh, space, cells, roots, patches)
-    !> The mesh.
+  pure subroutine patches_of_cells(mesh, space, cells, roots, connectivity)
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Cells in rising order, and their roots.
     integer, intent(in) :: cells(:), roots(:)
     !> Node lists that couple.
-    type(patches_type), intent(out) :: patches
+    type(connectivity_type), intent(out) :: connectivity
     integer :: nodes(most_functions), k, n, last, a
 
-    patches%count = size(cells)
-    allocate (patches%first(size(cells) + 1), patches%nodes(2*most_functions*size(cells)))
-    patches%first(1) = 1
+    connectivity%count = size(cells)
+    allocate (connectivity%first(size(cells) + 1), connectivity%nodes(2*most_functions*size(cells)))
+    connectivity%first(1) = 1
     do k = 1, size(cells)
       call cell_nodes_of_space(space, mesh, cells(k), nodes, n)
-      last = patches%first(k) + n - 1
-      patches%nodes(patches%first(k):last) = nodes(:n)
+      last = connectivity%first(k) + n - 1
+      connectivity%nodes(connectivity%first(k):last) = nodes(:n)
       call cell_nodes_of_space(space, mesh, roots(k), nodes, n)
       do a = 1, n
-        if (any(patches%nodes(patches%first(k):last) == nodes(a))) cycle
+        if (any(connectivity%nodes(connectivity%first(k):last) == nodes(a))) cycle
         last = last + 1
-        patches%nodes(last) = nodes(a)
+        connectivity%nodes(last) = nodes(a)
       end do
-      patches%first(k + 1) = last + 1
+      connectivity%first(k + 1) = last + 1
     end do
-    patches%nodes = patches%nodes(:patches%first(size(cells) + 1) - 1)
+    connectivity%nodes = connectivity%nodes(:connectivity%first(size(cells) + 1) - 1)
   end subroutine patches_of_cells
 end module qsmpm_background

@@ -14,10 +14,10 @@ module qsmpm_boundary_stabilisation
   use qsmpm_configuration, only: configuration_type
   use qsmpm_element_ghost, only: build_element_ghost
   use qsmpm_equations, only: equations_type, add_block
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type, append_patches
+  use qsmpm_node_graph, only: connectivity_type, append_patches
   use qsmpm_penalty_matrices, only: penalty_matrices_type, add_penalty_force
   use qsmpm_space, only: space_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
@@ -112,14 +112,14 @@ contains
   end subroutine stiffness_of_cells
 
   !> The nodes of the penalty.
-  subroutine couple(self, configuration, patches)
+  subroutine couple(self, configuration, connectivity)
     class(stabilisation_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
-    type(patches_type), intent(inout) :: patches
+    type(connectivity_type), intent(inout) :: connectivity
 
     associate (unused => configuration)
     end associate
-    call append_patches(patches, self%penalty%patches)
+    call append_patches(connectivity, self%penalty%connectivity)
   end subroutine couple
 
   !> Fade in a re-equilibration.
@@ -127,7 +127,7 @@ contains
     class(stabilisation_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
 
-    if (self%penalty%patches%count > 0) self%penalty%matrix = increment%stabilisation*self%penalty%matrix
+    if (self%penalty%connectivity%count > 0) self%penalty%matrix = increment%stabilisation*self%penalty%matrix
   end subroutine begin
 
   !> G u.
@@ -148,23 +148,23 @@ contains
     real(wp), allocatable :: block(:, :, :, :)
     integer :: k, n, c
 
-    do k = 1, self%penalty%patches%count
-      n = self%penalty%patches%first(k + 1) - self%penalty%patches%first(k)
+    do k = 1, self%penalty%connectivity%count
+      n = self%penalty%connectivity%first(k + 1) - self%penalty%connectivity%first(k)
       allocate (block(size(displacement, 1), n, size(displacement, 1), n), source=0.0_wp)
       do c = 1, size(block, 1)
         block(c, :, c, :) = self%penalty%matrix(:n, :n, k)
       end do
-      call add_block(equations, self%first_patch + k - 1, block, matrix)
+      call add_block(equations, self%first_stencil + k - 1, block, matrix)
       deallocate (block)
     end do
   end subroutine add_blocks
 
   !> Its share of the forces of the cells: what the material does not carry.
-  subroutine measure(self, displacement, load_norm, patches, sizes, share)
+  subroutine measure(self, displacement, load_norm, connectivity, sizes, share)
     class(stabilisation_type), intent(in) :: self
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(in) :: load_norm
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     type(force_sizes_type), intent(in) :: sizes
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
@@ -173,6 +173,6 @@ contains
     end associate
     force = 0.0_wp
     call self%add_force(displacement, force)
-    share = share_of_cells(self%share_name, force, displacement, patches, sizes%force, sizes%work)
+    share = share_of_cells(self%share_name, force, displacement, connectivity, sizes%force, sizes%work)
   end subroutine measure
 end module qsmpm_boundary_stabilisation

@@ -7,10 +7,10 @@ module qsmpm_dead_loads
   use qsmpm_load_path, only: between
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
-  use qsmpm_space, only: place_type
+  use qsmpm_space, only: shape_values_type
   use qsmpm_term, only: term_type, role_external
   implicit none
   private
@@ -80,7 +80,7 @@ contains
   !> Share of the released forces that is still there.
   pure real(wp) function still_held(model, fraction) result(share)
     type(model_type), intent(in) :: model
-    !> Share of the phase, 0 to 1.
+    !> Load fraction, 0 to 1.
     real(wp), intent(in) :: fraction
 
     share = max(1.0_wp - fraction, model%state%progress%release_left)
@@ -88,7 +88,6 @@ contains
 
   !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
   subroutine add_weight(model, at_points, gravity, force)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
@@ -116,15 +115,13 @@ contains
 
   !> Dead tractions and released supports on surface points.
   subroutine add_surface_tractions(model, activation, fraction, force)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> Share of the phase, 0 to 1.
+    !> Load fraction, 0 to 1.
     real(wp), intent(in) :: fraction
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    type(place_type) :: place
+    type(shape_values_type) :: place
     real(wp) :: traction(3)
     integer :: i, s, d
 
@@ -145,15 +142,13 @@ contains
 
   !> Tractions on the outermost material points, as the paper has it (section 3.1).
   subroutine add_carried_tractions(model, activation, fraction, force)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
-    !> Share of the phase, 0 to 1.
+    !> Load fraction, 0 to 1.
     real(wp), intent(in) :: fraction
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    type(place_type) :: place
+    type(shape_values_type) :: place
     real(wp) :: traction(3)
     integer :: i, s
 
@@ -171,7 +166,7 @@ contains
   !> Share a force among the nodes that carry a place.
   pure subroutine spread_force(place, vector, force)
     !> The functions at the place.
-    type(place_type), intent(in) :: place
+    type(shape_values_type), intent(in) :: place
     !> The force (3).
     real(wp), intent(in) :: vector(:)
     !> Force (dimension, node_count).

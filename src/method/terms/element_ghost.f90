@@ -8,8 +8,8 @@ module qsmpm_element_ghost
     shape_second_gradients, local_nodes
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: inverse_map
-  use qsmpm_house_keeping, only: activation_type
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_point_location, only: activation_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
   implicit none
   private
@@ -20,9 +20,7 @@ contains
 
   !> Ghost penalty on the faces of boundary cells.
   subroutine build_element_ghost(mesh, activation, factor, stiffness, volumes, stabilisation)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     real(wp), intent(in) :: factor, stiffness(:), volumes(:)
     !> The stabilisation terms.
@@ -37,9 +35,9 @@ contains
       if (one == 0 .or. two == 0) cycle
       penalised(i) = activation%boundary(one) .or. activation%boundary(two)
     end do
-    call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%patches)
-    n = most_nodes(stabilisation%patches)
-    allocate (stabilisation%matrix(n, n, stabilisation%patches%count), source=0.0_wp)
+    call patches_of_faces(mesh, pack([(i, i=1, size(penalised))], penalised), stabilisation%connectivity)
+    n = most_nodes(stabilisation%connectivity)
+    allocate (stabilisation%matrix(n, n, stabilisation%connectivity%count), source=0.0_wp)
     k = 0
     do i = 1, size(penalised)
       if (.not. penalised(i)) cycle
@@ -48,25 +46,25 @@ contains
       two = activation%active_number(mesh%interior_face(3, i))
       call face_penalty(mesh, mesh%interior_face(:, i), volumes, &
         factor*max(stiffness(one), stiffness(two)), &
-        stabilisation%patches%nodes(stabilisation%patches%first(k):stabilisation%patches%first(k + 1) - 1), &
+        stabilisation%connectivity%nodes(stabilisation%connectivity%first(k): &
+          stabilisation%connectivity%first(k + 1) - 1), &
         stabilisation%matrix(:, :, k))
     end do
   end subroutine build_element_ghost
 
   !> The nodes of the two cells at a face, each once, as patches.
-  pure subroutine patches_of_faces(mesh, faces, patches)
-    !> The mesh.
+  pure subroutine patches_of_faces(mesh, faces, connectivity)
     type(mesh_type), intent(in) :: mesh
     !> Cell and local face, (2,n).
     integer, intent(in) :: faces(:)
     !> Node lists that couple.
-    type(patches_type), intent(out) :: patches
+    type(connectivity_type), intent(out) :: connectivity
     integer :: k, c, d, j, place, nodes(40*size(faces))
 
-    patches%count = size(faces)
-    allocate (patches%first(size(faces) + 1))
+    connectivity%count = size(faces)
+    allocate (connectivity%first(size(faces) + 1))
     place = 0
-    patches%first(1) = 1
+    connectivity%first(1) = 1
     do k = 1, size(faces)
       c = mesh%interior_face(1, faces(k))
       d = mesh%interior_face(3, faces(k))
@@ -75,13 +73,13 @@ contains
         nodes(place) = mesh%cell_nodes(j)
       end do
       do j = mesh%cell_first(d), mesh%cell_first(d + 1) - 1
-        if (any(nodes(patches%first(k):place) == mesh%cell_nodes(j))) cycle
+        if (any(nodes(connectivity%first(k):place) == mesh%cell_nodes(j))) cycle
         place = place + 1
         nodes(place) = mesh%cell_nodes(j)
       end do
-      patches%first(k + 1) = place + 1
+      connectivity%first(k + 1) = place + 1
     end do
-    patches%nodes = nodes(:place)
+    connectivity%nodes = nodes(:place)
   end subroutine patches_of_faces
 
   !> Penalty matrix of one face.
@@ -145,7 +143,6 @@ contains
 
   !> Add one side's normal derivatives of first and (quadratic elements) second order to the jumps.
   subroutine add_jumps(mesh, cell, local, normal, sign_of_side, nodes, first_jump, second_jump, x)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Number of the cell.
     integer, intent(in) :: cell

@@ -2,14 +2,14 @@
 !> every displacement component.
 module qsmpm_penalty_matrices
   use qsmpm_kinds, only: wp
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   implicit none
   private
 
   public :: penalty_matrices_type, add_penalty_force, most_nodes
 
   type :: penalty_matrices_type
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     !> (most nodes, most nodes, patches), symmetric.
     real(wp), allocatable :: matrix(:, :, :)
   end type penalty_matrices_type
@@ -17,13 +17,13 @@ module qsmpm_penalty_matrices
 contains
 
   !> Most nodes of a patch.
-  pure function most_nodes(patches) result(most)
+  pure function most_nodes(connectivity) result(most)
     !> Node lists that couple.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     integer :: most
 
     most = 0
-    if (patches%count > 0) most = maxval(patches%first(2:) - patches%first(:patches%count))
+    if (connectivity%count > 0) most = maxval(connectivity%first(2:) - connectivity%first(:connectivity%count))
   end function most_nodes
 
   !> Force for a displacement of the step.
@@ -35,10 +35,10 @@ contains
     real(wp), intent(inout) :: force(:, :)
     integer :: k, n, first
 
-    do k = 1, penalty%patches%count
-      first = penalty%patches%first(k)
-      n = penalty%patches%first(k + 1) - first
-      associate (nodes => penalty%patches%nodes(first:first + n - 1))
+    do k = 1, penalty%connectivity%count
+      first = penalty%connectivity%first(k)
+      n = penalty%connectivity%first(k + 1) - first
+      associate (nodes => penalty%connectivity%nodes(first:first + n - 1))
         force(:, nodes) = force(:, nodes) &
           + matmul(displacement(:, nodes), penalty%matrix(:n, :n, k))
       end associate

@@ -65,7 +65,7 @@ contains
       self%surface = surface%surface(points)
     end associate
     call find_basis(model, configuration, points, self%basis)
-    self%patches = self%basis%patches
+    self%connectivity = self%basis%connectivity
     self%pressure = spread(0.0_wp, 1, size(points))
     self%symmetric = is_nearly_symmetric(model)
   end subroutine prepare
@@ -92,11 +92,11 @@ contains
     real(wp) :: push(3)
     integer :: k, a, first
 
-    do k = 1, self%patches%count
+    do k = 1, self%connectivity%count
       push = -self%pressure(k)*matmul(cofactor(gradient_of(self%basis, k, displacement)), self%basis%area(:, k))
-      first = self%patches%first(k)
-      do a = first, self%patches%first(k + 1) - 1
-        associate (node => self%patches%nodes(a))
+      first = self%connectivity%first(k)
+      do a = first, self%connectivity%first(k + 1) - 1
+        associate (node => self%connectivity%nodes(a))
           force(:, node) = force(:, node) + self%basis%shape(a - first + 1, k)*push(:size(force, 1))
         end associate
       end do
@@ -111,8 +111,8 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     integer :: k
 
-    do k = 1, self%patches%count
-      call add_block(equations, self%first_patch + k - 1, &
+    do k = 1, self%connectivity%count
+      call add_block(equations, self%first_stencil + k - 1, &
         pressure_block(self, k, displacement, equations%symmetric), matrix)
     end do
   end subroutine add_blocks
@@ -133,7 +133,7 @@ contains
     integer :: a, b, c, j, d, n
 
     d = size(displacement, 1)
-    n = pressures%patches%first(k + 1) - pressures%patches%first(k)
+    n = pressures%connectivity%first(k + 1) - pressures%connectivity%first(k)
     f = gradient_of(pressures%basis, k, displacement)
     do j = 1, 3
       associate (next => modulo(j, 3) + 1, last => modulo(j + 1, 3) + 1)
@@ -167,9 +167,9 @@ contains
     integer :: k, a, b
 
     still = 0.0_wp
-    do k = 1, self%patches%count
+    do k = 1, self%connectivity%count
       block = pressure_block(self, k, still, .false.)
-      associate (nodes => self%patches%nodes(self%patches%first(k):self%patches%first(k + 1) - 1))
+      associate (nodes => self%connectivity%nodes(self%connectivity%first(k):self%connectivity%first(k + 1) - 1))
         do b = 1, size(nodes)
           do a = 1, size(nodes)
             force(:, nodes(a)) = force(:, nodes(a)) + matmul(block(:, a, :, b), displacement(:, nodes(b)))

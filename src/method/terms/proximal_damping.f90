@@ -8,7 +8,7 @@ module qsmpm_proximal_damping
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, increment_type, role_numerical
-  use qsmpm_term_share, only: drag_share
+  use qsmpm_term_share, only: damping_share
   implicit none
   private
 
@@ -34,7 +34,7 @@ contains
     allocate (damping_type :: term)
     term%name = 'damping force'
     term%role = role_numerical
-    term%share_name = drag_share
+    term%share_name = damping_share
     term%transient = .true.
   end subroutine new_proximal_damping
 

@@ -14,10 +14,10 @@ module qsmpm_soil_points
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_type, fail, error_not_converged, error_user_material
   use qsmpm_integration, only: integration_type, group_of, measure_cells
-  use qsmpm_law, only: law_slot_type, tangent_none, status_failed, status_broken
+  use qsmpm_law, only: law_slot_type, tangent_none, status_failed, status_unrecoverable
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_point_strain, only: add_strains
   use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
@@ -170,10 +170,10 @@ contains
   end subroutine group_by_pressure
 
   !> The nodes of the groups.
-  subroutine couple(self, configuration, patches)
+  subroutine couple(self, configuration, connectivity)
     class(soil_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
-    type(patches_type), intent(inout) :: patches
+    type(connectivity_type), intent(inout) :: connectivity
 
     if (allocated(self%integration)) then
       call add_groups(self%integration)
@@ -184,18 +184,19 @@ contains
     subroutine add_groups(integration)
       type(integration_type), intent(in) :: integration
 
-      patches%count = patches%count + integration%group_count
-      patches%first = [patches%first, integration%node_first(2:integration%group_count + 1) + size(patches%nodes)]
-      patches%nodes = [patches%nodes, integration%nodes]
+      connectivity%count = connectivity%count + integration%group_count
+      connectivity%first = [connectivity%first, &
+        integration%node_first(2:integration%group_count + 1) + size(connectivity%nodes)]
+      connectivity%nodes = [connectivity%nodes, integration%nodes]
     end subroutine add_groups
   end subroutine couple
 
-  !> The laws are told when the step takes place.
+  !> The laws are given when the step takes place.
   subroutine begin(self, increment)
     class(soil_type), intent(inout) :: self
     type(increment_type), intent(in) :: increment
 
-    self%evaluation%moment = increment%moment
+    self%evaluation%step_info = increment%step_info
   end subroutine begin
 
   !> Stresses, internal force and, with a tangent, the blocks of the groups.
@@ -221,7 +222,7 @@ contains
       type(integration_type), intent(in) :: integration
 
       call evaluate(integration, model%state%points, model%laws, displacement, tangent, self%evaluation, &
-        equations, self%first_patch, matrix, prescribed)
+        equations, self%first_stencil, matrix, prescribed)
       if (.not. self%evaluation%ok) call name_point(model, integration, self%evaluation, failure)
     end subroutine evaluate_with
   end subroutine evaluate_soil
@@ -234,7 +235,7 @@ contains
     type(failure_type), intent(inout) :: failure
 
     failure%failed = .true.
-    failure%unrecoverable = evaluation%bad_status == status_broken
+    failure%unrecoverable = evaluation%bad_status == status_unrecoverable
     failure%share = evaluation%bad_share
     associate (material => integration%material(evaluation%bad_point), &
       point => integration%source(evaluation%bad_point))

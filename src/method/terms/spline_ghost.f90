@@ -10,7 +10,7 @@
 module qsmpm_spline_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
-  use qsmpm_house_keeping, only: activation_type, boundary_fill
+  use qsmpm_point_location, only: activation_type, boundary_fill
   use qsmpm_space, only: space_type, cell_position, tensor_nodes
   use qsmpm_spline_axis, only: spline_axis_type, axis_values, lowest_jump, highest_degree
   use qsmpm_penalty_matrices, only: penalty_matrices_type, most_nodes
@@ -31,11 +31,8 @@ contains
 
   !> Penalty on all faces of boundary cells.
   subroutine build_spline_ghost(mesh, space, activation, factor, stiffness, stabilisation)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> g.
     real(wp), intent(in) :: factor
@@ -58,7 +55,7 @@ contains
     end do
     faces = pack([(i, i=1, size(penalised))], penalised)
     call patches_of_faces(mesh, space, faces, stabilisation)
-    n = most_nodes(stabilisation%patches)
+    n = most_nodes(stabilisation%connectivity)
     allocate (stabilisation%matrix(n, n, size(faces)), source=0.0_wp)
     do i = 1, size(faces)
       associate (one => mesh%interior_face(1, faces(i)), two => mesh%interior_face(3, faces(i)))
@@ -68,11 +65,9 @@ contains
     end do
   end subroutine build_spline_ghost
 
-  !> Boundary cells: as house-keeping has it, with touched in the place of active.
+  !> Boundary cells: as point location has it, with touched in the place of active.
   subroutine mark_boundary(mesh, activation, boundary)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> (cell_count)
     logical, intent(out) :: boundary(:)
@@ -90,9 +85,7 @@ contains
 
   !> Young's modulus of every touched cell; one without points takes the largest around it.
   subroutine spread_stiffness(mesh, activation, stiffness, young)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Young's modulus in each active cell (active_count).
     real(wp), intent(in) :: stiffness(:)
@@ -113,9 +106,7 @@ contains
 
   !> Control points that the two cells at each face see: a block.
   subroutine patches_of_faces(mesh, space, faces, stabilisation)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> Interior faces.
     integer, intent(in) :: faces(:)
@@ -123,26 +114,25 @@ contains
     type(penalty_matrices_type), intent(inout) :: stabilisation
     integer :: first(3, size(faces)), count(3, size(faces)), k, normal
 
-    associate (patches => stabilisation%patches)
-      patches%count = size(faces)
-      allocate (patches%first(size(faces) + 1))
-      patches%first(1) = 1
+    associate (connectivity => stabilisation%connectivity)
+      connectivity%count = size(faces)
+      allocate (connectivity%first(size(faces) + 1))
+      connectivity%first(1) = 1
       do k = 1, size(faces)
         call face_block(space, mesh%dimension, mesh%interior_face(1, faces(k)), &
           mesh%interior_face(3, faces(k)), normal, first(:, k), count(:, k))
-        patches%first(k + 1) = patches%first(k) + product(count(:, k))
+        connectivity%first(k + 1) = connectivity%first(k) + product(count(:, k))
       end do
-      allocate (patches%nodes(patches%first(size(faces) + 1) - 1))
+      allocate (connectivity%nodes(connectivity%first(size(faces) + 1) - 1))
       do k = 1, size(faces)
         call tensor_nodes(space, first(:, k), count(:, k), &
-          patches%nodes(patches%first(k):patches%first(k + 1) - 1))
+          connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
       end do
     end associate
   end subroutine patches_of_faces
 
   !> Axis normal to the face between two cells, and the block of functions they see.
   pure subroutine face_block(space, dimension, one, two, normal, first, count)
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> 2 or 3.
     integer, intent(in) :: dimension
@@ -170,9 +160,7 @@ contains
 
   !> Matrix of one face.
   subroutine face_penalty(mesh, space, one, two, factor, matrix)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
-    !> The space of displacements.
     type(space_type), intent(in) :: space
     !> The cells, the first one below the second.
     integer, intent(in) :: one, two
@@ -215,7 +203,6 @@ contains
 
   !> Squares of the jumps at the line above a cell, scaled by h^(2k-1).
   pure subroutine jump_matrix(axis, cell, matrix)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
     !> The cell below the line.
     integer, intent(in) :: cell
@@ -241,9 +228,7 @@ contains
 
   !> int N_i N_j dx over a cell.
   pure subroutine mass_matrix(axis, cell, matrix)
-    !> The axis.
     type(spline_axis_type), intent(in) :: axis
-    !> The cell.
     integer, intent(in) :: cell
     !> Leading part is set, the rest zero.
     real(wp), intent(out) :: matrix(:, :)

@@ -13,9 +13,9 @@ module qsmpm_supports
   use qsmpm_carried_basis, only: nearest_point
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type, add_block
-  use qsmpm_house_keeping, only: activation_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_model, only: model_type
-  use qsmpm_space, only: place_type
+  use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_surface_basis, only: places_of, set_patches
   use qsmpm_term, only: term_type
@@ -59,14 +59,14 @@ contains
     class(supports_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    type(place_type), allocatable :: place(:)
+    type(shape_values_type), allocatable :: place(:)
     integer :: i, k
 
     associate (surface => model%state%surface, d => model%mesh%dimension)
       self%point = pack([(i, i=1, surface%count)], &
         [(model%loading%support(surface%surface(i)) /= support_none, i=1, surface%count)])
       call places_of(model, configuration, self%point, place)
-      call set_patches(place, self%patches, self%shape)
+      call set_patches(place, self%connectivity, self%shape)
       if (allocated(self%stiffness)) deallocate (self%stiffness, self%gap, self%projection)
       allocate (self%stiffness(size(place)), self%gap(d, size(place)), self%projection(d, d, size(place)))
       do k = 1, size(place)
@@ -97,9 +97,7 @@ contains
 
   !> Young's modulus of the material at a surface point.
   function young_at(model, activation, i) result(young)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> What house-keeping found.
     type(activation_type), intent(in) :: activation
     !> Surface point.
     integer, intent(in) :: i
@@ -125,7 +123,7 @@ contains
     integer :: k
 
     model%state%surface%reaction = 0.0_wp
-    do k = 1, self%patches%count
+    do k = 1, self%connectivity%count
       model%state%surface%reaction(:, self%point(k)) = -spring_force(self, k, displacement)
     end do
   end subroutine commit
@@ -140,10 +138,10 @@ contains
     real(wp) :: force(size(displacement, 1))
     integer :: a, first
 
-    first = supports%patches%first(k)
+    first = supports%connectivity%first(k)
     force = supports%gap(:, k)
-    do a = first, supports%patches%first(k + 1) - 1
-      force = force + supports%shape(a - first + 1, k)*displacement(:, supports%patches%nodes(a))
+    do a = first, supports%connectivity%first(k + 1) - 1
+      force = force + supports%shape(a - first + 1, k)*displacement(:, supports%connectivity%nodes(a))
     end do
     force = supports%stiffness(k)*matmul(supports%projection(:, :, k), force)
   end function spring_force
@@ -157,11 +155,11 @@ contains
     real(wp) :: spring(size(force, 1))
     integer :: k, a, first
 
-    do k = 1, self%patches%count
-      first = self%patches%first(k)
+    do k = 1, self%connectivity%count
+      first = self%connectivity%first(k)
       spring = spring_force(self, k, displacement)
-      do a = first, self%patches%first(k + 1) - 1
-        associate (node => self%patches%nodes(a))
+      do a = first, self%connectivity%first(k + 1) - 1
+        associate (node => self%connectivity%nodes(a))
           force(:, node) = force(:, node) + self%shape(a - first + 1, k)*spring
         end associate
       end do
@@ -178,8 +176,8 @@ contains
 
     associate (unused => displacement)
     end associate
-    do k = 1, self%patches%count
-      call add_block(equations, self%first_patch + k - 1, support_block(self, k), matrix)
+    do k = 1, self%connectivity%count
+      call add_block(equations, self%first_stencil + k - 1, support_block(self, k), matrix)
     end do
   end subroutine add_blocks
 
@@ -192,7 +190,7 @@ contains
     real(wp), allocatable :: block(:, :, :, :)
     integer :: a, b, n, d
 
-    n = supports%patches%first(k + 1) - supports%patches%first(k)
+    n = supports%connectivity%first(k + 1) - supports%connectivity%first(k)
     d = size(supports%gap, 1)
     allocate (block(d, n, d, n))
     do b = 1, n

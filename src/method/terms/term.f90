@@ -21,9 +21,9 @@ module qsmpm_term
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type
   use qsmpm_error, only: error_not_converged
-  use qsmpm_law, only: moment_type
+  use qsmpm_law, only: step_info_type
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type, append_patches
+  use qsmpm_node_graph, only: connectivity_type, append_patches
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term_share, only: solve_share_type, share_of_load
   implicit none
@@ -37,7 +37,7 @@ module qsmpm_term
 
   !> What a step is asked to be, beside its loads.
   type :: increment_type
-    type(moment_type) :: moment
+    type(step_info_type) :: step_info
     !> Coefficient of the proximal damping per volume and displacement; 0 in a static step.
     real(wp) :: damping = 0.0_wp
     !> Factor on the boundary stabilisation.
@@ -47,7 +47,7 @@ module qsmpm_term
   !> Why a trial displacement cannot be evaluated.
   type :: failure_type
     logical :: failed = .false.
-    !> No smaller step will help: a model is out of order.
+    !> No smaller step will help: a model has failed.
     logical :: unrecoverable = .false.
     !> One of the error codes.
     integer :: cause = error_not_converged
@@ -80,9 +80,9 @@ module qsmpm_term
     !> Points whose stress an evaluation updates, for the profile of the run.
     integer :: point_count = 0
     !> Node lists that couple, one for each block.
-    type(patches_type) :: patches
+    type(connectivity_type) :: connectivity
     !> Number of the first of these lists among those of all terms; set by the step.
-    integer :: first_patch = 0
+    integer :: first_stencil = 0
   contains
     procedure :: start => start_nothing
     procedure(prepare_interface), deferred :: prepare
@@ -136,14 +136,14 @@ contains
   end subroutine start_nothing
 
   !> Put the node lists behind those of the terms before.
-  subroutine couple_patches(self, configuration, patches)
+  subroutine couple_patches(self, configuration, connectivity)
     class(term_type), intent(in) :: self
     type(configuration_type), intent(in) :: configuration
-    type(patches_type), intent(inout) :: patches
+    type(connectivity_type), intent(inout) :: connectivity
 
     associate (unused => configuration)
     end associate
-    call append_patches(patches, self%patches)
+    call append_patches(connectivity, self%connectivity)
   end subroutine couple_patches
 
   !> Take notice of what the step is asked to be. Nothing, unless extended.
@@ -201,7 +201,8 @@ contains
     end associate
   end subroutine add_no_sizes
 
-  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at patch first_patch + k - 1.
+  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at patch first_stencil + k
+  !> - 1.
   !> Nothing, unless extended.
   subroutine add_no_blocks(self, displacement, equations, matrix)
     class(term_type), intent(in) :: self
@@ -238,19 +239,19 @@ contains
   end subroutine add_change_of_force
 
   !> What it carries of a solve: its force over that of the load, unless extended.
-  subroutine measure_by_load(self, displacement, load_norm, patches, sizes, share)
+  subroutine measure_by_load(self, displacement, load_norm, connectivity, sizes, share)
     class(term_type), intent(in) :: self
     !> Displacement of the solve (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(in) :: load_norm
     !> Node lists of all terms.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     !> Internal forces at the displacement.
     type(force_sizes_type), intent(in) :: sizes
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
 
-    associate (unused => patches, unused_sizes => sizes)
+    associate (unused => connectivity, unused_sizes => sizes)
     end associate
     force = 0.0_wp
     call self%add_force(displacement, force)

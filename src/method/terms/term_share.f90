@@ -13,14 +13,14 @@
 !> stresses, is judged by its stresses. docs/methods/ghost.md
 module qsmpm_term_share
   use qsmpm_kinds, only: wp
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   implicit none
   private
 
   public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, load_share_named
 
   !> Columns of curves.csv that step control asks for.
-  character(len=*), parameter, public :: drag_share = 'damping_share', stabilisation_share = 'stabilisation_share'
+  character(len=*), parameter, public :: damping_share = 'damping_share', stabilisation_share = 'stabilisation_share'
 
   !> Layers of cells around a node whose internal forces its share refers to: one cell of quadratic triangles at
   !> the tip of a toe has next to no stress, two layers of any elements reach the next stressed cells.
@@ -63,12 +63,12 @@ contains
   end function share_of_load
 
   !> A force over those of the cells.
-  pure function share_of_cells(name, force, displacement, patches, force_size, work_size) result(share)
+  pure function share_of_cells(name, force, displacement, connectivity, force_size, work_size) result(share)
     character(len=*), intent(in) :: name
     !> g, displacement of the solve, and F (components, nodes).
     real(wp), intent(in) :: force(:, :), displacement(:, :), force_size(:, :)
     !> The nodes of all cells and terms.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     !> sum_c |f_c . du|.
     real(wp), intent(in) :: work_size
     type(solve_share_type) :: share
@@ -80,12 +80,12 @@ contains
     share%internal_work = work_size
     magnitude = norm2(force, dim=1)
     if (any(magnitude > 0.0_wp)) &
-      share%force_share = maxval(quotient(magnitude, forces_around(patches, norm2(force_size, dim=1))))
+      share%force_share = maxval(quotient(magnitude, forces_around(connectivity, norm2(force_size, dim=1))))
   end function share_of_cells
 
   !> Largest F in the layers of cells around each node.
-  pure function forces_around(patches, size_at) result(around)
-    type(patches_type), intent(in) :: patches
+  pure function forces_around(connectivity, size_at) result(around)
+    type(connectivity_type), intent(in) :: connectivity
     !> F (node_count).
     real(wp), intent(in) :: size_at(:)
     real(wp) :: around(size(size_at)), inner(size(size_at))
@@ -94,8 +94,8 @@ contains
     around = max(size_at, quiet*maxval(size_at))
     do layer = 1, layers
       inner = around
-      do k = 1, patches%count
-        associate (nodes => patches%nodes(patches%first(k):patches%first(k + 1) - 1))
+      do k = 1, connectivity%count
+        associate (nodes => connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
           around(nodes) = max(around(nodes), maxval(inner(nodes)))
         end associate
       end do

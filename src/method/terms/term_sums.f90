@@ -7,7 +7,7 @@ module qsmpm_term_sums
   use qsmpm_finite, only: is_usable
   use qsmpm_law, only: tangent_none
   use qsmpm_model, only: model_type
-  use qsmpm_node_graph, only: patches_type
+  use qsmpm_node_graph, only: connectivity_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term, only: term_slot_type, increment_type, failure_type, force_sizes_type
@@ -32,20 +32,20 @@ contains
   end subroutine start_terms
 
   !> Make the terms ready for a step; they give their node lists, one behind the other.
-  subroutine prepare_terms(model, configuration, terms, patches)
+  subroutine prepare_terms(model, configuration, terms, connectivity)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     type(term_slot_type), intent(inout) :: terms(:)
     !> Node lists that couple.
-    type(patches_type), intent(out) :: patches
+    type(connectivity_type), intent(out) :: connectivity
     integer :: t
 
-    allocate (patches%first(1), source=1)
-    allocate (patches%nodes(0))
+    allocate (connectivity%first(1), source=1)
+    allocate (connectivity%nodes(0))
     do t = 1, size(terms)
       call terms(t)%term%prepare(model, configuration)
-      terms(t)%term%first_patch = patches%count + 1
-      call terms(t)%term%couple(configuration, patches)
+      terms(t)%term%first_stencil = connectivity%count + 1
+      call terms(t)%term%couple(configuration, connectivity)
     end do
   end subroutine prepare_terms
 
@@ -156,13 +156,13 @@ contains
   end subroutine linear_forces
 
   !> What the terms carry of a solve, those that have a share.
-  subroutine measure_shares(terms, displacement, load_norm, patches, shares)
+  subroutine measure_shares(terms, displacement, load_norm, connectivity, shares)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(in) :: load_norm
     !> Node lists of all terms.
-    type(patches_type), intent(in) :: patches
+    type(connectivity_type), intent(in) :: connectivity
     type(solve_share_type), allocatable, intent(out) :: shares(:)
     type(force_sizes_type) :: sizes
     integer :: t, n
@@ -176,7 +176,7 @@ contains
     do t = 1, size(terms)
       if (.not. allocated(terms(t)%term%share_name)) cycle
       n = n + 1
-      call terms(t)%term%measure(displacement, load_norm, patches, sizes, shares(n))
+      call terms(t)%term%measure(displacement, load_norm, connectivity, sizes, shares(n))
     end do
   end subroutine measure_shares
 
@@ -255,8 +255,8 @@ contains
     integer :: t
 
     do t = 1, size(terms)
-      if (terms(t)%term%anchors .and. terms(t)%term%patches%count > 0) &
-        anchored(terms(t)%term%patches%nodes) = .true.
+      if (terms(t)%term%anchors .and. terms(t)%term%connectivity%count > 0) &
+        anchored(terms(t)%term%connectivity%nodes) = .true.
     end do
   end subroutine mark_anchored
 

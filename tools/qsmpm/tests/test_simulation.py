@@ -170,12 +170,12 @@ class Clay(unittest.TestCase):
         with qsmpm.Simulation(self.DECK) as run:
             for _ in range(3):
                 run.advance()
-            run.keep()
+            run.checkpoint()
             stress, state = run.points.stress.copy(), run.points.state.copy()
             run.advance()
             ahead = run.points.state.copy()
             self.assertTrue((ahead >= state).all() and (ahead > state).any())
-            run.put_back()
+            run.restore_checkpoint()
             self.assertEqual(run.points.stress.tobytes(), stress.tobytes())
             self.assertEqual(run.points.state.tobytes(), state.tobytes())
             run.advance()
@@ -201,11 +201,11 @@ class Views(unittest.TestCase):
         self.assertEqual(float(np.abs(stress).max()), 0.0)
         run.advance()
         self.assertGreater(float(np.abs(stress).max()), 0.0)
-        run.keep()
+        run.checkpoint()
         at = stress.copy()
         run.run()
         self.assertFalse(np.array_equal(stress, at))
-        run.put_back()
+        run.restore_checkpoint()
         self.assertTrue(np.array_equal(stress, at))
         self.assertEqual(stress.ctypes.data, run.points.stress.ctypes.data)
         self.assertTrue(np.array_equal(stress, run.get("point_stress")))
@@ -260,7 +260,7 @@ class Loads(unittest.TestCase):
     def test_beyond_the_limit(self) -> None:
         with qsmpm.Simulation(PULL) as run:
             run.run()
-            run.keep()
+            run.checkpoint()
             run.add_stage("too much", steps=2)
             run.set_traction("top", (0, 20))
             with self.assertRaises(qsmpm.NotConvergedError) as caught:
@@ -273,7 +273,7 @@ class Loads(unittest.TestCase):
             run.set_traction("top", (0, 1))
             run.run()
             self.assertTrue(run.finished)
-            run.put_back()
+            run.restore_checkpoint()
             self.assertEqual(run.names("stage"), ["seat"])
 
 

@@ -10,7 +10,7 @@ struct hooke {
     int fails_at; /* phase in which it says that it is broken, 0 for never */
 };
 
-static int update(void *user, const qsmpm_increment *increment, double *stress, double *state, qsmpm_answer *answer)
+static int update(void *user, const qsmpm_increment *increment, double *stress, double *state, qsmpm_response *answer)
 {
     struct hooke *law = user;
     double shear = law->young / (2 * (1 + law->poisson)), lame = 2 * shear * law->poisson / (1 - 2 * law->poisson);
@@ -19,7 +19,7 @@ static int update(void *user, const qsmpm_increment *increment, double *stress, 
     law->calls++;
     if (increment->phase == law->fails_at) {
         strcpy(answer->message, "this model is for one phase only");
-        return QSMPM_BROKEN;
+        return QSMPM_UNRECOVERABLE;
     }
     for (i = 0; i < 3; i++) {
         for (j = 0; j < 3; j++) answer->tangent[i + 6 * j] = lame;

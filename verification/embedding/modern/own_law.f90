@@ -1,6 +1,6 @@
 !> A soil model of the program's own: isotropic elasticity in the strain increment.
 module own_law
-  use qsmpm, only: wp, soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm, only: wp, soil_model_type, soil_increment_type, soil_response_type
   implicit none
   private
 
@@ -28,12 +28,12 @@ contains
   end subroutine start
 
   !> Hooke's law.
-  subroutine update(self, increment, stress, state, answer)
+  subroutine update(self, increment, stress, state, response)
     class(elastic_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     real(wp) :: lame, shear
     integer :: i
 
@@ -41,12 +41,12 @@ contains
     end associate
     shear = self%young/(2.0_wp*(1.0_wp + self%poisson))
     lame = 2.0_wp*shear*self%poisson/(1.0_wp - 2.0_wp*self%poisson)
-    answer%tangent = 0.0_wp
-    answer%tangent(:3, :3) = lame
+    response%tangent = 0.0_wp
+    response%tangent(:3, :3) = lame
     do i = 1, 3
-      answer%tangent(i, i) = lame + 2.0_wp*shear
-      answer%tangent(i + 3, i + 3) = shear
+      response%tangent(i, i) = lame + 2.0_wp*shear
+      response%tangent(i + 3, i + 3) = shear
     end do
-    stress = stress + matmul(answer%tangent, increment%strain)
+    stress = stress + matmul(response%tangent, increment%strain)
   end subroutine update
 end module own_law

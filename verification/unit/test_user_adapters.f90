@@ -1,19 +1,20 @@
 !> The doors to UMAT and UDSM: every argument by models that write theirs down, the order of components, the tangent
 !> by differences, the frame of the state, and faults planted in doors and models, each of which must be seen.
-module test_doors
+module test_user_adapters
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_char, c_funptr, c_f_procpointer
   use law_trials, only: random_batch, difference_error
   use plugin_paths, only: plugin
-  use qsmpm_door, only: ask_stiffness
+  use qsmpm_user_adapter, only: ask_stiffness
   use qsmpm_error, only: error_type, error_user_material
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_broken, tangent_consistent, &
+  use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_unrecoverable, &
+    tangent_consistent, &
     tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint_cauchy
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_plugin, only: load_procedure
-  use qsmpm_soil_model, only: soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_increment_type, soil_response_type
   use qsmpm_soil_model_law, only: soil_model_law_type, make_soil_model_law
   use qsmpm_udsm, only: udsm_type, make_udsm
   use qsmpm_tensor, only: identity, pack_gradient
@@ -25,7 +26,7 @@ module test_doors
   implicit none
   private
 
-  public :: collect_doors
+  public :: collect_user_adapters
 
   abstract interface
     !> What the recording library has written down.
@@ -42,7 +43,7 @@ module test_doors
 
 contains
 
-  subroutine collect_doors(tests)
+  subroutine collect_user_adapters(tests)
     type(tests_type), intent(inout) :: tests
 
     call tests%start('doors')
@@ -60,7 +61,7 @@ contains
     call check_levels(tests)
     call check_sdvini(tests)
     call check_by_gradient(tests)
-  end subroutine collect_doors
+  end subroutine collect_user_adapters
 
   !> What a deck would say.
   function user_of(interface, library, constants, states) result(user)
@@ -95,13 +96,13 @@ contains
     increment%rotation = reshape([(0.1_wp*i, i=1, 9)], [3, 3])
     increment%gradient_start = reshape([(10.0_wp + i, i=1, 9)], [3, 3])
     increment%gradient_end = reshape([(20.0_wp + i, i=1, 9)], [3, 3])
-    increment%moment%phase = 3
-    increment%moment%step = 17
-    increment%moment%step_of_phase = 9
-    increment%moment%start = 0.25_wp
-    increment%moment%duration = 0.125_wp
-    increment%moment%phase_start = 100.0_wp
-    increment%moment%phase_time = 8.0_wp
+    increment%step_info%phase = 3
+    increment%step_info%step = 17
+    increment%step_info%step_of_phase = 9
+    increment%step_info%start = 0.25_wp
+    increment%step_info%duration = 0.125_wp
+    increment%step_info%phase_start = 100.0_wp
+    increment%step_info%phase_time = 8.0_wp
     increment%point = 42
     increment%cell = 24
     increment%place = [1.5_wp, 2.5_wp, 3.5_wp]
@@ -135,7 +136,7 @@ contains
     type(umat_type) :: model
     type(error_type), allocatable :: error
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(3), r(400)
     integer :: n(100), i
     character(len=80) :: name
@@ -145,7 +146,7 @@ contains
     increment = distinct_increment()
     stress = stress0
     state = [7.0_wp, 8.0_wp, 9.0_wp]
-    call model%update(increment, stress, state, answer)
+    call model%update(increment, stress, state, response)
     call recalled(r, n, name)
     call tests%check('STRESS', same(r(1:6), stress0))
     call tests%check('STATEV', same(r(11:13), [7.0_wp, 8.0_wp, 9.0_wp]))
@@ -167,8 +168,8 @@ contains
     call tests%check('CMNAME in capitals, 80 long', name == 'LOOSE SAND' .and. n(15) == 80)
     call tests%check('the stress comes back', same(stress, stress0 + [(100.0_wp*i, i=1, 6)]))
     call tests%check('the state comes back', same(state, [8.0_wp, 9.0_wp, 10.0_wp]))
-    call tests%check('DDSDDE comes back untransposed', abs(answer%tangent(2, 5) - 25.0_wp) <= 0.0_wp .and. &
-      abs(answer%tangent(5, 2) - 52.0_wp) <= 0.0_wp)
+    call tests%check('DDSDDE comes back untransposed', abs(response%tangent(2, 5) - 25.0_wp) <= 0.0_wp .and. &
+      abs(response%tangent(5, 2) - 52.0_wp) <= 0.0_wp)
     call check_four(tests, increment)
   end subroutine check_umat_slots
 
@@ -179,7 +180,7 @@ contains
     type(user_material_type) :: user
     type(umat_type) :: model
     type(error_type), allocatable :: error
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(0), r(400)
     integer :: n(100)
     character(len=80) :: name
@@ -187,14 +188,14 @@ contains
     user = user_of(interface_umat, 'recorder', [1.0_wp], 0)
     user%components = 4
     call make_umat(user, 'clay', model, error)
-    increment%moment%duration = 0.0_wp
+    increment%step_info%duration = 0.0_wp
     stress = stress0
-    call model%update(increment, stress, state, answer)
+    call model%update(increment, stress, state, response)
     call recalled(r, n, name)
     call tests%check('four components: 3, 1, 4', all(n(1:3) == [3, 1, 4]))
     call tests%check('four components: the others are left', same(stress(5:6), stress0(5:6)))
-    call tests%check('four components: DDSDDE is 4 by 4', abs(answer%tangent(4, 1) - 41.0_wp) <= 0.0_wp .and. &
-      abs(answer%tangent(5, 1)) <= 0.0_wp)
+    call tests%check('four components: DDSDDE is 4 by 4', abs(response%tangent(4, 1) - 41.0_wp) <= 0.0_wp .and. &
+      abs(response%tangent(5, 1)) <= 0.0_wp)
     call tests%check('DTIME is positive at held load', r(53) > 0.0_wp)
   end subroutine check_four
 
@@ -211,7 +212,7 @@ contains
     type(udsm_type) :: model
     type(error_type), allocatable :: error
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(2), r(400)
     integer :: n(100)
     character(len=80) :: name
@@ -225,7 +226,7 @@ contains
     call tests%check('task 1 answers in StVar0', same(state, [7.0_wp, 8.0_wp]))
     increment = distinct_increment()
     stress = stress0
-    call model%update(increment, stress, state, answer)
+    call model%update(increment, stress, state, response)
     call recalled(r, n, name)
     call tests%check('Sig0: 5 and 6 exchanged, zero beyond', same(r(1:6), stress0(swapped)) .and. same(r(7:20), &
       spread(0.0_wp, 1, 14)))
@@ -245,9 +246,9 @@ contains
     call tests%check('Sig comes back exchanged', same(stress, stress0 + [100.0_wp, 200.0_wp, 300.0_wp, 400.0_wp, &
       600.0_wp, 500.0_wp]))
     call tests%check('StVar comes back', same(state, [8.0_wp, 9.0_wp]))
-    call tests%check('D of task 3 comes back exchanged', abs(answer%tangent(2, 5) - 26.0_wp) <= 0.0_wp .and. &
-      abs(answer%tangent(5, 6) - 65.0_wp) <= 0.0_wp .and. abs(answer%tangent(6, 4) - 54.0_wp) <= 0.0_wp)
-    call tests%check('ipl tells that it yields', answer%plastic)
+    call tests%check('D of task 3 comes back exchanged', abs(response%tangent(2, 5) - 26.0_wp) <= 0.0_wp .and. &
+      abs(response%tangent(5, 6) - 65.0_wp) <= 0.0_wp .and. abs(response%tangent(6, 4) - 54.0_wp) <= 0.0_wp)
+    call tests%check('ipl tells that it yields', response%plastic)
   end subroutine check_udsm_slots
 
   !> Pore water: Sig0 is without it, Sig with it, and it is carried.
@@ -256,7 +257,7 @@ contains
     type(user_material_type) :: user
     type(udsm_type) :: model
     type(error_type), allocatable :: error
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(3), r(400)
     integer :: n(100)
     character(len=80) :: name
@@ -266,13 +267,13 @@ contains
     call make_udsm(user, 'clay', model, error)
     stress = stress0
     state = [-40.0_wp, 1.0_wp, 2.0_wp]
-    call model%update(distinct_increment(), stress, state, answer)
+    call model%update(distinct_increment(), stress, state, response)
     call recalled(r, n, name)
     call tests%check('Sig0 is the effective stress', same(r(1:4), stress0(1:4) + [40.0_wp, 40.0_wp, 40.0_wp, 0.0_wp]))
     call tests%check('IsUndr, Swp0 and BulkW', n(22) == 1 .and. same(r(96:97), [-40.0_wp, 900.0_wp]))
     call tests%check('Swp is carried', same(state, [-35.0_wp, 2.0_wp, 3.0_wp]))
     call tests%check('the stress is the total one', same(stress(1:4), [1.0_wp + 105.0_wp, 207.0_wp, 308.0_wp, 404.0_wp]))
-    call tests%check('the tangent is that of the total stress', abs(answer%tangent(1, 2) - 912.0_wp) <= 0.0_wp)
+    call tests%check('the tangent is that of the total stress', abs(response%tangent(1, 2) - 912.0_wp) <= 0.0_wp)
   end subroutine check_undrained
 
   !> Tangents: returned, at no strain, by differences. Differences of a linear law err by round-off over the change
@@ -280,7 +281,7 @@ contains
   subroutine check_tangents(tests)
     type(tests_type), intent(inout) :: tests
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     type(user_material_type) :: user
     type(umat_type) :: model
     type(error_type), allocatable :: error
@@ -291,16 +292,16 @@ contains
     increment%strain = 1.0e-3_wp*[1.0_wp, -2.0_wp, 0.5_wp, 1.0_wp, 0.3_wp, -0.7_wp]
     stress = 0.0_wp
     state = [0.5_wp, 0.2_wp, 0.3_wp, 0.1_wp, 0.4_wp, -0.2_wp]
-    call model%update(increment, stress, state, answer)
-    returned = answer%tangent
+    call model%update(increment, stress, state, response)
+    returned = response%tangent
     model%user%tangent = model_tangent_numerical
     stress = 0.0_wp
-    call model%update(increment, stress, state, answer)
-    call tests%close('differences give the tangent', maxval(abs(answer%tangent - returned)), 0.0_wp, 1.0e-5_wp)
+    call model%update(increment, stress, state, response)
+    call tests%close('differences give the tangent', maxval(abs(response%tangent - returned)), 0.0_wp, 1.0e-5_wp)
     model%user%tangent = model_tangent_elastic
     stress = 0.0_wp
-    call model%update(increment, stress, state, answer)
-    call tests%close('at no strain it is the same here', maxval(abs(answer%tangent - returned)), 0.0_wp, 0.0_wp)
+    call model%update(increment, stress, state, response)
+    call tests%close('at no strain it is the same here', maxval(abs(response%tangent - returned)), 0.0_wp, 0.0_wp)
     call ask_stiffness(model, 0.0_wp, 0.0_wp, no_stress, error)
     call tests%check('a stiffness is found', .not. allocated(error) .and. model%stiffness_scale > 1000.0_wp)
     call ask_stiffness(model, 10.0_wp, 0.25_wp, no_stress, error)
@@ -309,7 +310,7 @@ contains
   end subroutine check_tangents
 
   !> A door's law, which must exist.
-  subroutine door_law(user, dimension, law)
+  subroutine adapter_law(user, dimension, law)
     type(user_material_type), intent(in) :: user
     integer, intent(in) :: dimension
     type(soil_model_law_type), intent(out) :: law
@@ -324,7 +325,7 @@ contains
       call make_umat(user, 'soil', umat, error)
       call make_soil_model_law(umat, dimension, law)
     end if
-  end subroutine door_law
+  end subroutine adapter_law
 
   !> Built-in laws of the Cauchy rate, and the same as UMAT and UDSM: stress, Q and A, to round-off relative to E.
   subroutine check_as_built_in(tests)
@@ -362,16 +363,16 @@ contains
     integer, intent(in) :: dimension
     !> Relative to Young's modulus.
     real(wp), intent(in) :: tolerance
-    type(soil_model_law_type) :: door
+    type(soil_model_law_type) :: adapter
     class(law_type), allocatable :: built_in
     type(batch_type) :: one, other
     type(error_type), allocatable :: error
 
-    call door_law(user, dimension, door)
+    call adapter_law(user, dimension, adapter)
     call new_law(p, dimension, kinematics_jaumann, rate_midpoint_cauchy, built_in, error)
-    call random_batch(door, 200, 0.03_wp, 1.0_wp, one)
+    call random_batch(adapter, 200, 0.03_wp, 1.0_wp, one)
     call random_batch(built_in, 200, 0.03_wp, 1.0_wp, other)
-    call door%update(one, tangent_consistent)
+    call adapter%update(one, tangent_consistent)
     call built_in%update(other, tangent_consistent)
     call tests%check(name//': every point is updated', all(one%status == status_ok))
     call tests%close(name//': stress', maxval(abs(one%stress - other%stress)), 0.0_wp, tolerance*p%young)
@@ -425,44 +426,46 @@ contains
   !> Models that do not return: the reason, and that others go on.
   subroutine check_faulty_models(tests)
     type(tests_type), intent(inout) :: tests
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
 
-    call ask_faulty('faulty', 5, [0.25_wp, 0.0_wp], answer)
-    call tests%check('PNEWDT below 1 cuts the step', answer%status == status_cut)
-    call tests%close('by that share', answer%share, 0.25_wp, 0.0_wp)
-    call ask_faulty('faulty', 9, [0.0_wp, 0.0_wp], answer)
-    call tests%check('writing beyond the state is seen', answer%status == status_broken)
-    call ask_faulty('faulty', 11, [0.0_wp, 0.0_wp], answer)
-    call tests%check('so is a small number that is added there', answer%status == status_broken)
-    call tests%check('and said', index(answer%message, 'STATE is too small') > 0)
-    call ask_faulty('faulty', 13, [0.0_wp, 0.0_wp], answer)
-    call tests%check('a model that overwrites NTENS is broken', answer%status == status_broken)
-    call tests%check('and NTENS is named', index(answer%message, 'argument NTENS, 6, by 4') > 0)
-    call ask_faulty('faulty', 14, [0.0_wp, 0.0_wp], answer)
-    call tests%check('one that overwrites NSTATV too', answer%status == status_broken .and. &
-      index(answer%message, 'argument NSTATV, 0, by 1') > 0)
-    call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], answer)
-    call tests%check('a fault comes back', answer%status == status_broken)
-    call tests%check('with its signal', index(answer%message, 'SIGSEGV') > 0)
-    call ask_faulty('faulty', 0, [0.0_wp, 0.0_wp], answer)
-    call tests%check('a model that did not return is not called again', answer%status == status_broken)
-    call ask_faulty('faulty_stop', 1, [0.0_wp, 0.0_wp], answer)
-    call tests%check('STOP comes back', answer%status == status_broken .and. index(answer%message, 'STOP') > 0)
-    call ask_faulty('faulty_arithmetic', 2, [0.0_wp, 0.0_wp], answer)
-    call tests%check('a division by zero comes back', answer%status == status_broken .and. &
-      index(answer%message, 'SIGFPE') > 0)
-    call ask_faulty('faulty_abort', 8, [0.0_wp, 0.0_wp], answer)
-    call tests%check('ABORT comes back', answer%status == status_broken .and. index(answer%message, 'SIGABRT') > 0)
+    call ask_faulty('faulty', 5, [0.25_wp, 0.0_wp], response)
+    call tests%check('PNEWDT below 1 cuts the step', response%status == status_cut)
+    call tests%close('by that share', response%share, 0.25_wp, 0.0_wp)
+    call ask_faulty('faulty', 9, [0.0_wp, 0.0_wp], response)
+    call tests%check('writing beyond the state is seen', response%status == status_unrecoverable)
+    call ask_faulty('faulty', 11, [0.0_wp, 0.0_wp], response)
+    call tests%check('so is a small number that is added there', response%status == status_unrecoverable)
+    call tests%check('and said', index(response%message, 'STATE is too small') > 0)
+    call ask_faulty('faulty', 13, [0.0_wp, 0.0_wp], response)
+    call tests%check('a model that overwrites NTENS is broken', response%status == status_unrecoverable)
+    call tests%check('and NTENS is named', index(response%message, 'argument NTENS, 6, by 4') > 0)
+    call ask_faulty('faulty', 14, [0.0_wp, 0.0_wp], response)
+    call tests%check('one that overwrites NSTATV too', response%status == status_unrecoverable .and. &
+      index(response%message, 'argument NSTATV, 0, by 1') > 0)
+    call ask_faulty('faulty', 3, [0.0_wp, 0.0_wp], response)
+    call tests%check('a fault comes back', response%status == status_unrecoverable)
+    call tests%check('with its signal', index(response%message, 'SIGSEGV') > 0)
+    call ask_faulty('faulty', 0, [0.0_wp, 0.0_wp], response)
+    call tests%check('a model that did not return is not called again', response%status == status_unrecoverable)
+    call ask_faulty('faulty_stop', 1, [0.0_wp, 0.0_wp], response)
+    call tests%check('STOP comes back', response%status == status_unrecoverable .and. index(response%message, &
+      'STOP') > 0)
+    call ask_faulty('faulty_arithmetic', 2, [0.0_wp, 0.0_wp], response)
+    call tests%check('a division by zero comes back', response%status == status_unrecoverable .and. &
+      index(response%message, 'SIGFPE') > 0)
+    call ask_faulty('faulty_abort', 8, [0.0_wp, 0.0_wp], response)
+    call tests%check('ABORT comes back', response%status == status_unrecoverable .and. index(response%message, &
+      'SIGABRT') > 0)
   end subroutine check_faulty_models
 
   !> Ask the faulty UMAT.
-  subroutine ask_faulty(library, kind, more, answer)
+  subroutine ask_faulty(library, kind, more, response)
     !> Name of the plug-in.
     character(len=*), intent(in) :: library
     !> What goes wrong, and two more constants.
     integer, intent(in) :: kind
     real(wp), intent(in) :: more(2)
-    type(soil_answer_type), intent(out) :: answer
+    type(soil_response_type), intent(out) :: response
     type(umat_type) :: model
     type(error_type), allocatable :: error
     real(wp) :: stress(6), state(0)
@@ -470,7 +473,7 @@ contains
     call make_umat(user_of(interface_umat, library, [200.0_wp, 0.3_wp, real(kind, wp), 9.0_wp, more], 0), 'bad', &
       model, error)
     stress = 0.0_wp
-    call model%update(distinct_increment(), stress, state, answer)
+    call model%update(distinct_increment(), stress, state, response)
   end subroutine ask_faulty
 
   !> Faults planted in models: a UDSM whose last two components are exchanged, tensor shear, a transposed tangent and
@@ -484,7 +487,7 @@ contains
     integer :: kind
 
     do kind = 0, 4
-      call door_law(user_of(interface_umat, 'planted', [200.0_wp, 0.3_wp, 150.0_wp, real(kind, wp)], 6), 3, law)
+      call adapter_law(user_of(interface_umat, 'planted', [200.0_wp, 0.3_wp, 150.0_wp, real(kind, wp)], 6), 3, law)
       call planted_error(law, error(kind))
     end do
     call tests%close('the sound model: tangent is the derivative', error(0), 0.0_wp, 1.0e-7_wp)
@@ -515,7 +518,7 @@ contains
     type(udsm_type) :: udsm
     type(soil_model_law_type) :: law
     type(error_type), allocatable :: error
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(3)
     integer :: unit, status
 
@@ -533,11 +536,11 @@ contains
     if (status == 0) close (unit, status='delete')
     call udsm%start(stress0, state)
     stress = stress0
-    call udsm%update(distinct_increment(), stress, state, answer)
+    call udsm%update(distinct_increment(), stress, state, response)
     ! G = 100, its own bulk modulus of the water 50 G, a volume strain of 6e-3; K + 4 G/3 = 350.
     call tests%close('the pore pressure is that of its own modulus', state(1), 30.0_wp, 1.0e-12_wp)
-    call tests%close('and so is the tangent', answer%tangent(1, 1), 5350.0_wp, 1.0e-10_wp)
-    call tests%check('task 3 finds ipl and StVar of task 2', answer%status == status_ok)
+    call tests%close('and so is the tangent', response%tangent(1, 1), 5350.0_wp, 1.0e-10_wp)
+    call tests%check('task 3 finds ipl and StVar of task 2', response%status == status_ok)
     call make_soil_model_law(udsm, 3, law)
     call tests%check('the state has names', law%state_names(7)%text == 'excess_pore_pressure' .and. &
       law%state_names(8)%text == 'SDV1_void_ratio' .and. law%state_names(9)%text == 'SDV2_calls')
@@ -559,7 +562,7 @@ contains
     type(umat_type) :: model
     type(error_type), allocatable :: error
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
+    type(soil_response_type) :: response
     real(wp) :: stress(6), state(0), expected(6, 6), largest
     integer :: i, compared
 
@@ -567,16 +570,16 @@ contains
     user%tangent = model_tangent_numerical
     call make_umat(user, 'gel', model, error)
     stress = 0.0_wp
-    call model%update(increment, stress, state, answer)
+    call model%update(increment, stress, state, response)
     ! At F = 1 it is Hooke's law; differences over 1e-9 err by 1e-7 of it.
     expected = 0.0_wp
     expected(1:3, 1:3) = 400.0_wp
     do i = 1, 6
       expected(i, i) = expected(i, i) + merge(600.0_wp, 300.0_wp, i <= 3)
     end do
-    call tests%close('differences move the deformation gradient', maxval(abs(answer%tangent - expected)), 0.0_wp, &
+    call tests%close('differences move the deformation gradient', maxval(abs(response%tangent - expected)), 0.0_wp, &
       1.0e-3_wp)
-    call door_law(user, 3, law)
+    call adapter_law(user, 3, law)
     call random_batch(law, 20, 0.03_wp, 1.0_wp, batch)
     call law%update(batch, tangent_consistent)
     call difference_error(law, batch, batch%tangent, largest, compared)
@@ -612,7 +615,7 @@ contains
     type(soil_model_law_type) :: law
     type(batch_type) :: batch
 
-    call door_law(user_of(interface_umat, 'elastic_umat', [200.0_wp], 0), 3, law)
+    call adapter_law(user_of(interface_umat, 'elastic_umat', [200.0_wp], 0), 3, law)
     call random_batch(law, 1, 0.01_wp, 1.0_wp, batch)
     call law%update(batch, tangent_consistent)
     call tests%check('a missing constant is not a number', batch%status(1) == status_failed)
@@ -687,4 +690,4 @@ contains
     if (.not. allocated(error)) return
     refused = error%code == error_user_material .and. index(error%message, words) > 0
   end function refused
-end module test_doors
+end module test_user_adapters

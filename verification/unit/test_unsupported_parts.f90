@@ -1,5 +1,5 @@
 !> Tests of the search for pieces that nothing holds.
-module test_loose_pieces
+module test_unsupported_parts
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: analysis_type
@@ -9,13 +9,13 @@ module test_loose_pieces
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_linear_system, only: end_system
-  use qsmpm_loose_pieces, only: describe_loose_pieces
+  use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use deck_samples, only: joined
   use testing, only: tests_type
   implicit none
   private
 
-  public :: collect_loose_pieces
+  public :: collect_unsupported_parts
 
   character(len=*), parameter :: held = '|*BODY, NAME=held, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 2'
   character(len=*), parameter :: floating = '|*BODY, NAME=floating, MATERIAL=soil, SHAPE=BOX|1, 3, 5, 7'
@@ -23,7 +23,7 @@ module test_loose_pieces
 contains
 
   !> All tests of the suite.
-  subroutine collect_loose_pieces(tests)
+  subroutine collect_unsupported_parts(tests)
     !> Gains the checks.
     type(tests_type), intent(inout) :: tests
 
@@ -44,7 +44,7 @@ contains
     call check(tests, 'a block in space on a fixed base is held', '3D', 'STANDARD', held//', 0, 1', 'base, ALL', '')
     call check(tests, 'a block in space on a smooth base slides', '3D', 'STANDARD', held//', 0, 1', 'base, Y|left, X', &
       'hangs on nothing')
-  end subroutine collect_loose_pieces
+  end subroutine collect_unsupported_parts
 
   !> The sentence of a scene.
   subroutine check(tests, name, kind, method, bodies, fixities, expected)
@@ -75,11 +75,11 @@ contains
     call tests%check(name//': the scene is good', .not. allocated(error))
     if (allocated(error)) return
     call end_system(step%system)
-    call describe_loose_pieces(model, step, text)
+    call describe_unsupported_parts(model, step, text)
     if (len(expected) == 0) then
       call tests%check(name, len(text) == 0)
     else
       call tests%check(name, index(text, expected) > 0)
     end if
   end subroutine check
-end module test_loose_pieces
+end module test_unsupported_parts

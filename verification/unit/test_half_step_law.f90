@@ -1,20 +1,20 @@
 !> A law in two halves a step: what it leaves, and how its difference from one whole step falls.
-module test_halved_law
+module test_half_step_law
   use law_trials, only: elastic, strong, make_law, random_batch
   use qsmpm_kinds, only: wp, pi
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
   use qsmpm_law_factory, only: kinematics_logarithmic, kinematics_jaumann, rate_midpoint, rate_paper
   use qsmpm_material_parameters, only: material_parameters_type
-  use qsmpm_halved_law, only: halved_law_type, make_halved_law
+  use qsmpm_half_step_law, only: half_step_law_type, make_half_step_law
   use testing, only: tests_type
   implicit none
   private
 
-  public :: collect_halved_law
+  public :: collect_half_step_law
 
 contains
 
-  subroutine collect_halved_law(tests)
+  subroutine collect_half_step_law(tests)
     type(tests_type), intent(inout) :: tests
     integer :: d
 
@@ -26,7 +26,7 @@ contains
       call check_order(tests, 'return mapping', strong(0.0_wp, -1.0_wp), d, kinematics_logarithmic, rate_midpoint, 2)
     end do
     call check_refusal(tests)
-  end subroutine collect_halved_law
+  end subroutine collect_half_step_law
 
   !> Stress and Q of a hyperelastic law do not know the path. Tolerance: roundings.
   subroutine check_hyperelastic(tests, dimension)
@@ -34,10 +34,10 @@ contains
     integer, intent(in) :: dimension
     class(law_type), allocatable :: law
     type(batch_type) :: whole, half
-    type(halved_law_type) :: halved
+    type(half_step_law_type) :: halved
 
     call make_law(elastic(200.0_wp, 0.33_wp), dimension, kinematics_logarithmic, rate_midpoint, law)
-    call make_halved_law(law, halved)
+    call make_half_step_law(law, halved)
     call random_batch(law, 40, 0.3_wp, 20.0_wp, whole)
     half = whole
     call law%update(whole, tangent_none)
@@ -59,12 +59,12 @@ contains
     integer, intent(in) :: rate
     integer, intent(in) :: order
     class(law_type), allocatable :: law
-    type(halved_law_type) :: halved
+    type(half_step_law_type) :: halved
     real(wp) :: gap(2)
     integer :: k
 
     call make_law(parameters, dimension, kinematics, rate, law)
-    call make_halved_law(law, halved)
+    call make_half_step_law(law, halved)
     do k = 1, 2
       gap(k) = largest_gap(law, halved, 4.0e-3_wp/2**k)
     end do
@@ -75,7 +75,7 @@ contains
   !> the soil, whose ratio of stresses is (1 + sin 25)/(1 - sin 25).
   real(wp) function largest_gap(law, halved, spread)
     class(law_type), intent(in) :: law
-    type(halved_law_type), intent(in) :: halved
+    type(half_step_law_type), intent(in) :: halved
     real(wp), intent(in) :: spread
     real(wp), parameter :: ratio = (1.0_wp + sin(25.0_wp*pi/180.0_wp))/(1.0_wp - sin(25.0_wp*pi/180.0_wp))
     type(batch_type) :: whole, half
@@ -107,14 +107,14 @@ contains
   subroutine check_refusal(tests)
     type(tests_type), intent(inout) :: tests
     class(law_type), allocatable :: law
-    type(halved_law_type) :: halved
+    type(half_step_law_type) :: halved
     type(batch_type) :: batch
 
     call make_law(elastic(1.0_wp, 0.2_wp), 2, kinematics_logarithmic, rate_midpoint, law)
-    call make_halved_law(law, halved)
+    call make_half_step_law(law, halved)
     call random_batch(law, 3, 0.1_wp, 0.0_wp, batch)
     batch%gradient(1, 2) = -1.0_wp
     call halved%update(batch, tangent_none)
     call tests%check('a point inside out has a status', batch%status(2) /= status_ok)
   end subroutine check_refusal
-end module test_halved_law
+end module test_half_step_law

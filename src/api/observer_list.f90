@@ -1,16 +1,16 @@
-!> The listeners of a run that an embedding program steps: the recorder, where results are written, and one of the
+!> The observers of a run that an embedding program steps: the recorder, where results are written, and one of the
 !> program's own. The record of the last step is kept.
-module qsmpm_audience
+module qsmpm_observer_list
   use qsmpm_error, only: error_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   implicit none
   private
 
-  public :: audience_type
+  public :: observer_list_type
 
   !> Those who listen, while a call into the library lasts.
-  type, extends(observer_type) :: audience_type
+  type, extends(observer_type) :: observer_list_type
     class(observer_type), pointer :: recorder => null()
     class(observer_type), pointer :: own => null()
     !> How the last accepted step went.
@@ -21,13 +21,13 @@ module qsmpm_audience
     procedure :: phase_done
     procedure :: note
     procedure :: stop_requested
-  end type audience_type
+  end type observer_list_type
 
 contains
 
   !> A phase has begun.
   subroutine phase_begun(self, model, error)
-    class(audience_type), intent(inout) :: self
+    class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
@@ -38,7 +38,7 @@ contains
 
   !> A step was accepted.
   subroutine accepted(self, model, record, error)
-    class(audience_type), intent(inout) :: self
+    class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(step_record_type), intent(in) :: record
     type(error_type), allocatable, intent(out) :: error
@@ -51,7 +51,7 @@ contains
 
   !> A phase has ended.
   subroutine phase_done(self, model, error)
-    class(audience_type), intent(inout) :: self
+    class(observer_list_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
@@ -62,7 +62,7 @@ contains
 
   !> A sentence for the log.
   subroutine note(self, text)
-    class(audience_type), intent(inout) :: self
+    class(observer_list_type), intent(inout) :: self
     character(len=*), intent(in) :: text
 
     if (associated(self%recorder)) call self%recorder%note(text)
@@ -71,11 +71,11 @@ contains
 
   !> Whether one of them wants the run to stop.
   logical function stop_requested(self)
-    class(audience_type), intent(inout) :: self
+    class(observer_list_type), intent(inout) :: self
 
     stop_requested = .false.
     if (associated(self%recorder)) stop_requested = self%recorder%stop_requested()
     if (stop_requested .or. .not. associated(self%own)) return
     stop_requested = self%own%stop_requested()
   end function stop_requested
-end module qsmpm_audience
+end module qsmpm_observer_list

@@ -1,5 +1,5 @@
 !> What the steps of a point came to, in sentences: how a stage ended, and how good the law's tangent is.
-module qsmpm_point_tally
+module qsmpm_point_statistics
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type
   use qsmpm_number_text, only: integer_text, short_text
@@ -10,13 +10,13 @@ module qsmpm_point_tally
   implicit none
   private
 
-  public :: tally_type, take_tangent, tangent_text, state_text
+  public :: point_statistics_type, take_tangent, tangent_text, state_text
 
   !> The share of the tangent that may change between elastic steps.
   real(wp), parameter :: same_tangent = 5.0e-2_wp
 
   !> The tangents so far: of elastic steps (1), of those that yield (2), and of a law that does not tell which (3).
-  type :: tally_type
+  type :: point_statistics_type
     integer :: steps = 0
     integer :: iterations = 0
     integer :: compared(3) = 0
@@ -26,15 +26,14 @@ module qsmpm_point_tally
     !> distance of one that yields from it.
     real(wp), allocatable :: elastic(:, :)
     real(wp) :: from_elastic = huge(1.0_wp)
-  end type tally_type
+  end type point_statistics_type
 
 contains
 
   !> Check the tangent of a step.
-  subroutine take_tangent(tally, law, batch, step, error)
+  subroutine take_tangent(statistics, law, batch, step, error)
     !> The tally.
-    type(tally_type), intent(inout) :: tally
-    !> The law.
+    type(point_statistics_type), intent(inout) :: statistics
     class(law_type), intent(in) :: law
     !> The point at the end of the step.
     type(batch_type), intent(in) :: batch
@@ -51,71 +50,73 @@ contains
     error = check%error
     kind = merge(2, 1, batch%plastic(1) /= 0)
     if (.not. law%tells_yield) kind = 3
-    tally%compared(kind) = tally%compared(kind) + 1
-    if (error > tally%worst(kind) .or. tally%worst_step(kind) == 0) then
-      tally%worst(kind) = error
-      tally%worst_step(kind) = step
+    statistics%compared(kind) = statistics%compared(kind) + 1
+    if (error > statistics%worst(kind) .or. statistics%worst_step(kind) == 0) then
+      statistics%worst(kind) = error
+      statistics%worst_step(kind) = step
     end if
     associate (tangent => batch%tangent(:, :, 1))
-      if (kind /= 2 .and. .not. allocated(tally%elastic)) allocate (tally%elastic, source=tangent)
+      if (kind /= 2 .and. .not. allocated(statistics%elastic)) allocate (statistics%elastic, source=tangent)
       if (kind == 1) then
-        tally%elastic(:, :) = tangent
-      else if (allocated(tally%elastic) .and. error > good_tangent) then
-        tally%from_elastic = min(tally%from_elastic, maxval(abs(tangent - tally%elastic))/maxval(abs(tangent)))
+        statistics%elastic(:, :) = tangent
+      else if (allocated(statistics%elastic) .and. error > good_tangent) then
+        statistics%from_elastic = min(statistics%from_elastic, &
+          maxval(abs(tangent - statistics%elastic))/maxval(abs(tangent)))
       end if
     end associate
   end subroutine take_tangent
 
   !> What the tangents are worth.
-  pure function tangent_text(tally) result(text)
+  pure function tangent_text(statistics) result(text)
     !> The tally.
-    type(tally_type), intent(in) :: tally
+    type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
     character(len=8), parameter :: kinds(3) = [character(len=8) :: 'elastic', 'yielding', '']
     integer :: i, left_out
 
     text = ''
     do i = 1, 3
-      if (tally%compared(i) == 0) cycle
+      if (statistics%compared(i) == 0) cycle
       if (len(text) > 0) text = text//', '
-      text = text//short_text(tally%worst(i), 2)//' in '//integer_text(tally%compared(i))//trim(' '//kinds(i))// &
-        trim(merge(' step ', ' steps', tally%compared(i) == 1))//' (step '//integer_text(tally%worst_step(i))//')'
+      text = text//short_text(statistics%worst(i), 2)//' in '//integer_text(statistics%compared(i))//trim(' '// &
+        kinds(i))// &
+        trim(merge(' step ', ' steps', statistics%compared(i) == 1))//' (step '// &
+          integer_text(statistics%worst_step(i))//')'
     end do
     if (len(text) == 0) then
       text = 'tangent: no step could be compared'
       return
     end if
-    left_out = tally%steps - sum(tally%compared)
+    left_out = statistics%steps - sum(statistics%compared)
     if (left_out > 0) text = text//', '//integer_text(left_out)//' not compared'
-    text = 'tangent: largest error '//text//': '//verdict(tally)
+    text = 'tangent: largest error '//text//': '//check(statistics)
   end function tangent_text
 
   !> Whether Newton's method may trust the tangents.
-  pure function verdict(tally) result(text)
+  pure function check(statistics) result(text)
     !> The tally.
-    type(tally_type), intent(in) :: tally
+    type(point_statistics_type), intent(in) :: statistics
     character(len=:), allocatable :: text
 
-    if (maxval(tally%worst) <= good_tangent) then
+    if (maxval(statistics%worst) <= good_tangent) then
       text = 'it is consistent'
-    else if (tally%worst(1) > good_tangent) then
+    else if (statistics%worst(1) > good_tangent) then
       text = 'it is wrong in elastic steps already'
-    else if (tally%compared(3) > 0) then
+    else if (statistics%compared(3) > 0) then
       text = 'it is not consistent in every step (the model does not tell which yield)'
-      if (tally%from_elastic < same_tangent) text = 'it is that of the first step in others too (the model does '// &
+      if (statistics%from_elastic < same_tangent) text = &
+        'it is that of the first step in others too (the model does '// &
         'not tell which yield)'
-    else if (tally%from_elastic < same_tangent) then
+    else if (statistics%from_elastic < same_tangent) then
       text = 'it is the elastic one where the law yields'
     else
       text = 'it is not consistent where the law yields'
     end if
-  end function verdict
+  end function check
 
   !> The state of the point in a few figures.
   pure function state_text(test, point) result(text)
-    !> The test.
     type(point_test_type), intent(in) :: test
-    !> The point.
     type(point_type), intent(in) :: point
     character(len=:), allocatable :: text
     type(laboratory_type) :: values
@@ -125,4 +126,4 @@ contains
       short_text(values%volumetric_strain, 5)//', shear '//short_text(values%shear_strain, 5)//', p '// &
       short_text(values%p + 0.0_wp, 6)//', q '//short_text(values%q, 6)
   end function state_text
-end module qsmpm_point_tally
+end module qsmpm_point_statistics

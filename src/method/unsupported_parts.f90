@@ -3,7 +3,7 @@
 !> Two material points belong to one piece when a chain of functions joins them, each seen by both of its
 !> neighbours. A piece is held when no rigid motion of it satisfies the fixities of its nodes and the surfaces that
 !> are supported: the matrix sum r r' over its fixed components, r the rigid motions there, has full rank.
-module qsmpm_loose_pieces
+module qsmpm_unsupported_parts
   use qsmpm_kinds, only: wp
   use qsmpm_integration, only: integration_type
   use qsmpm_space, only: node_position
@@ -16,7 +16,7 @@ module qsmpm_loose_pieces
   implicit none
   private
 
-  public :: describe_loose_pieces
+  public :: describe_unsupported_parts
 
   !> Pivot, relative to the number of fixities, below which a rigid motion is free.
   real(wp), parameter :: least_pivot = 1.0e-9_wp
@@ -26,7 +26,7 @@ module qsmpm_loose_pieces
 contains
 
   !> Say which pieces hang on nothing: empty when all are held.
-  subroutine describe_loose_pieces(model, step, text)
+  subroutine describe_unsupported_parts(model, step, text)
     !> The model, its state as it stands.
     type(model_type), intent(in) :: model
     !> Scratch of the step that failed.
@@ -58,11 +58,10 @@ contains
       if (pieces == 1) text = one
     end do
     if (pieces > 1) text = text//', one of '//integer_text(pieces)//' such pieces'
-  end subroutine describe_loose_pieces
+  end subroutine describe_unsupported_parts
 
   !> Join the nodes that the groups of points see, group by group.
   pure subroutine join_groups(integration, root)
-    !> Integration points in groups.
     type(integration_type), intent(in) :: integration
     !> A node of the same piece that comes before, or the node itself (nodes).
     integer, intent(inout) :: root(:)
@@ -88,7 +87,6 @@ contains
   pure integer function first_of(root, node) result(first)
     !> A node of the same piece that comes before, or the node itself (nodes).
     integer, intent(in) :: root(:)
-    !> The node.
     integer, intent(in) :: node
 
     first = node
@@ -99,9 +97,7 @@ contains
 
   !> Which pieces, by their first nodes, are held.
   subroutine find_held(model, step, root, held)
-    !> The model.
     type(model_type), intent(in) :: model
-    !> Scratch of the step.
     type(step_type), intent(in) :: step
     !> First node of the piece of each node (nodes).
     integer, intent(in) :: root(:)
@@ -203,7 +199,6 @@ contains
 
   !> One piece in words.
   subroutine piece_text(model, member, text)
-    !> The model.
     type(model_type), intent(in) :: model
     !> The points of the piece (points).
     logical, intent(in) :: member(:)
@@ -243,4 +238,4 @@ contains
       if (member(place)) return
     end do
   end function first_true
-end module qsmpm_loose_pieces
+end module qsmpm_unsupported_parts

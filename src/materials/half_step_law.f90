@@ -5,17 +5,17 @@
 !>
 !> The displacement is halved: F_1 = 1 + (F - 1)/2, then F_2 = F F_1^-1, and the stress of the end is
 !> referred to the start of the whole step, Q = J sigma F^-T with J = det F.
-module qsmpm_halved_law
+module qsmpm_half_step_law
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type, batch_type, status_ok, tangent_none
   use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, identity
   implicit none
   private
 
-  public :: halved_law_type, make_halved_law
+  public :: half_step_law_type, make_half_step_law
 
   !> The law and its double step.
-  type, extends(law_type) :: halved_law_type
+  type, extends(law_type) :: half_step_law_type
     class(law_type), allocatable :: law
   contains
     procedure :: start
@@ -23,16 +23,15 @@ module qsmpm_halved_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
-  end type halved_law_type
+  end type half_step_law_type
 
 contains
 
   !> Halve the steps of a law.
-  subroutine make_halved_law(law, halved)
-    !> The law.
+  subroutine make_half_step_law(law, halved)
     class(law_type), intent(in) :: law
     !> The same law in two halves a step.
-    type(halved_law_type), intent(out) :: halved
+    type(half_step_law_type), intent(out) :: halved
 
     allocate (halved%law, source=law)
     halved%dimension = law%dimension
@@ -41,12 +40,12 @@ contains
     halved%symmetric = law%symmetric
     halved%stiffness_scale = law%stiffness_scale
     halved%shear_scale = law%shear_scale
-  end subroutine make_halved_law
+  end subroutine make_half_step_law
 
   !> Update a batch in two halves. A tangent that is asked for is that of the whole step: who balances pressures by it
   !> (qsmpm_pressure_balance) needs a slope, not an exact one.
   subroutine update(self, batch, tangent)
-    class(halved_law_type), intent(in) :: self
+    class(half_step_law_type), intent(in) :: self
     !> The points.
     type(batch_type), intent(inout) :: batch
     !> tangent_none, tangent_consistent or tangent_elastic.
@@ -59,7 +58,7 @@ contains
       if (any(batch%status(:batch%count) /= status_ok)) return
     end if
     half = batch
-    half%moment%duration = 0.5_wp*batch%moment%duration
+    half%step_info%duration = 0.5_wp*batch%step_info%duration
     do p = 1, batch%count
       if (determinant(unpack_gradient(batch%gradient(:, p))) > 0.0_wp) &
         call pack_gradient(first_half(batch%gradient(:, p)), half%gradient(:, p))
@@ -72,7 +71,7 @@ contains
     batch%status(:batch%count) = half%status(:batch%count)
     batch%plastic(:batch%count) = half%plastic(:batch%count)
     if (any(batch%status(:batch%count) /= status_ok)) return
-    half%moment%start = batch%moment%start + half%moment%duration
+    half%step_info%start = batch%step_info%start + half%step_info%duration
     call self%law%update(half, tangent_none)
     do p = 1, batch%count
       batch%status(p) = half%status(p)
@@ -133,7 +132,7 @@ contains
 
   !> As the law itself.
   subroutine start(self, stress, state)
-    class(halved_law_type), intent(in) :: self
+    class(half_step_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
     !> State (state_count).
@@ -144,14 +143,14 @@ contains
 
   !> As the law itself.
   pure integer function fit_count(self)
-    class(halved_law_type), intent(in) :: self
+    class(half_step_law_type), intent(in) :: self
 
     fit_count = self%law%fit_count()
   end function fit_count
 
   !> As the law itself.
   pure subroutine to_fields(self, stress, state, fields)
-    class(halved_law_type), intent(in) :: self
+    class(half_step_law_type), intent(in) :: self
     !> Cauchy stress (4 or 6).
     real(wp), intent(in) :: stress(:)
     !> State (state_count).
@@ -164,7 +163,7 @@ contains
 
   !> As the law itself.
   pure subroutine from_fields(self, fields, volume_ratio, stress, state)
-    class(halved_law_type), intent(in) :: self
+    class(half_step_law_type), intent(in) :: self
     !> Fields (fit_count).
     real(wp), intent(in) :: fields(:)
     !> V/V0.
@@ -176,4 +175,4 @@ contains
 
     call self%law%from_fields(fields, volume_ratio, stress, state)
   end subroutine from_fields
-end module qsmpm_halved_law
+end module qsmpm_half_step_law

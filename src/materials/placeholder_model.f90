@@ -1,36 +1,36 @@
 !> Stands in for the model of a shared library that is not loaded: linear elasticity with the state variables and the
 !> stiffness that the deck tells. It serves to mesh, seed and plan a deck; nothing is to be computed with it.
-module qsmpm_stand_in
-  use qsmpm_door, only: number_states
+module qsmpm_placeholder_model
+  use qsmpm_user_adapter, only: number_states
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: status_ok
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
-  public :: stand_in_type, make_stand_in
+  public :: placeholder_model_type, make_placeholder_model
 
   !> Poisson's ratio where the deck has none, and Young's modulus.
   real(wp), parameter :: usual_poisson = 0.25_wp, any_young = 1.0_wp
 
-  type, extends(soil_model_type) :: stand_in_type
+  type, extends(soil_model_type) :: placeholder_model_type
     !> d stress / d strain (6,6).
     real(wp), private :: stiffness(6, 6) = 0.0_wp
   contains
     procedure :: start
     procedure :: update
-  end type stand_in_type
+  end type placeholder_model_type
 
 contains
 
   !> A model in place of that of a library.
-  pure subroutine make_stand_in(user, young, poisson, model)
+  pure subroutine make_placeholder_model(user, young, poisson, model)
     !> What the deck says of the library's.
     type(user_material_type), intent(in) :: user
     !> Of the deck's *ELASTIC, 0 without.
     real(wp), intent(in) :: young, poisson
-    type(stand_in_type), intent(out) :: model
+    type(placeholder_model_type), intent(out) :: model
     real(wp) :: modulus, ratio
     integer :: i
 
@@ -48,11 +48,11 @@ contains
       model%stiffness(i, i) = model%stiffness(i, i) + 2.0_wp*model%shear_scale
       model%stiffness(i + 3, i + 3) = model%shear_scale
     end do
-  end subroutine make_stand_in
+  end subroutine make_placeholder_model
 
   !> No state.
   subroutine start(self, stress, state)
-    class(stand_in_type), intent(in) :: self
+    class(placeholder_model_type), intent(in) :: self
     real(wp), intent(in) :: stress(6)
     real(wp), intent(out) :: state(:)
 
@@ -62,17 +62,17 @@ contains
   end subroutine start
 
   !> Linear elasticity.
-  subroutine update(self, increment, stress, state, answer)
-    class(stand_in_type), intent(in) :: self
+  subroutine update(self, increment, stress, state, response)
+    class(placeholder_model_type), intent(in) :: self
     type(soil_increment_type), intent(in) :: increment
     real(wp), intent(inout) :: stress(6)
     real(wp), intent(inout) :: state(:)
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
     associate (unused => state)
     end associate
     stress = stress + matmul(self%stiffness, increment%strain)
-    answer%tangent = self%stiffness
-    answer%status = status_ok
+    response%tangent = self%stiffness
+    response%status = status_ok
   end subroutine update
-end module qsmpm_stand_in
+end module qsmpm_placeholder_model

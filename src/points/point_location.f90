@@ -1,4 +1,4 @@
-!> House-keeping (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active,
+!> Point location (paper, sections 3.1 and 3.3): which cell owns which point, which cells are active,
 !> and which of the active cells are full or lie at the boundary of the material.
 !>
 !> A cell is active when it owns a point or a part of a body, never because a shape function reaches into it. An active
@@ -7,7 +7,7 @@
 !> of the mesh does not count as inactive: there the fixities speak, and where nothing is held the fill
 !> must be above 0.8. Constants:
 !> docs/methods/cell_integration.md and ghost.md.
-module qsmpm_house_keeping
+module qsmpm_point_location
   use qsmpm_kinds, only: wp
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_search, only: locate, inverse_map
@@ -30,7 +30,7 @@ module qsmpm_house_keeping
   !> Places from which finding them again is worth waking the threads.
   integer, parameter :: fewest_places = 10000
 
-  !> What house-keeping finds.
+  !> What point location finds.
   type :: activation_type
     integer :: active_count = 0
     !> Active cells in rising order (active_count), and the reverse: 0 for an inactive cell.
@@ -49,13 +49,10 @@ contains
 
   !> Sort points into cells and classify the cells.
   pure subroutine activate(mesh, cell_volume, points, activation, open_edge, occupied)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Volume of every cell (cell_count).
     real(wp), intent(in) :: cell_volume(:)
-    !> The material points.
     type(points_type), intent(in) :: points
-    !> What house-keeping found.
     type(activation_type), intent(out) :: activation
     !> Cells with a free face on the outside of the mesh (cell_count); none when absent.
     logical, intent(in), optional :: open_edge(:)
@@ -92,9 +89,7 @@ contains
   pure subroutine sort_by_cell(cell_count, points, activation, occupied)
     !> Number of cells.
     integer, intent(in) :: cell_count
-    !> The material points.
     type(points_type), intent(in) :: points
-    !> What house-keeping found.
     type(activation_type), intent(inout) :: activation
     !> Cells that are active without a point (cell_count).
     logical, intent(in), optional :: occupied(:)
@@ -134,7 +129,6 @@ contains
 
   !> Find the owner cells again after a move or a change of the mesh.
   subroutine relocate(mesh, cell_size, carried, name, error)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
     real(wp), intent(in) :: cell_size
@@ -164,7 +158,6 @@ contains
 
   !> Find the owner cell of one place and the local coordinates in it; false when it has left the mesh.
   logical function is_found(mesh, cell_size, low, high, carried, p) result(found)
-    !> The mesh.
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
     real(wp), intent(in) :: cell_size
@@ -184,4 +177,4 @@ contains
     if (found .and. beyond > 0.0_wp) &
       call inverse_map(mesh, carried%cell(p), carried%position(:, p), carried%local(:, p), found)
   end function is_found
-end module qsmpm_house_keeping
+end module qsmpm_point_location

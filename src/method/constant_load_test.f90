@@ -1,6 +1,6 @@
 !> Constant-load test: is it really equilibrium? The load is kept, the mesh reset and the step solved again a
 !> number of times; the growth of the first history is reported and the state restored.
-module qsmpm_hold_test
+module qsmpm_constant_load_test
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: phase_type
@@ -15,12 +15,12 @@ module qsmpm_hold_test
   implicit none
   private
 
-  public :: test_hold
+  public :: test_constant_load
 
 contains
 
   !> Do the tests that are due at the present load factor.
-  subroutine test_hold(model, step, solver, phase, observer, error)
+  subroutine test_constant_load(model, step, solver, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout) :: step
     class(step_solver_type), intent(inout) :: solver
@@ -29,12 +29,12 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: due
 
-    if (.not. allocated(phase%hold_test%at)) return
-    due = count(abs(phase%hold_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
-    if (due <= model%state%progress%hold_tests_done) return
-    model%state%progress%hold_tests_done = due
+    if (.not. allocated(phase%constant_load_test%at)) return
+    due = count(abs(phase%constant_load_test%at) <= abs(model%state%progress%load_factor)*(1.0_wp + 1.0e-9_wp))
+    if (due <= model%state%progress%constant_load_tests_done) return
+    model%state%progress%constant_load_tests_done = due
     call hold(model, step, solver, phase, observer, error)
-  end subroutine test_hold
+  end subroutine test_constant_load
 
   !> Solve again at constant load and report.
   subroutine hold(model, step, solver, phase, observer, error)
@@ -53,7 +53,7 @@ contains
     if (size(model%analysis%histories) == 0) return
     before = model%state
     call take_histories(model, start)
-    do repeat = 1, phase%hold_test%repeats
+    do repeat = 1, phase%constant_load_test%repeats
       call solver%solve(model, step, phase%controls, static_attempt(phase%controls, before%progress%fraction, &
         before%progress%fraction, largest_move(model, phase%controls)), solution, error)
       if (allocated(error)) exit
@@ -65,7 +65,7 @@ contains
     if (solution%converged) then
       write (text, '(a,es10.3,a,i0,a,f9.3,a)') 'constant load test at load factor ', &
         before%progress%load_factor, ': after ', &
-        phase%hold_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &
+        phase%constant_load_test%repeats, ' re-solves '//model%analysis%histories(1)%name//' has grown by ', &
         100.0_wp*(final(1)/start(1) - 1.0_wp), ' %'
     else
       write (text, '(a,es10.3,a,i0,a)') 'constant load test at load factor ', before%progress%load_factor, &
@@ -73,4 +73,4 @@ contains
     end if
     call observer%note(trim(text))
   end subroutine hold
-end module qsmpm_hold_test
+end module qsmpm_constant_load_test

@@ -1,26 +1,25 @@
 !> Faults of a deck that are only found when the model is built.
-module qsmpm_fault_list
+module qsmpm_diagnostics
   use qsmpm_analysis, only: source_line_type
   use qsmpm_error, only: error_deck, error_user_material
   implicit none
   private
 
-  public :: fault_list_type, add_fault
+  public :: diagnostics_type, add_diagnostic
 
   !> Faults, one a line.
-  type :: fault_list_type
+  type :: diagnostics_type
     integer :: count = 0
     !> Exit code: error_deck, or error_user_material when there is no other fault.
     integer :: code = error_user_material
     character(len=:), allocatable :: text
-  end type fault_list_type
+  end type diagnostics_type
 
 contains
 
   !> Add `file:line: *KEYWORD: message`.
-  pure subroutine add_fault(faults, where, keyword, message, code)
-    !> Faults found so far.
-    type(fault_list_type), intent(inout) :: faults
+  pure subroutine add_diagnostic(diagnostics, where, keyword, message, code)
+    type(diagnostics_type), intent(inout) :: diagnostics
     !> Where the faulty item was written.
     type(source_line_type), intent(in) :: where
     character(len=*), intent(in) :: keyword, message
@@ -32,16 +31,16 @@ contains
     write (line, '(i0)') where%line
     text = trim(keyword)//': '//message
     if (allocated(where%file)) text = where%file//':'//trim(line)//': '//text
-    faults%count = faults%count + 1
+    diagnostics%count = diagnostics%count + 1
     if (.not. present(code)) then
-      faults%code = error_deck
+      diagnostics%code = error_deck
     else if (code /= error_user_material) then
-      faults%code = error_deck
+      diagnostics%code = error_deck
     end if
-    if (faults%count == 1) then
-      faults%text = text
+    if (diagnostics%count == 1) then
+      diagnostics%text = text
     else
-      faults%text = faults%text//new_line('a')//text
+      diagnostics%text = diagnostics%text//new_line('a')//text
     end if
-  end subroutine add_fault
-end module qsmpm_fault_list
+  end subroutine add_diagnostic
+end module qsmpm_diagnostics

@@ -1,21 +1,21 @@
 !> What the doors to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
 !> its state with a guarded margin, and the stiffness of a model that says nothing of it.
-module qsmpm_door
+module qsmpm_user_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use, intrinsic :: iso_c_binding, only: c_int, c_funptr, c_null_funptr
   use, intrinsic :: iso_fortran_env, only: output_unit
   use qsmpm_difference_tangent, only: difference_tangent
   use qsmpm_error, only: error_type, fail, error_user_material
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: status_ok, status_broken
+  use qsmpm_law, only: status_ok, status_unrecoverable
   use qsmpm_plugin, only: silence, model_abandoned, guard_words
-  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_answer_type
+  use qsmpm_soil_model, only: soil_model_type, soil_increment_type, soil_response_type
   use qsmpm_text, only: string_type, integer_text, real_text
   use qsmpm_user_material, only: user_material_type
   implicit none
   private
 
-  public :: door_type, begin_silence, end_silence, judge_call, judge_arguments, add_margin, margin_damaged, &
+  public :: adapter_type, begin_silence, end_silence, check_call, check_arguments, add_margin, margin_damaged, &
     ask_stiffness, take_user, number_states
 
   !> Numbers behind the state, and what is in them: too small for anything to be added without a trace.
@@ -23,41 +23,41 @@ module qsmpm_door
   real(wp), parameter :: mark = -7.70843e-301_wp
 
   !> A model behind a door.
-  type, abstract, extends(soil_model_type) :: door_type
+  type, abstract, extends(soil_model_type) :: adapter_type
     type(user_material_type) :: user
     !> Name of the material.
     character(len=:), allocatable :: name
     !> The procedure in the library.
     type(c_funptr) :: address = c_null_funptr
-  end type door_type
+  end type adapter_type
 
 contains
 
   !> What the deck says; lists it does not give are empty.
-  subroutine take_user(door, user, name)
-    class(door_type), intent(inout) :: door
+  subroutine take_user(adapter, user, name)
+    class(adapter_type), intent(inout) :: adapter
     !> What the deck says.
     type(user_material_type), intent(in) :: user
     !> Name of the material.
     character(len=*), intent(in) :: name
 
-    door%user = user
-    door%name = name
-    door%thread_safe = user%thread_safe
-    door%symmetric = user%symmetric
-    door%reads_strain = .true.
-    if (.not. allocated(door%user%constants)) allocate (door%user%constants(0))
-    if (.not. allocated(door%user%start)) allocate (door%user%start(0))
+    adapter%user = user
+    adapter%name = name
+    adapter%thread_safe = user%thread_safe
+    adapter%symmetric = user%symmetric
+    adapter%reads_strain = .true.
+    if (.not. allocated(adapter%user%constants)) allocate (adapter%user%constants(0))
+    if (.not. allocated(adapter%user%start)) allocate (adapter%user%start(0))
   end subroutine take_user
 
   !> Let the model's output go nowhere; what the unit holds back is written first.
-  subroutine begin_silence(door, saved)
-    class(door_type), intent(in) :: door
+  subroutine begin_silence(adapter, saved)
+    class(adapter_type), intent(in) :: adapter
     !> To be handed to end_silence.
     integer(c_int), intent(out) :: saved
 
     saved = -1
-    if (.not. door%user%silent) return
+    if (.not. adapter%user%silent) return
     if (model_abandoned()) return
     flush (output_unit)
     saved = silence(-1_c_int)
@@ -75,45 +75,45 @@ contains
   end subroutine end_silence
 
   !> A model that has not returned, or has written beyond its state, is broken.
-  subroutine judge_call(door, what, state, answer)
-    class(door_type), intent(in) :: door
+  subroutine check_call(adapter, what, state, response)
+    class(adapter_type), intent(in) :: adapter
     !> What guarded_call has returned.
     integer(c_int), intent(in) :: what
     !> State with its margin.
     real(wp), intent(in) :: state(:)
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
 
     if (what /= 0) then
-      answer%message = guard_words(what)
+      response%message = guard_words(what)
     else if (margin_damaged(state)) then
-      answer%message = 'the model writes beyond its state variables: STATE is too small'
+      response%message = 'the model writes beyond its state variables: STATE is too small'
     else
       return
     end if
-    answer%status = status_broken
-    answer%message = answer%message//', library '//door%user%library
-  end subroutine judge_call
+    response%status = status_unrecoverable
+    response%message = response%message//', library '//adapter%user%library
+  end subroutine check_call
 
   !> A model that has changed an argument which only tells it something is broken: what it returns does not belong to
   !> what it was asked.
-  pure subroutine judge_arguments(door, told, found, names, answer)
-    class(door_type), intent(in) :: door
+  pure subroutine check_arguments(adapter, sent, found, names, response)
+    class(adapter_type), intent(in) :: adapter
     !> What it was told, what stands there now, and how the arguments are called.
-    integer(c_int), intent(in) :: told(:), found(:)
+    integer(c_int), intent(in) :: sent(:), found(:)
     character(len=*), intent(in) :: names(:)
     !> What the model says.
-    type(soil_answer_type), intent(inout) :: answer
+    type(soil_response_type), intent(inout) :: response
     integer :: i
 
-    do i = 1, size(told)
-      if (told(i) == found(i)) cycle
-      answer%status = status_broken
-      answer%message = 'the model overwrites its argument '//trim(names(i))//', '// &
-        integer_text(int(told(i)))//', by '//integer_text(int(found(i)))//', library '//door%user%library
+    do i = 1, size(sent)
+      if (sent(i) == found(i)) cycle
+      response%status = status_unrecoverable
+      response%message = 'the model overwrites its argument '//trim(names(i))//', '// &
+        integer_text(int(sent(i)))//', by '//integer_text(int(found(i)))//', library '//adapter%user%library
       return
     end do
-  end subroutine judge_arguments
+  end subroutine check_arguments
 
   !> Mark what is behind the state.
   pure subroutine add_margin(state)
@@ -148,8 +148,8 @@ contains
 
   !> Young's modulus and shear modulus: the deck's, or those nearest to the model's elastic tangent at the stress it
   !> starts with; by differences where it has no answer to no strain.
-  subroutine ask_stiffness(door, young, poisson, stress, error)
-    class(door_type), intent(inout) :: door
+  subroutine ask_stiffness(adapter, young, poisson, stress, error)
+    class(adapter_type), intent(inout) :: adapter
     !> Young's modulus and Poisson's ratio of the deck, 0 where it has none.
     real(wp), intent(in) :: young
     real(wp), intent(in) :: poisson
@@ -158,28 +158,28 @@ contains
     !> error_user_material: the model has no positive tangent there.
     type(error_type), allocatable, intent(out) :: error
     type(soil_increment_type) :: increment
-    type(soil_answer_type) :: answer
-    real(wp) :: end_stress(6), state(door%state_count), start_state(door%state_count)
+    type(soil_response_type) :: response
+    real(wp) :: end_stress(6), state(adapter%state_count), start_state(adapter%state_count)
 
-    door%stiffness_scale = door%user%stiffness
-    if (.not. door%user%stiffness > 0.0_wp) door%stiffness_scale = young
-    door%shear_scale = 0.5_wp*door%stiffness_scale/(1.0_wp + merge(poisson, 0.25_wp, young > 0.0_wp))
-    if (door%stiffness_scale > 0.0_wp) return
-    call door%start(stress, start_state)
+    adapter%stiffness_scale = adapter%user%stiffness
+    if (.not. adapter%user%stiffness > 0.0_wp) adapter%stiffness_scale = young
+    adapter%shear_scale = 0.5_wp*adapter%stiffness_scale/(1.0_wp + merge(poisson, 0.25_wp, young > 0.0_wp))
+    if (adapter%stiffness_scale > 0.0_wp) return
+    call adapter%start(stress, start_state)
     state = start_state
     end_stress = stress
     increment%elastic_tangent = .true.
-    call door%update(increment, end_stress, state, answer)
-    if (answer%status == status_ok) call take_moduli(answer%tangent, door%stiffness_scale, door%shear_scale)
-    if (is_scale(door%stiffness_scale)) return
-    if (answer%status /= status_broken) then
-      answer%status = status_ok
-      call difference_tangent(door, increment, stress, start_state, answer)
-      if (answer%status == status_ok) call take_moduli(answer%tangent, door%stiffness_scale, door%shear_scale)
-      if (is_scale(door%stiffness_scale)) return
+    call adapter%update(increment, end_stress, state, response)
+    if (response%status == status_ok) call take_moduli(response%tangent, adapter%stiffness_scale, adapter%shear_scale)
+    if (is_scale(adapter%stiffness_scale)) return
+    if (response%status /= status_unrecoverable) then
+      response%status = status_ok
+      call difference_tangent(adapter, increment, stress, start_state, response)
+      if (response%status == status_ok) call take_moduli(response%tangent, adapter%stiffness_scale, adapter%shear_scale)
+      if (is_scale(adapter%stiffness_scale)) return
     end if
-    if (answer%status == status_ok) answer%message = 'its tangent is not positive'
-    call fail(error, error_user_material, 'the model has no stiffness '//place_text(stress)//': '//answer%message// &
+    if (response%status == status_ok) response%message = 'its tangent is not positive'
+    call fail(error, error_user_material, 'the model has no stiffness '//place_text(stress)//': '//response%message// &
       '; STIFFNESS= tells one')
   end subroutine ask_stiffness
 
@@ -221,4 +221,4 @@ contains
     shear = max(0.0_wp, twist)
     if (along > 4.0_wp/3.0_wp*twist .and. twist > 0.0_wp) young = twist*(3.0_wp*along - 4.0_wp*twist)/(along - twist)
   end subroutine take_moduli
-end module qsmpm_door
+end module qsmpm_user_adapter
