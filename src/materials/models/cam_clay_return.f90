@@ -9,7 +9,7 @@ module qsmpm_cam_clay_return
   implicit none
   private
 
-  public :: clay_type, return_type, pressure_of, solve_return, find_derivative
+  public :: clay_type, cam_clay_return_type, pressure_of, solve_return, find_derivative
 
   !> Newton steps; relative change at which the next one would change nothing.
   integer, parameter :: most_steps = 12
@@ -26,7 +26,7 @@ module qsmpm_cam_clay_return
   end type clay_type
 
   !> A return: its data and its two unknowns.
-  type :: return_type
+  type :: cam_clay_return_type
     !> Trial elastic volume strain, trial q^2, G, pc at the start.
     real(wp) :: e, w, shear, start
     !> M^2/6G, 1/pc^2 at the start.
@@ -37,7 +37,7 @@ module qsmpm_cam_clay_return
     real(wp) :: p, bulk, pc
     !> Derivatives of the two residuals by x and y.
     real(wp) :: jacobian(2, 2)
-  end type return_type
+  end type cam_clay_return_type
 
 contains
 
@@ -61,7 +61,7 @@ contains
   !> Residuals of the return at x and y, and their derivatives.
   pure subroutine residuals(self, r, residual)
     type(clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Of the flow rule (a strain), and of the yield surface over pc0^2.
     real(wp), intent(out) :: residual(2)
     real(wp) :: q2, z
@@ -83,7 +83,7 @@ contains
   !> Find x and y.
   pure subroutine solve_return(self, r, found)
     type(clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether they were found.
     logical, intent(out) :: found
 
@@ -96,7 +96,7 @@ contains
   !> Newton's method from the x and y at hand.
   pure subroutine newton(self, r, found)
     type(clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether it arrived.
     logical, intent(out) :: found
     real(wp) :: residual(2), change(2), det
@@ -130,7 +130,7 @@ contains
   !> (2 p > pc) have 0 <= x, those on the dry side x <= 0.
   pure subroutine bracket(self, r, found)
     type(clay_type), intent(in) :: self
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Whether there is a bracket.
     logical, intent(out) :: found
     real(wp) :: low, high, violation, reach
@@ -170,7 +170,7 @@ contains
   pure subroutine surface_violation(self, r, violation)
     type(clay_type), intent(in) :: self
     !> The return: x in, y out.
-    type(return_type), intent(inout) :: r
+    type(cam_clay_return_type), intent(inout) :: r
     !> Negative where x is too small.
     real(wp), intent(out) :: violation
     real(wp) :: q, trial, c
@@ -197,7 +197,7 @@ contains
   !> derivatives, the stress is trial/(1 + y) - p.
   pure subroutine find_derivative(self, r, trial, derivative)
     type(clay_type), intent(in) :: self
-    type(return_type), intent(in) :: r
+    type(cam_clay_return_type), intent(in) :: r
     !> Deviator of the trial stress (3).
     real(wp), intent(in) :: trial(3)
     !> d stress / d strain (3,3).

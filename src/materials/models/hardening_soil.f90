@@ -9,7 +9,7 @@ module qsmpm_hardening_soil
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_hardening_soil_parameters, only: hardening_soil_data_type, check_hardening_soil
-  use qsmpm_hardening_soil_return, only: return_type, solve_return, is_outside, stress_derivative
+  use qsmpm_hardening_soil_return, only: hardening_return_type, solve_return, is_outside, stress_derivative
   use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces, stress_level, stress_power, shear_strain, &
     cap_size
   use qsmpm_law, only: status_ok, status_cut
@@ -162,7 +162,7 @@ contains
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     type(stress_update_type), intent(inout) :: result
-    type(return_type) :: r
+    type(hardening_return_type) :: r
     real(wp) :: slope(3, 3)
     logical :: found
     integer :: order(3), i
@@ -196,7 +196,7 @@ contains
   !> Return an ordered trial stress to the surfaces, or to the apex.
   pure subroutine return_ordered(surfaces, r, with_derivative, slope, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether the derivative is wanted.
     logical, intent(in) :: with_derivative
     !> d stress / d trial stress (3,3).

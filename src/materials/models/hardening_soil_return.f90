@@ -17,7 +17,7 @@ module qsmpm_hardening_soil_return
   implicit none
   private
 
-  public :: return_type, solve_return, is_outside, stress_derivative
+  public :: hardening_return_type, solve_return, is_outside, stress_derivative
 
   integer, parameter :: most_steps = 30, most_halvings = 8, most_changes = 8
   !> Edges.
@@ -28,7 +28,7 @@ module qsmpm_hardening_soil_return
   real(wp), parameter :: rough_change = 1.0e-2_wp
 
   !> A return: its data, its set of surfaces, its unknowns.
-  type :: return_type
+  type :: hardening_return_type
     !> Trial stress, moduli of the step, history at the start: gamma and P.
     real(wp) :: trial(3) = 0.0_wp, lame = 0.0_wp, shear = 0.0_wp, gamma = 0.0_wp, size_of = 0.0_wp
     logical :: slips = .false., caps = .false.
@@ -36,14 +36,14 @@ module qsmpm_hardening_soil_return
     !> s1, s2, s3, g, h, v.
     real(wp) :: unknown(6) = 0.0_wp
     real(wp) :: jacobian(6, 6) = 0.0_wp
-  end type return_type
+  end type hardening_return_type
 
 contains
 
   !> Whether the trial lies outside the surfaces.
   pure logical function is_outside(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     real(wp) :: slip, cap
 
     call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
@@ -53,7 +53,7 @@ contains
   !> Stress that counts as none.
   pure real(wp) function tolerance(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
 
     tolerance = round_off*(maxval(abs(r%trial)) + surfaces%least*surfaces%reference)
   end function tolerance
@@ -61,7 +61,7 @@ contains
   !> How far a stress lies outside the two surfaces.
   pure subroutine excess(surfaces, r, stress, strain, volume, slip, cap)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     !> Ordered stress (3).
     real(wp), intent(in) :: stress(3)
     !> Plastic shear strain and plastic volume strain of the cap in the step.
@@ -79,7 +79,7 @@ contains
   !> Find the stress of a trial that lies outside.
   pure subroutine solve_return(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it was found.
     logical, intent(out) :: found
 
@@ -94,7 +94,7 @@ contains
   !> The surfaces that the trial lies outside of.
   pure subroutine choose_first_set(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     real(wp) :: slip, cap, gap
 
     call excess(surfaces, r, r%trial, 0.0_wp, 0.0_wp, slip, cap)
@@ -113,7 +113,7 @@ contains
   !> Newton's method, changing the set as the signs of its answer say.
   pure subroutine follow_signs(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether an admissible answer was found.
     logical, intent(out) :: found
     integer :: i
@@ -132,7 +132,7 @@ contains
   !> Whether an answer is on the right branch: cone and cap go on, mirrored, beyond the apex.
   pure logical function is_compressed(surfaces, r)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
 
     associate (s => r%unknown(1:3))
       is_compressed = s(1) - s(3) >= -10.0_wp*tolerance(surfaces, r) &
@@ -143,7 +143,7 @@ contains
   !> Let go of surfaces with negative multipliers and take up those that are passed.
   pure subroutine change_set(surfaces, r, changed)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether the set is another one.
     logical, intent(out) :: changed
     real(wp) :: slip, cap, small, tiny_strain
@@ -177,7 +177,7 @@ contains
   !> Every set from the trial.
   pure subroutine try_all_sets(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether one has an admissible answer.
     logical, intent(out) :: found
     integer :: set
@@ -201,11 +201,11 @@ contains
   !> Walk to the trial from the isotropic stress of the smallest trial pressure that is elastic.
   pure subroutine walk_to_trial(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it was reached.
     logical, intent(out) :: found
     real(wp) :: goal(3), from(3), share, step
-    type(return_type) :: last
+    type(hardening_return_type) :: last
 
     goal = r%trial
     from = min(max(sum(goal)/3.0_wp, surfaces%least*surfaces%reference - surfaces%shift), &
@@ -238,7 +238,7 @@ contains
   !> Newton's method for the set at hand from the unknowns at hand.
   pure subroutine newton(surfaces, r, found)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> Whether it arrived, or came near enough to see that an edge is active (`change_set` takes it up).
     logical, intent(out) :: found
     real(wp) :: residual(6), change(6), before(6), old, scale, length
@@ -274,7 +274,7 @@ contains
   !> Whether the stresses are out of order by more than a margin: the edge will be active, and the set at hand is not
   !> worth more corrections.
   pure logical function is_past_edge(r, margin)
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     real(wp), intent(in) :: margin
 
     associate (s => r%unknown(1:3))
@@ -285,7 +285,7 @@ contains
   !> Residuals and Jacobian, all of them stresses.
   pure subroutine residuals(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     !> (6)
     real(wp), intent(out) :: residual(6)
     real(wp) :: limit, by_s3, by_g
@@ -321,7 +321,7 @@ contains
   !> What the slip on the planes takes from the trial stress.
   pure subroutine add_slip(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     real(wp), intent(inout) :: residual(6)
     real(wp) :: psi, slope(2), up, down, strain(3), by_psi(3)
 
@@ -351,7 +351,7 @@ contains
   !> What the cap takes from the trial stress, and its own equation.
   pure subroutine add_cap(surfaces, r, residual)
     type(surfaces_type), intent(in) :: surfaces
-    type(return_type), intent(inout) :: r
+    type(hardening_return_type), intent(inout) :: r
     real(wp), intent(inout) :: residual(6)
     real(wp) :: p, dev(3), flow(3), limit, slope, now, c
     integer :: b
@@ -379,7 +379,7 @@ contains
   !> D times a strain.
   pure function corrector(r, strain) result(stress)
     !> Moduli.
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     !> Strain (3).
     real(wp), intent(in) :: strain(3)
     real(wp) :: stress(3)
@@ -389,7 +389,7 @@ contains
 
   !> d stress / d trial stress of a return that was found.
   pure subroutine stress_derivative(r, derivative, found)
-    type(return_type), intent(in) :: r
+    type(hardening_return_type), intent(in) :: r
     real(wp), intent(out) :: derivative(3, 3)
     !> Whether there is one.
     logical, intent(out) :: found

@@ -18,7 +18,7 @@ module qsmpm_mohr_coulomb_return
   implicit none
   private
 
-  public :: mohr_coulomb_type, set_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
+  public :: mohr_coulomb_type, active_planes_type, make_mohr_coulomb, set_strength, make_set, plane, inside, &
     return_principal, return_outside
 
   !> Planes by number: shear 1-3, 2-3, 1-2, then cut-off of 1, 2, 3.
@@ -35,14 +35,14 @@ module qsmpm_mohr_coulomb_return
   real(wp), parameter, public :: near_tolerance = 1.0e-9_wp
 
   !> Answer of one set: stress = slope trial + shift, multipliers = weights trial + offsets.
-  type :: set_type
+  type :: active_planes_type
     integer :: planes = 0
     real(wp) :: slope(3, 3) = 0.0_wp
     real(wp) :: shift(3) = 0.0_wp
     !> Rows are planes; multiplied by 2 G, so that they are stresses.
     real(wp) :: weights(3, 3) = 0.0_wp
     real(wp) :: offsets(3) = 0.0_wp
-  end type set_type
+  end type active_planes_type
 
   !> Strength parameters and the table of answers.
   type :: mohr_coulomb_type
@@ -54,7 +54,7 @@ module qsmpm_mohr_coulomb_return
     real(wp) :: apex = huge(1.0_wp)
     logical :: has_apex = .false.
     logical :: has_cut_off = .false.
-    type(set_type) :: sets(set_count)
+    type(active_planes_type) :: sets(set_count)
   end type mohr_coulomb_type
 
 contains
@@ -145,7 +145,7 @@ contains
     !> Shear modulus.
     real(wp), intent(in) :: shear
     !> The answer.
-    type(set_type), intent(out) :: set
+    type(active_planes_type), intent(out) :: set
     real(wp) :: normals(3, 3), corrector(3, 3), limits(3), flow(3), system(3, 3), solver(3, 3)
     integer :: i, n
 
@@ -298,7 +298,7 @@ contains
     !> Strength.
     type(mohr_coulomb_type), intent(in) :: model
     !> Set of planes.
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling (3).
     real(wp), intent(in) :: trial(3)
     !> Stress of the set (3).

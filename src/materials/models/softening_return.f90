@@ -6,7 +6,7 @@
 !>   N^T D M dl = dN^T s - dc - N^T D dM l,   ds = -D M dl - D dM l.
 module qsmpm_softening_return
   use qsmpm_kinds, only: wp
-  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, set_type, set_count, set_planes, make_set, plane, inside, &
+  use qsmpm_mohr_coulomb_return, only: mohr_coulomb_type, active_planes_type, set_count, set_planes, make_set, plane, inside, &
     round_off, near_tolerance
   use qsmpm_softening, only: strength_change_type
   use qsmpm_tensor, only: determinant, inverse, identity
@@ -71,7 +71,7 @@ contains
     real(wp), intent(out) :: slope(3, 3)
     !> d stress / d parameter (3).
     real(wp), intent(out) :: rate(3)
-    type(set_type) :: set, nearest
+    type(active_planes_type) :: set, nearest
     real(wp) :: candidate(3), miss, least, scale
     integer :: i, best
 
@@ -113,7 +113,7 @@ contains
 
   !> By how much the multipliers of a set are negative; <= 0 where none is.
   pure real(wp) function least_multiplier(set, trial) result(miss)
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling (3).
     real(wp), intent(in) :: trial(3)
     integer :: i
@@ -134,7 +134,7 @@ contains
     !> Numbers of the active planes, 0 where there is none (3).
     integer, intent(in) :: planes(3)
     !> Their answer.
-    type(set_type), intent(in) :: set
+    type(active_planes_type), intent(in) :: set
     !> Principal trial stresses, falling, and stresses (3).
     real(wp), intent(in) :: trial(3), stress(3)
     real(wp) :: rate(3)
