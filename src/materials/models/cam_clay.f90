@@ -157,6 +157,9 @@ contains
     model%ocr = parameters%ocr
     model%preconsolidation = parameters%preconsolidation
     model%clay%smallest = parameters%smallest_pressure
+    model%clay%by_m2 = 1.0_wp/model%clay%m2
+    model%clay%by_plastic = 1.0_wp/model%clay%plastic
+    model%clay%by_swelling = 1.0_wp/model%clay%swelling
     pressure = max(parameters%preconsolidation, 10.0_wp*model%clay%smallest)
     model%shear = parameters%shear
     if (.not. parameters%shear > 0.0_wp) then
@@ -201,7 +204,7 @@ contains
 
     shear_modulus = self%shear
     if (self%shear_ratio > 0.0_wp) shear_modulus = self%shear_ratio*max(-sum(stress)/3.0_wp, self%clay%smallest) &
-      /self%clay%swelling
+      *self%clay%by_swelling
   end function shear_modulus
 
   !> Elastic strain of a stress.
@@ -272,7 +275,7 @@ contains
     ! Not from the stress: beside a large trial pressure the deviator would drown in rounding.
     deviator = 2.0_wp*modulus*(trial + r%e/3.0_wp)
     r%w = 1.5_wp*sum(deviator**2)
-    result%yields = r%w/self%clay%m2 + p*(p - r%start) > round_off*r%start**2
+    result%yields = r%w*self%clay%by_m2 + p*(p - r%start) > round_off*r%start**2
     if (.not. result%yields) then
       result%stress = deviator - p
       if (with_derivative) result%derivative = elastic_map(r%bulk - 2.0_wp*modulus/3.0_wp, modulus)

@@ -23,6 +23,8 @@ module qsmpm_cam_clay_return
   type :: clay_type
     !> M^2, lambda/v0 - kappa/v0, kappa/v0, smallest pressure.
     real(wp) :: m2 = 1.0_wp, plastic = 1.0_wp, swelling = 1.0_wp, smallest = 1.0_wp
+    !> One over the first three, for hot loops.
+    real(wp) :: by_m2 = 1.0_wp, by_plastic = 1.0_wp, by_swelling = 1.0_wp
   end type clay_type
 
   !> A return: its data and its two unknowns.
@@ -50,11 +52,11 @@ contains
     real(wp), intent(out) :: p, bulk
 
     if (e > 0.0_wp) then
-      p = self%smallest*exp(e/self%swelling)
-      bulk = p/self%swelling
+      p = self%smallest*exp(e*self%by_swelling)
+      bulk = p*self%by_swelling
     else
-      p = self%smallest*(1.0_wp + e/self%swelling)
-      bulk = self%smallest/self%swelling
+      p = self%smallest*(1.0_wp + e*self%by_swelling)
+      bulk = self%smallest*self%by_swelling
     end if
   end subroutine pressure_of
 
@@ -67,10 +69,10 @@ contains
     real(wp) :: q2, z
 
     call pressure_of(self, r%e - r%x, r%p, r%bulk)
-    r%pc = r%start*exp(r%x/self%plastic)
+    r%pc = r%start*exp(r%x*self%by_plastic)
     z = 1.0_wp/(1.0_wp + r%y)
-    q2 = z*z*r%w/self%m2
-    associate (c => r%c, by_x => r%pc/self%plastic)
+    q2 = z*z*r%w*self%by_m2
+    associate (c => r%c, by_x => r%pc*self%by_plastic)
       residual(1) = r%x - r%y*c*(2.0_wp*r%p - r%pc)
       residual(2) = (q2 + r%p*(r%p - r%pc))*r%scale
       r%jacobian(1, 1) = 1.0_wp + r%y*c*(2.0_wp*r%bulk + by_x)
@@ -103,8 +105,9 @@ contains
     integer :: step
 
     found = .false.
-    do step = 1, most_steps
+    do step = 0, most_steps
       call residuals(self, r, residual)
+      if (found) exit
       associate (j => r%jacobian)
         det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
         if (.not. abs(det) > 0.0_wp) return
@@ -119,11 +122,10 @@ contains
       if (r%y < -0.5_wp) return
       found = abs(change(1)) <= small_change*(abs(r%x) + self%swelling) &
         .and. abs(change(2)) <= small_change*(1.0_wp + r%y)
-      if (found) exit
     end do
-    if (.not. found) return
-    call residuals(self, r, residual)
-    found = r%y >= -small_change .and. r%p > -small_change*r%pc .and. r%p < r%pc*(1.0_wp + small_change)
+    ! The residuals above are those of the last x and y.
+    found = found .and. step <= most_steps .and. r%y >= -small_change .and. r%p > -small_change*r%pc .and. &
+      r%p < r%pc*(1.0_wp + small_change)
   end subroutine newton
 
   !> x between two values of opposite violation: the flow rule on the yield surface. Trials on the wet side
