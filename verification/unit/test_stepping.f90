@@ -489,7 +489,8 @@ contains
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
-    call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. it%record%reequilibrations == 1)
+    call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. &
+      it%record%reequilibrations == 1)
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), scripted_outcome_type(stabilisation_share=0.005_wp)])
