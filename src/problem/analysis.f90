@@ -57,7 +57,7 @@ module qsmpm_analysis
   !> of a coarse block does not come below its bound.
   real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &
     grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
-  !> Linear solvers.
+  !> Linear solvers: AUTO, and rows of `solver_list` that others know by name.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
     solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5
   !> Precision of the factors.

@@ -13,8 +13,9 @@ module test_linear_solver
     row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_cholmod_solver, only: cholmod_available
-  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver, use_single, solver_direct
+  use qsmpm_version, only: with_suitesparse
+  use qsmpm_solver_list, only: solver_row_type, solver_row, solver_list, solver_number, solver_words
+  use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
   use model_matrices, only: upper_triangle, node_graph, elastic_matrix
   use testing, only: tests_type
@@ -36,11 +37,12 @@ contains
     call tests%check('OpenBLAS keeps to one thread', blas_threads() == 1)
     call test_sparse_matrix(tests)
     call test_choice(tests)
+    call test_list(tests)
     call test_back_end(tests, solver_band, .true.)
     call test_back_end(tests, solver_band, .false.)
     call test_back_end(tests, solver_mumps, .true.)
     call test_back_end(tests, solver_mumps, .false.)
-    if (cholmod_available) then
+    if (with_suitesparse) then
       call test_back_end(tests, solver_cholmod, .true.)
       call test_back_end(tests, solver_umfpack, .false.)
     else
@@ -87,7 +89,7 @@ contains
 
     integer :: symmetric_kind
 
-    symmetric_kind = merge(solver_cholmod, solver_mumps, cholmod_available)
+    symmetric_kind = merge(solver_cholmod, solver_mumps, with_suitesparse)
     call tests%check('a narrow band is chosen for the band solver', &
       choose_solver(solver_auto, 1000, 5, .true., 1) == solver_band)
     call tests%check('a wide symmetric matrix goes to CHOLMOD where it is built in', &
@@ -111,10 +113,28 @@ contains
       choose_solver(solver_umfpack, 10, 1, .false., 2) == solver_umfpack)
     call tests%check('an unsymmetric matrix asked of CHOLMOD goes to MUMPS', &
       choose_solver(solver_cholmod, 10, 1, .false., 2) == solver_mumps)
-    call tests%check('the solvers have their names of the deck', &
-      solver_name(solver_auto) == 'AUTO' .and. &
-      solver_name(solver_band) == 'BAND' .and. solver_name(solver_mumps) == 'MUMPS')
   end subroutine test_choice
+
+  !> The rows are the kinds of the analysis, and their words those of the deck.
+  subroutine test_list(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(solver_row_type), allocatable :: list(:)
+    type(solver_row_type) :: row
+    integer :: i
+
+    call tests%check('the words of the deck begin with those of the constants', index(solver_words(), &
+      'AUTO|BAND|CHOLMOD|UMFPACK|MUMPS|KRYLOV') == 1)
+    call tests%check('the constants are the numbers of the rows', all([solver_auto, solver_band, solver_cholmod, &
+      solver_umfpack, solver_mumps, solver_krylov] == [solver_number('AUTO'), solver_number('BAND'), &
+      solver_number('CHOLMOD'), solver_number('UMFPACK'), solver_number('MUMPS'), solver_number('KRYLOV')]))
+    row = solver_row(solver_auto)
+    call tests%check('AUTO makes nothing itself', row%word == 'AUTO' .and. .not. associated(row%make))
+    allocate (list, source=solver_list())
+    do i = 1, size(list)
+      call tests%check(trim(list(i)%word)//' is found by its word', solver_number(trim(list(i)%word)) == i)
+    end do
+  end subroutine test_list
 
   !> Everything a back end must do.
   subroutine test_back_end(tests, kind, symmetric)
@@ -350,7 +370,7 @@ contains
     call make_solver(kind, 9, 1, kind == solver_cholmod, 2, solver)
     call second_difference(9, 0.0_wp, matrix)
     call solver%analyse(matrix, error)
-    call check_error(tests, solver_name(kind)//': is not in this build and says so', error, &
+    call check_error(tests, solver%name//': is not in this build and says so', error, &
       error_other, &
       'QSMPM_WITH_SUITESPARSE')
   end subroutine test_absent
