@@ -8,6 +8,7 @@ module qsmpm_solver_list
   use qsmpm_band_solver, only: make_band_solver
   use qsmpm_cholmod_solver, only: make_cholmod_solver
   use qsmpm_umfpack_solver, only: make_umfpack_solver
+  use qsmpm_klu_solver, only: make_klu_solver
   use qsmpm_mumps_solver, only: make_mumps_solver
   use qsmpm_incomplete_solver, only: make_incomplete_solver
   implicit none
@@ -46,7 +47,8 @@ contains
       solver_row_type('CHOLMOD', make_cholmod_solver, one_triangle=.true., narrow_band=.false., single=.true.), &
       solver_row_type('UMFPACK', make_umfpack_solver, one_triangle=.false., narrow_band=.false., single=.false.), &
       solver_row_type('MUMPS', make_mumps_solver, one_triangle=.true., narrow_band=.false., single=.true.), &
-      solver_row_type('KRYLOV', make_incomplete_solver, one_triangle=.true., narrow_band=.true., single=.false.)]
+      solver_row_type('KRYLOV', make_incomplete_solver, one_triangle=.true., narrow_band=.true., single=.false.), &
+      solver_row_type('KLU', make_klu_solver, one_triangle=.false., narrow_band=.false., single=.false.)]
   end function solver_list
 
   !> The row of a kind; that of AUTO, which makes nothing, for any kind that is not in the list.
