@@ -8,8 +8,9 @@ module qsmpm_deck_general
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_basis_traits, only: basis_list
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_words
-  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, basis_words, integration_words, kinematics_words, &
+  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, &
     rate_words, stabilisation_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many
   implicit none
@@ -173,13 +174,13 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
 
-    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_words), 'STANDARD: points move through the '// &
-      'elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
+    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_list%word), 'STANDARD: points move '// &
+      'through the elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
       'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
       'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
       'AUTO: the one recommended below for the grid and the materials; the log says which and why', first=basis_auto)
-    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'CELL: full cells by Gauss '// &
-      'points instead of material points, with STANDARD only for comparison with the paper; when not given that of '// &
+    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'POINTS: at material '// &
+      'points, with STANDARD only to reproduce the paper. CELL: full cells by Gauss points; when not given that of '// &
       'BASIS=AUTO, else POINTS', needs=not_fem)
   end subroutine space_fields
 
