@@ -175,8 +175,8 @@ contains
     type(method_type), intent(inout) :: method
 
     call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_list%word), 'STANDARD: points move '// &
-      'through the elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
-      'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
+      'through the elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over '// &
+      'the domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
       'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
       'AUTO: the one recommended below for the grid and the materials; the log says which and why', first=basis_auto)
     call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'POINTS: at material '// &
