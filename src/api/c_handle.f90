@@ -12,8 +12,8 @@ module qsmpm_c_handle
   implicit none
   private
 
-  public :: handle_type, logger_type, find_handle, refuse, keep_error, text_from, put_text, need_pointer, put_integer, &
-    three_reals
+  public :: handle_type, logger_type, find_handle, is_handle, refuse, keep_error, text_of, put_text, need_pointer, &
+    put_integer, three_reals
 
   !> Status of a call with a handle that is null.
   integer(c_int), parameter, public :: status_no_handle = 7
@@ -76,6 +76,17 @@ contains
     if (c_associated(pointer)) call c_f_pointer(pointer, handle)
   end subroutine find_handle
 
+  !> Whether there is a handle; the status says so where there is none.
+  logical function is_handle(pointer, handle, status)
+    type(c_ptr), intent(in) :: pointer
+    type(handle_type), pointer, intent(out) :: handle
+    integer(c_int), intent(out) :: status
+
+    status = status_no_handle
+    call find_handle(pointer, handle)
+    is_handle = associated(handle)
+  end function is_handle
+
   !> Keep how a call ended; its code is the status.
   integer(c_int) function keep_error(handle, error) result(status)
     type(handle_type), intent(inout) :: handle
@@ -137,10 +148,10 @@ contains
   end function three_reals
 
   !> Text of a C string; empty for null.
-  subroutine text_from(pointer, text)
+  function text_of(pointer) result(text)
     !> The string.
     type(c_ptr), intent(in) :: pointer
-    character(len=:), allocatable, intent(out) :: text
+    character(len=:), allocatable :: text
     character(kind=c_char), pointer :: characters(:)
     integer :: i, length
 
@@ -152,7 +163,7 @@ contains
     do i = 1, length
       text(i:i) = characters(i)
     end do
-  end subroutine text_from
+  end function text_of
 
   !> Put a text into a buffer, cut off where it is too long; its length is the result.
   integer(c_int) function put_text(text, pointer, length) result(needed)

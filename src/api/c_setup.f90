@@ -1,7 +1,7 @@
 !> C interface: handles, decks, materials, errors (qsmpm.h).
 module qsmpm_c_setup
   use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_funptr, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, refuse, text_from, put_text, &
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, refuse, text_of, put_text, &
     status_no_handle
   use qsmpm_callback_model, only: callback_model_type, c_model_options_type
   use qsmpm_error, only: error_type, error_other
@@ -37,7 +37,7 @@ contains
     integer(c_int) :: answer
     character(len=:), allocatable :: name
 
-    call text_from(feature, name)
+    name = text_of(feature)
     answer = merge(1_c_int, 0_c_int, has_feature(name))
   end function c_has
 
@@ -82,7 +82,6 @@ contains
 
   !> Sentence of the last call that failed, empty after one that did not; the result is its length.
   function c_error(pointer, buffer, length) bind(c, name='qsmpm_error') result(needed)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Where the text goes.
     type(c_ptr), value :: buffer
@@ -101,7 +100,6 @@ contains
 
   !> What the reader of the deck has to say, one sentence a line; the result is its length.
   function c_messages(pointer, buffer, length) bind(c, name='qsmpm_messages') result(needed)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Where the text goes.
     type(c_ptr), value :: buffer
@@ -121,27 +119,21 @@ contains
 
   !> Read a deck from its file.
   function c_read_deck(pointer, path) bind(c, name='qsmpm_read_deck') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its path.
     type(c_ptr), value :: path
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(path, name)
+    if (.not. is_handle(pointer, handle, status)) return
     handle%initialised = .false.
-    call handle%problem%read(name, error)
+    call handle%problem%read(text_of(path), error)
     status = keep_error(handle, error)
   end function c_read_deck
 
   !> Read a deck that is at hand as text.
   function c_parse_deck(pointer, deck, job) bind(c, name='qsmpm_parse_deck') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its text, lines ended by newline.
     type(c_ptr), value :: deck
@@ -151,22 +143,17 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
-    character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(deck, text)
-    call text_from(job, name)
+    if (.not. is_handle(pointer, handle, status)) return
+    text = text_of(deck)
     handle%initialised = .false.
-    call handle%problem%parse(text, name, error)
+    call handle%problem%parse(text, text_of(job), error)
     status = keep_error(handle, error)
   end function c_parse_deck
 
   !> Give a material of the deck a model of the program's own, before initialise.
   function c_set_material(pointer, material, options, start, update, user) &
     bind(c, name='qsmpm_set_material') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the material in the deck.
     type(c_ptr), value :: material
@@ -185,10 +172,8 @@ contains
     type(callback_model_type) :: model
     type(c_model_options_type), pointer :: likeness
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(material, name)
+    if (.not. is_handle(pointer, handle, status)) return
+    name = text_of(material)
     call need_pointer(options, "what the model of material '"//name//"' is like", error)
     if (.not. c_associated(update)) then
       call refuse(error, "the model of material '"//name//"' is null")
@@ -222,7 +207,6 @@ contains
 
   !> Threads that the analysis may use.
   function c_set_threads(pointer, threads) bind(c, name='qsmpm_set_threads') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> From 1.
     integer(c_int), value :: threads
@@ -230,9 +214,7 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call check_threads(int(threads), error)
     if (.not. allocated(error)) handle%simulation%threads = int(threads)
     status = keep_error(handle, error)
@@ -240,7 +222,6 @@ contains
 
   !> A procedure that hears sentences.
   function c_set_logger(pointer, logger, user) bind(c, name='qsmpm_set_logger') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> It; null for none.
     type(c_funptr), value :: logger
@@ -250,9 +231,7 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     handle%logger%procedure = logger
     handle%logger%user = user
     status = keep_error(handle, error)
@@ -260,7 +239,6 @@ contains
 
   !> What the logger hears.
   function c_set_verbosity(pointer, level) bind(c, name='qsmpm_set_verbosity') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> 0 nothing, 1 sentences, 2 sentences and steps.
     integer(c_int), value :: level
@@ -268,9 +246,7 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     handle%logger%level = int(level)
     status = keep_error(handle, error)
   end function c_set_verbosity

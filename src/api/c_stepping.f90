@@ -1,7 +1,7 @@
 !> C interface: stepping, results, states, and the load program (qsmpm.h).
 module qsmpm_c_stepping
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, text_from, three_reals, status_no_handle
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, text_of, three_reals
   use qsmpm_error, only: error_type
   implicit none
   private
@@ -10,15 +10,12 @@ contains
 
   !> Mesh, seed and make ready to step.
   function c_initialise(pointer) bind(c, name='qsmpm_initialise') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%create(handle%problem, error)
     handle%initialised = .not. allocated(error)
     status = keep_error(handle, error)
@@ -26,37 +23,30 @@ contains
 
   !> One accepted load step.
   function c_advance(pointer) bind(c, name='qsmpm_advance') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%advance(handle%logger, error)
     status = keep_error(handle, error)
   end function c_advance
 
   !> Step to the end of the last stage.
   function c_run(pointer) bind(c, name='qsmpm_run') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%run(handle%logger, error)
     status = keep_error(handle, error)
   end function c_run
 
   !> Step to a share of the present stage, or of the coming one between stages.
   function c_advance_to(pointer, share) bind(c, name='qsmpm_advance_to') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Above the present share, to 1.
     real(c_double), value :: share
@@ -64,16 +54,13 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%advance_to(share, handle%logger, error)
     status = keep_error(handle, error)
   end function c_advance_to
 
   !> 1 when the last stage has ended, else 0.
   function c_finished(pointer) bind(c, name='qsmpm_finished') result(answer)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: answer
     type(handle_type), pointer :: handle
@@ -86,7 +73,6 @@ contains
 
   !> From now on, write results to a directory.
   function c_record(pointer, path) bind(c, name='qsmpm_record') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
@@ -95,17 +81,14 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(path, name)
+    if (.not. is_handle(pointer, handle, status)) return
+    name = text_of(path)
     call handle%simulation%record(name, error)
     status = keep_error(handle, error)
   end function c_record
 
   !> Write the whole state to a file.
   function c_save(pointer, path) bind(c, name='qsmpm_save') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
@@ -114,17 +97,14 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(path, name)
+    if (.not. is_handle(pointer, handle, status)) return
+    name = text_of(path)
     call handle%simulation%save(name, error)
     status = keep_error(handle, error)
   end function c_save
 
   !> Read a state back that was saved with the same stages.
   function c_load(pointer, path) bind(c, name='qsmpm_load') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: path
@@ -133,62 +113,50 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(path, name)
+    if (.not. is_handle(pointer, handle, status)) return
+    name = text_of(path)
     call handle%simulation%load(name, error)
     status = keep_error(handle, error)
   end function c_load
 
   !> Close what is written.
   function c_finish_record(pointer) bind(c, name='qsmpm_finish_record') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%finish_record(error)
     status = keep_error(handle, error)
   end function c_finish_record
 
   !> Copy state, loads and stages, in memory.
   function c_checkpoint(pointer) bind(c, name='qsmpm_checkpoint') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%checkpoint(handle%snapshot, error)
     status = keep_error(handle, error)
   end function c_checkpoint
 
   !> Put the copy back.
   function c_restore_checkpoint(pointer) bind(c, name='qsmpm_restore_checkpoint') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%restore_checkpoint(handle%snapshot, error)
     status = keep_error(handle, error)
   end function c_restore_checkpoint
 
   !> Add a stage behind the last one.
   function c_add_stage(pointer, name, steps) bind(c, name='qsmpm_add_stage') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Its name.
     type(c_ptr), value :: name
@@ -197,34 +165,26 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
-    call handle%simulation%add_stage(text, int(steps), error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call handle%simulation%add_stage(text_of(name), int(steps), error)
     status = keep_error(handle, error)
   end function c_add_stage
 
   !> End the present stage where it stands.
   function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%end_stage(error)
     status = keep_error(handle, error)
   end function c_end_stage
 
   !> Load factor at the end of the coming stage.
   function c_set_load_factor(pointer, factor) bind(c, name='qsmpm_set_load_factor') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Above 0.
     real(c_double), value :: factor
@@ -232,16 +192,13 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%set_load_factor(factor, error)
     status = keep_error(handle, error)
   end function c_set_load_factor
 
   !> Load steps of the coming stage.
   function c_set_steps(pointer, steps) bind(c, name='qsmpm_set_steps') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> From 1.
     integer(c_int), value :: steps
@@ -249,16 +206,13 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%set_steps(int(steps), error)
     status = keep_error(handle, error)
   end function c_set_steps
 
   !> How long the coming stage lasts.
   function c_set_time(pointer, duration) bind(c, name='qsmpm_set_time') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Above 0.
     real(c_double), value :: duration
@@ -266,32 +220,26 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%set_time(duration, error)
     status = keep_error(handle, error)
   end function c_set_time
 
   !> Time at the start of the coming stage.
   function c_set_start_time(pointer, time) bind(c, name='qsmpm_set_start_time') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     real(c_double), value :: time
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call handle%simulation%set_start_time(time, error)
     status = keep_error(handle, error)
   end function c_set_start_time
 
   !> Gravity at the end of the coming stage.
   function c_set_gravity(pointer, vector) bind(c, name='qsmpm_set_gravity') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> It multiplies the unit weights.
     type(c_ptr), value :: vector
@@ -299,9 +247,7 @@ contains
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
+    if (.not. is_handle(pointer, handle, status)) return
     call need_pointer(vector, 'the vector', error)
     if (.not. allocated(error)) call handle%simulation%set_gravity(three_reals(vector), error)
     status = keep_error(handle, error)
@@ -309,7 +255,6 @@ contains
 
   !> Dead traction on a surface at the end of the coming stage.
   function c_set_traction(pointer, surface, vector) bind(c, name='qsmpm_set_traction') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the surface.
     type(c_ptr), value :: surface
@@ -318,20 +263,15 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(surface, name)
+    if (.not. is_handle(pointer, handle, status)) return
     call need_pointer(vector, 'the vector', error)
-    if (.not. allocated(error)) call handle%simulation%set_traction(name, three_reals(vector), error)
+    if (.not. allocated(error)) call handle%simulation%set_traction(text_of(surface), three_reals(vector), error)
     status = keep_error(handle, error)
   end function c_set_traction
 
   !> Pressure on a surface at the end of the coming stage.
   function c_set_pressure(pointer, surface, pressure) bind(c, name='qsmpm_set_pressure') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the surface.
     type(c_ptr), value :: surface
@@ -340,19 +280,14 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(surface, name)
-    call handle%simulation%set_pressure(name, pressure, error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call handle%simulation%set_pressure(text_of(surface), pressure, error)
     status = keep_error(handle, error)
   end function c_set_pressure
 
   !> Displacement of a node set over the coming stage.
   function c_set_displacement(pointer, set, component, value) bind(c, name='qsmpm_set_displacement') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the set.
     type(c_ptr), value :: set
@@ -363,19 +298,14 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(set, name)
-    call handle%simulation%set_displacement(name, int(component), value, error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call handle%simulation%set_displacement(text_of(set), int(component), value, error)
     status = keep_error(handle, error)
   end function c_set_displacement
 
   !> Components of a node set that are held from the coming stage on.
   function c_set_fixity(pointer, set, fixed) bind(c, name='qsmpm_set_fixity') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> Name of the set.
     type(c_ptr), value :: set
@@ -384,17 +314,13 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: name
     integer(c_int), pointer :: held(:)
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(set, name)
+    if (.not. is_handle(pointer, handle, status)) return
     call need_pointer(fixed, 'the list of components', error)
     if (c_associated(fixed)) then
       call c_f_pointer(fixed, held, [3])
-      call handle%simulation%set_fixity(name, held /= 0, error)
+      call handle%simulation%set_fixity(text_of(set), held /= 0, error)
     end if
     status = keep_error(handle, error)
   end function c_set_fixity

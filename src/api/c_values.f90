@@ -1,8 +1,8 @@
 !> C interface: values and names (qsmpm.h).
 module qsmpm_c_values
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
-  use qsmpm_c_handle, only: handle_type, find_handle, keep_error, need_pointer, put_integer, put_text, &
-    status_no_handle, text_from
+  use qsmpm_c_handle, only: handle_type, find_handle, is_handle, keep_error, need_pointer, put_integer, &
+    put_text, text_of
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_field_list, only: field_name_length
   use qsmpm_named_values, only: list_value_names, value_shape, get_values, set_values, view_values
@@ -13,7 +13,6 @@ contains
 
   !> Components and number of the values of a name.
   function c_shape(pointer, name, rows, columns) bind(c, name='qsmpm_shape') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -24,16 +23,12 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
     integer :: components, number
 
     call put_integer(0, rows)
     call put_integer(0, columns)
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
-    call value_shape(handle%simulation, text, components, number, error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call value_shape(handle%simulation, text_of(name), components, number, error)
     call put_integer(components, rows)
     call put_integer(number, columns)
     call need_pointer(rows, 'the place for the number of rows', error)
@@ -43,7 +38,6 @@ contains
 
   !> How many numbers the values of a name are: components times number.
   function c_count(pointer, name, number) bind(c, name='qsmpm_count') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -52,15 +46,11 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
     integer :: rows, columns
 
     call put_integer(0, number)
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
-    call value_shape(handle%simulation, text, rows, columns, error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call value_shape(handle%simulation, text_of(name), rows, columns, error)
     call put_integer(rows*columns, number)
     call need_pointer(number, 'the place for the number', error)
     status = keep_error(handle, error)
@@ -68,7 +58,6 @@ contains
 
   !> Copy values.
   function c_get(pointer, name, values, number) bind(c, name='qsmpm_get') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -79,23 +68,18 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
     real(c_double), pointer :: buffer(:)
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
+    if (.not. is_handle(pointer, handle, status)) return
     call c_f_pointer(values, buffer, [max(0, int(number))])
     if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call get_values(handle%simulation, text, buffer, error)
+    if (associated(buffer)) call get_values(handle%simulation, text_of(name), buffer, error)
     if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
     status = keep_error(handle, error)
   end function c_get
 
   !> Set values.
   function c_set(pointer, name, values, number) bind(c, name='qsmpm_set') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -106,23 +90,18 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
     real(c_double), pointer :: buffer(:)
 
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
+    if (.not. is_handle(pointer, handle, status)) return
     call c_f_pointer(values, buffer, [max(0, int(number))])
     if (.not. c_associated(values)) nullify (buffer)
-    if (associated(buffer)) call set_values(handle%simulation, text, buffer, error)
+    if (associated(buffer)) call set_values(handle%simulation, text_of(name), buffer, error)
     if (.not. associated(buffer)) call fail(error, error_other, 'the buffer is null')
     status = keep_error(handle, error)
   end function c_set
 
   !> Look at values where they lie in memory, until destroy or initialise.
   function c_view(pointer, name, values, rows, columns) bind(c, name='qsmpm_view') result(status)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> The name.
     type(c_ptr), value :: name
@@ -135,7 +114,6 @@ contains
     integer(c_int) :: status
     type(handle_type), pointer :: handle
     type(error_type), allocatable :: error
-    character(len=:), allocatable :: text
     real(c_double), pointer :: there(:, :)
     type(c_ptr) :: address
 
@@ -143,11 +121,8 @@ contains
     call put_address(address, values)
     call put_integer(0, rows)
     call put_integer(0, columns)
-    status = status_no_handle
-    call find_handle(pointer, handle)
-    if (.not. associated(handle)) return
-    call text_from(name, text)
-    call view_values(handle%simulation, text, there, error)
+    if (.not. is_handle(pointer, handle, status)) return
+    call view_values(handle%simulation, text_of(name), there, error)
     call need_pointer(values, 'the place for the address', error)
     call need_pointer(rows, 'the place for the number of rows', error)
     call need_pointer(columns, 'the place for the number of columns', error)
@@ -172,7 +147,6 @@ contains
 
   !> Name of one of a kind, numbered from 1; the result is its length, -1 when there is none.
   function c_name(pointer, kind, number, buffer, length) bind(c, name='qsmpm_name') result(needed)
-    !> The handle.
     type(c_ptr), value :: pointer
     !> value, history, stage, surface, set, material or body.
     type(c_ptr), value :: kind
@@ -189,7 +163,7 @@ contains
     needed = -1
     call find_handle(pointer, handle)
     if (.not. associated(handle)) return
-    call text_from(kind, text)
+    text = text_of(kind)
     call find_name(handle, text, int(number), name)
     if (allocated(name)) needed = put_text(name, buffer, length)
   end function c_name

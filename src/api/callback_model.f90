@@ -1,4 +1,4 @@
-!> A soil model whose update is a procedure of the embedding program, called through the C interface. What it is told
+!> A soil model whose update is a procedure of the embedding program, called through the C interface. What it is given
 !> and what it answers are interoperable copies of the types of `qsmpm_soil_model`; qsmpm.h says the same in C.
 module qsmpm_callback_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_procpointer, c_funptr, c_int, &

@@ -1,6 +1,6 @@
 !> The load program in the hands of an embedding program: stages (the phases of a deck) are added, changed before
 !> they begin, and ended before their time. They are data of the scene, so that the resolved deck, the fingerprint of
-!> restart files and a window that is laid anew all know of them.
+!> restart files and a window that is rebuilt all know of them.
 module qsmpm_stages
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &

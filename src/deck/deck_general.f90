@@ -143,7 +143,7 @@ contains
     end associate
   end subroutine model_fields
 
-  !> TYPE=AUTO has a grid, which told the dimension.
+  !> TYPE=AUTO has a grid, which says the dimension.
   subroutine check_model(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state

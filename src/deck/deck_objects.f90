@@ -38,7 +38,7 @@ contains
     allocate (state%points(0), state%element_places(0), state%places(0))
   end subroutine empty_deck
 
-  !> A deck with one item in every list, from which defaults are told.
+  !> A deck with one item in every list, from which defaults are taken.
   function prototype_deck() result(state)
     type(deck_state_type) :: state
     integer :: list

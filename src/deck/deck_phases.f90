@@ -110,7 +110,8 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
-    if (state%phase > 1 .and. state%analysis%phases(state%phase)%initial%kind == initial_k0) call state%report_error(card, &
+    if (state%phase > 1 .and. &
+      state%analysis%phases(state%phase)%initial%kind == initial_k0) call state%report_error(card, &
       'TYPE=K0 is for the first phase: later ones start from the stresses there are')
   end subroutine check_initial
 

@@ -73,7 +73,7 @@ contains
     call fields%answer('SILENT', user%silent, 'YES hides what the model prints to the standard output')
     call fields%answer('STATE OUTPUT', user%shows_state, 'YES writes the state variables to the results, as SDV1, '// &
       'SDV2, ... with the names that a UDSM gives them')
-    call fields%whole('COMPONENTS', user%components, 'stress components that the model is told of: 6, or 4 in the '// &
+    call fields%whole('COMPONENTS', user%components, 'stress components that the model is passed: 6, or 4 in the '// &
       'plane', range='[4, 6]', needs='INTERFACE=UMAT')
     call fields%number('STIFFNESS', user%stiffness, "Young's modulus that scales stabilisation; when not given "// &
       "that of *ELASTIC or, without it, that of the model's tangent at no stress", range='(0, inf)')

@@ -1,4 +1,4 @@
-!> The door of this folder: everything the other folders use of the elements.
+!> The interface of this folder: everything the other folders use of the elements.
 !>
 !> Local coordinates: triangle (xi, eta) >= 0 with xi + eta <= 1; quad and hex in [-1, 1]; tet
 !> (xi, eta, zeta) >= 0 with a sum <= 1; wedge a triangle times zeta in [-1, 1]. Nodes in the VTK

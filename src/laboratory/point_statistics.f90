@@ -39,7 +39,7 @@ contains
     type(batch_type), intent(in) :: batch
     !> Number of the step.
     integer, intent(in) :: step
-    !> Error of the tangent, negative where it cannot be told.
+    !> Error of the tangent, negative where it cannot be measured.
     real(wp), intent(out) :: error
     type(tangent_check_type) :: check
     integer :: kind

@@ -76,9 +76,9 @@ contains
     end associate
   end subroutine check_strength
 
-  !> Fail where softening has a fault.
+  !> Fail where the parameters of softening are wrong.
   pure subroutine check_softening(sentence, error)
-    !> The fault, '' for none.
+    !> What is wrong, empty for nothing.
     character(len=*), intent(in) :: sentence
     !> Set when there is one.
     type(error_type), allocatable, intent(inout) :: error

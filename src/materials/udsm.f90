@@ -1,4 +1,4 @@
-!> The door to a UDSM: a soil model with PLAXIS's interface User_Mod of 31 arguments in a shared library.
+!> The adapter of a UDSM: a soil model with PLAXIS's interface User_Mod of 31 arguments in a shared library.
 !>
 !> Its order is xx, yy, zz, xy, yz, zx, that of qsmpm_soil_model with the last two exchanged. Its tasks:
 !>   4, 5   number of state variables, what kind of model; asked once
@@ -33,7 +33,7 @@ module qsmpm_udsm
     task_elastic = 6
   !> Constants, components of Sig0 and Sig, and of dEps.
   integer, parameter :: constants = 50, stresses = 20, strains = 12
-  !> Place of each of the door's components among those of the soil model; it is its own inverse.
+  !> Place of each of the adapter's components among those of the soil model; it is its own inverse.
   integer, parameter :: place(6) = [1, 2, 3, 4, 6, 5]
   !> Whole numbers that only tell the model something.
   integer, parameter :: whole_arguments = 7

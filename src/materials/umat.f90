@@ -1,4 +1,4 @@
-!> The door to a UMAT: a soil model with Abaqus's interface of 37 arguments in a shared library.
+!> The adapter of a UMAT: a soil model with Abaqus's interface of 37 arguments in a shared library.
 !>
 !> Stress, strain and rotation are those of qsmpm_soil_model, whose order 11, 22, 33, 12, 13, 23 and shear gamma are
 !> the UMAT's own. NDI, NSHR, NTENS are 3, 3, 6 also in the plane unless four components are asked for. The model

@@ -1,4 +1,4 @@
-!> What the doors to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
+!> What the adapters to UMAT and UDSM have in common: a soil model in a shared library with its constants, room for
 !> its state with a guarded margin, and the stiffness of a model that says nothing of it.
 module qsmpm_user_adapter
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
@@ -22,7 +22,7 @@ module qsmpm_user_adapter
   integer, parameter, public :: margin = 32
   real(wp), parameter :: mark = -7.70843e-301_wp
 
-  !> A model behind a door.
+  !> A model behind an adapter.
   type, abstract, extends(soil_model_type) :: adapter_type
     type(user_material_type) :: user
     !> Name of the material.
@@ -99,7 +99,7 @@ contains
   !> what it was asked.
   pure subroutine check_arguments(adapter, sent, found, names, response)
     class(adapter_type), intent(in) :: adapter
-    !> What it was told, what stands there now, and how the arguments are called.
+    !> What was passed, what stands there now, and how the arguments are called.
     integer(c_int), intent(in) :: sent(:), found(:)
     character(len=*), intent(in) :: names(:)
     !> What the model says.

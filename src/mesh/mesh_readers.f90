@@ -1,4 +1,4 @@
-!> The door to mesh files.
+!> The interface to mesh files.
 module qsmpm_mesh_readers
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_mesh, only: mesh_type

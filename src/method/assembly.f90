@@ -223,7 +223,7 @@ contains
     if (allocated(evaluation%bad_message)) deallocate (evaluation%bad_message)
     if (.not. present(prescribed)) return
     if (allocated(evaluation%linear_force)) then
-      ! The mesh may have been laid anew.
+      ! The mesh may have been rebuilt.
       if (size(evaluation%linear_force, 2) /= size(evaluation%force, 2)) deallocate (evaluation%linear_force)
     end if
     if (.not. allocated(evaluation%linear_force)) allocate (evaluation%linear_force, mold=evaluation%force)

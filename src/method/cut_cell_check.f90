@@ -42,7 +42,7 @@ module qsmpm_cut_cell_check
     integer :: measured_after = -1
     !> Bodies whose outlines did not bound them any more then (bodies).
     logical, allocatable :: lost(:)
-    !> Largest violation of the phase, and whether one is told; bodies whose lost outline is told (bodies).
+    !> Largest violation of the phase, and whether one is reported; bodies whose lost outline is reported (bodies).
     real(wp) :: worst = 0.0_wp
     logical :: warned = .false.
     logical, allocatable :: lost_reported(:)

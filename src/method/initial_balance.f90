@@ -123,7 +123,7 @@ contains
   end subroutine measure_balance
 
   !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those
-  !> beyond the strength back, which is told apart from this.
+  !> beyond the strength back, which is judged apart from this.
   subroutine force_before_law(model, step, force)
     type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated where nothing has moved.
@@ -131,11 +131,12 @@ contains
     !> (dimension, node_count)
     real(wp), intent(out) :: force(:, :)
     type(soil_type), pointer :: soil
-    real(wp), dimension(size(force, 1), size(force, 2)) :: by_law
+    real(wp), dimension(size(force, 1), size(force, 2)) :: by_law, rest
 
     soil => soil_of(step%terms)
     by_law = 0.0_wp
-    call soil%add_force(by_law, by_law)
+    rest = 0.0_wp
+    call soil%add_force(rest, by_law)
     call internal_force(integration_of(soil, step%configuration_type), model%state%points, force)
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law

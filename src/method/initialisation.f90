@@ -52,7 +52,7 @@ module qsmpm_initialisation
     integer :: usual_iterations = 0
     !> Part of the grid that all this is for.
     type(window_type) :: window
-    !> What the outlines of cut bodies have told so far; outlives the step.
+    !> What the outlines of cut bodies have shown so far; outlives the step.
     type(cut_cell_check_type) :: cut
   end type step_type
 

@@ -87,9 +87,9 @@ contains
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
-    undamped = model%state%progress%whole_corrections
+    undamped = model%state%progress%undamped_newton
     call find_equilibrium(model, step, goal, controls, attempt, undamped, solution)
-    model%state%progress%whole_corrections = undamped
+    model%state%progress%undamped_newton = undamped
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)

@@ -19,14 +19,14 @@ module qsmpm_moving_mesh_check
 
   public :: moving_mesh_check_type, check_moving_mesh, empty_cells, crossing_points
 
-  !> Share of the points that may have crossed faces before it is told.
+  !> Share of the points that may have crossed faces before it is reported.
   real(wp), parameter :: few_crossings = 0.01_wp
 
   !> What has been seen and reported so far.
   type :: moving_mesh_check_type
-    !> Number of empty cells last told.
+    !> Number of empty cells last reported.
     integer :: empty_told = 0
-    !> Points that have come into another cell, counted each time; whether that is told.
+    !> Points that have come into another cell, counted each time; whether that is reported.
     integer :: crossings = 0
     logical :: crossings_told = .false.
   end type moving_mesh_check_type

@@ -1,4 +1,4 @@
-!> Faults of a deck that are only found when the model is built.
+!> Errors of a deck that are only found when the model is built.
 module qsmpm_diagnostics
   use qsmpm_analysis, only: source_line_type
   use qsmpm_error, only: error_deck, error_user_material
@@ -7,10 +7,10 @@ module qsmpm_diagnostics
 
   public :: diagnostics_type, add_diagnostic
 
-  !> Faults, one a line.
+  !> Errors, one a line.
   type :: diagnostics_type
     integer :: count = 0
-    !> Exit code: error_deck, or error_user_material when there is no other fault.
+    !> Exit code: error_deck, or error_user_material when there is no other error.
     integer :: code = error_user_material
     character(len=:), allocatable :: text
   end type diagnostics_type

@@ -34,7 +34,7 @@ module qsmpm_model
     !> Remembered coefficient of the proximal term, 0 = not chosen yet.
     real(wp) :: damping = 0.0_wp
     !> The last equilibrium was found without a line search, which had failed.
-    logical :: whole_corrections = .false.
+    logical :: undamped_newton = .false.
     !> Work of external loads and of stresses so far.
     real(wp) :: external_work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp

@@ -1,6 +1,6 @@
 !> From the description of an analysis to a model: mesh, sets, laws, bodies, surfaces, histories.
 !>
-!> Every name is resolved here and every fault names the place in the deck; several faults of one
+!> Every name is resolved here and every error names the place in the deck; several errors of one
 !> deck are reported together, one a line.
 module qsmpm_model_builder
   use qsmpm_kinds, only: wp
@@ -43,7 +43,7 @@ contains
   subroutine build_model(analysis, model, error, own)
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(out) :: model
-    !> error_deck with one fault a line, each with file and line.
+    !> error_deck with one error a line, each with file and line.
     type(error_type), allocatable, intent(out) :: error
     !> Laws of an embedding program, in the place of those of the deck where allocated (materials).
     type(law_slot_type), intent(in), optional :: own(:)

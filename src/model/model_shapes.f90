@@ -56,7 +56,7 @@ contains
   !> The polyhedron of a body, from its file.
   subroutine read_solid(body, shape, diagnostics)
     type(body_type), intent(in) :: body
-    !> Gains the polyhedron; one without facets when there is a fault.
+    !> Gains the polyhedron; one without facets when there is an error.
     type(body_shape_type), intent(inout) :: shape
     type(diagnostics_type), intent(inout) :: diagnostics
     type(error_type), allocatable :: error

@@ -95,7 +95,7 @@ contains
     box%whole = size(set%labels) == product(box%high - box%low + 1)
   end subroutine box_of_set
 
-  !> Kinks of the whole grid: where a constrained set begins or ends.
+  !> Reduced knots of the whole grid: where a constrained set begins or ends.
   pure subroutine find_reduced_knots(model, boxes, constrained, reduced_knots)
     type(model_type), intent(in) :: model
     !> Where the sets lie, and which of them carry constraints (node sets).

@@ -1,6 +1,6 @@
 !> The part of the grid that a model looks at follows the material.
 !>
-!> The window is laid anew when something that rides on the mesh comes too near to a side of it that is no
+!> The window is rebuilt when something that rides on the mesh comes too near to a side of it that is no
 !> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points,
 !> reactions and what is kept at nodes are carried over, everything else of the state does not depend on the mesh. The
 !> state names its window: one that is restored or read from a file brings its own.

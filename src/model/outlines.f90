@@ -131,6 +131,7 @@ contains
       if (allocated(drawn%region)) return
       if (model%mesh%dimension == 2) then
         if (.not. allocated(drawn%outline)) return
+        if (leaves(model%mesh, drawn%outline, length)) return
         allocate (boxes(2, 2, 0))
         do s = 1, size(model%analysis%surfaces)
           if (.not. is_of_body(model, s, body)) cycle
@@ -142,6 +143,7 @@ contains
       else
         if (.not. allocated(drawn%solid) .and. drawn%high >= huge(1.0_wp)) return
         call bounds_of(model%mesh, drawn, solid)
+        if (leaves(model%mesh, reshape(solid%facets, [3, size(solid%facets)/3]), length)) return
         call divide_facets(solid%facets, length, vertices, outline%corner)
       end if
     end associate
@@ -149,6 +151,22 @@ contains
     outline%count = size(vertices, 2)
     outline%size = measures(model, vertices, outline%corner)
   end subroutine divide_bounds
+
+  !> Whether a corner lies so far outside of the mesh that no tracer can be there; asked before edges are divided, as
+  !> there is no end to how many parts such an edge would have.
+  pure logical function leaves(mesh, corners, margin)
+    type(mesh_type), intent(in) :: mesh
+    !> (dimension, n)
+    real(wp), intent(in) :: corners(:, :)
+    real(wp), intent(in) :: margin
+    integer :: i
+
+    leaves = .false.
+    do i = 1, size(corners, 1)
+      leaves = leaves .or. minval(corners(i, :)) < minval(mesh%coordinates(i, :)) - margin .or. &
+        maxval(corners(i, :)) > maxval(mesh%coordinates(i, :)) + margin
+    end do
+  end function leaves
 
   !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began.
   pure logical function is_of_body(model, surface, body)

@@ -3,7 +3,7 @@
 !> A file is written under its name with `.tmp` added and renamed when it is complete and on the
 !> disk, so that a crash or a full disk leaves the former file as it was. The exceptions are the
 !> tables that grow row by row (`append_file`): each `flush_file` ends in whole rows, and what did
-!> not fit is cut off again. A failure is kept in the file and told by the next `flush_file` or
+!> not fit is cut off again. A failure is kept in the file and returned by the next `flush_file` or
 !> `commit_file`, so that the writers need no test after every number.
 module qsmpm_file
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_loc, c_long, c_null_char, &

@@ -77,7 +77,7 @@ module qsmpm_recorder
     integer :: estimate_step = -1
     !> Warnings so far, a line each; repeated at the end of the log.
     character(len=:), allocatable :: warnings
-    !> First failure of the log; told at the next accepted step.
+    !> First failure of the log; returned at the next accepted step.
     type(error_type), allocatable :: log_error
     !> Where the time went: the last but one line of the log.
     character(len=:), allocatable :: times

@@ -125,7 +125,7 @@ contains
     call put_attribute(image, '/progress', 'load_factor', progress%load_factor)
     call put_attribute(image, '/progress', 'next_step', progress%next_step)
     call put_attribute(image, '/progress', 'proximal', progress%damping)
-    call put_attribute(image, '/progress', 'whole_corrections', merge(1, 0, progress%whole_corrections))
+    call put_attribute(image, '/progress', 'whole_corrections', merge(1, 0, progress%undamped_newton))
     call put_attribute(image, '/progress', 'external_work', progress%external_work)
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%constant_load_tests_done)
@@ -267,7 +267,7 @@ contains
     call get_attribute(reader, '/progress', 'next_step', progress%next_step)
     call get_attribute(reader, '/progress', 'proximal', progress%damping)
     call get_attribute(reader, '/progress', 'whole_corrections', whole)
-    progress%whole_corrections = whole == 1
+    progress%undamped_newton = whole == 1
     call get_attribute(reader, '/progress', 'external_work', progress%external_work)
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%constant_load_tests_done)

@@ -1,7 +1,7 @@
 !> From the material points of the model to those of the scene: replicated through the thickness,
 !> repeated from column to column, mirrored, turned about an axis.
 !>
-!> The steps of the expansion are undone from the last to the first. What happens to a field of a point is told by its
+!> The steps of the expansion are undone from the last to the first. What happens to a field of a point is said by its
 !> kind (qsmpm_field_list): what a picture shows, not what a run continues from.
 module qsmpm_images
   use qsmpm_kinds, only: wp

@@ -70,7 +70,7 @@ contains
     end select
   end function plane_element
 
-  !> Histories are inside the thickness, and reactions can be told from the plane.
+  !> Histories are inside the thickness, and reactions can be taken from the plane.
   pure subroutine require_histories(analysis, reason)
     !> The scene.
     type(analysis_type), intent(in) :: analysis

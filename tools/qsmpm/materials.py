@@ -8,7 +8,7 @@ import numpy as np
 
 from .library import START, UPDATE, ModelOptions
 
-OK, CUT, FAILED, BROKEN = 0, 1, 2, 3
+OK, CUT, FAILED, UNRECOVERABLE = 0, 1, 2, 3
 Array = np.ndarray
 
 
@@ -91,7 +91,7 @@ class SoilModel:
             except Exception as fault:  # noqa: BLE001 - whatever the model raises is its message
                 self.fault = fault
                 answer.contents.message = f"{type(fault).__name__}: {fault}".encode()[:255]
-                return BROKEN
+                return UNRECOVERABLE
 
         return START(start), UPDATE(update)
 

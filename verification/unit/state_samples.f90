@@ -50,7 +50,7 @@ contains
     progress%step = progress%step + 2
     progress%phase_steps = progress%phase_steps + 3
     progress%constant_load_tests_done = progress%constant_load_tests_done + 4
-    progress%whole_corrections = .not. progress%whole_corrections
+    progress%undamped_newton = .not. progress%undamped_newton
     call alter(progress%release_left)
     call alter(progress%fraction)
     call alter(progress%load_factor)
@@ -153,7 +153,7 @@ contains
     call note(names, 'step', a%step == b%step)
     call note(names, 'phase_steps', a%phase_steps == b%phase_steps)
     call note(names, 'hold_tests_done', a%constant_load_tests_done == b%constant_load_tests_done)
-    call note(names, 'whole_corrections', a%whole_corrections .eqv. b%whole_corrections)
+    call note(names, 'whole_corrections', a%undamped_newton .eqv. b%undamped_newton)
     call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
     call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
     call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))

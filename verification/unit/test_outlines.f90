@@ -352,6 +352,9 @@ contains
     call tests%check('with its surface', size(model%outlines(1)%part) == size(model%outlines(1)%size))
     call build(head//'0, 2, 0, 1.1|*METHOD, INTEGRATION=CELL|'//tail//'*SUPPORT, SURFACE=s, TYPE=ALL|*END PHASE|', model)
     call tests%check('but not with one that is held', size(model%outlines(1)%part) == 0)
+    ! Divided to half a cell the edge would have 4e12 parts.
+    call build(head//'0, 1e12, 0, 1.1|*METHOD, INTEGRATION=CELL|'//tail//'*END PHASE|', model)
+    call tests%check('nor is one that ends far outside of the mesh', size(model%outlines) == 0)
   end subroutine check_uncut
 
   !> An outline that does not bound its points any more is left alone.

@@ -1,7 +1,7 @@
 !> Ghost penalty of splines and GIMP:
 !>   sum over k of  g E h^(2k-1) int_F [d_n^k N_a][d_n^k N_b] dF
 !> over the faces F between touched cells of which one lies at the boundary; k runs from the first
-!> derivative that jumps to the degree: the degree itself at a simple knot, from one at a kink. A face is
+!> derivative that jumps to the degree: the degree itself at a simple knot, from one at a reduced knot. A face is
 !> a product of a jump along its normal and mass matrices along its sides.
 !>
 !> Cells that only the domain of a point reaches into take part: their functions have equations and
@@ -19,7 +19,7 @@ module qsmpm_spline_ghost
 
   public :: build_spline_ghost
 
-  !> Most functions along the normal of a face: two cells at a kink.
+  !> Most functions along the normal of a face: two cells at a reduced knot.
   integer, parameter :: most_at_face = 2*highest_degree + 1
   !> Four Gauss points integrate products of cubics.
   real(wp), parameter :: gauss_place(4) = [-0.861136311594052575_wp, -0.339981043584856265_wp, &

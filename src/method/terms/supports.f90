@@ -4,7 +4,7 @@
 !>   stiffness            N_a N_b k A P,                k = strength E / h
 !>
 !> with the point's area A, its place x at the start of the step, its place x0 and unit normal n when
-!> the support began. The gap is the total one, so that nothing creeps from step to step: it stays below
+!> the support began. The gap is the total one, so that nothing drifts from step to step: it stays below
 !> traction h/(strength E). The spring's force is a reaction, not a stabilisation; the surface points keep it, so that
 !> a phase that frees or changes the support can lower it. docs/methods/supports.md.
 module qsmpm_supports
