@@ -3,7 +3,7 @@
 !>
 !> The reference is the norm of the load, in any field the external contributions at the free components; with
 !> prescribed values, or without load, at least that of the reactions; beside the displacement also that of the
-!> contributions of the terms by their size (`add_sizes`): what flows within a closed body has neither load nor reaction.
+!> contributions of the terms by their size (`add_sizes`): what flows in a closed body has neither load nor reaction.
 module qsmpm_field_balance
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: gather
