@@ -11,11 +11,10 @@ module qsmpm_deck_point_check
   use qsmpm_deck_words, only: test_words
   use qsmpm_point_table, only: parse_targets
   use qsmpm_point_test, only: test_oedometer, test_drained, test_undrained, test_biaxial, test_shear, &
-      test_isotropic, &
-    test_path, strain_engineering, driven_axial_strain, driven_axial_stress, driven_deviator, driven_cell_pressure, &
-    driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, driven_volumetric_strain, &
-      driven_gradient, &
-    driven_strain, driven_stress, driven_words, driven_row, driven_column
+    test_isotropic, test_path, strain_engineering, driven_axial_strain, driven_axial_stress, driven_deviator, &
+    driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, &
+    driven_volumetric_strain, driven_gradient, driven_strain, driven_stress, driven_words, driven_row, &
+    driven_column
   implicit none
   private
 

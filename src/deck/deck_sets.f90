@@ -2,8 +2,7 @@
 module qsmpm_deck_sets
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: set_type, surface_type, select_list, select_box, select_plane, select_segment, &
-    select_mesh, &
-    select_outline
+    select_mesh, select_outline
   use qsmpm_cards, only: card_type, whole_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_node_sets, list_element_sets, list_surfaces

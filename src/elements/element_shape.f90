@@ -12,8 +12,7 @@ module qsmpm_element_shape
     quad8_gradients, quad8_second
   use qsmpm_shape_tet, only: tet4_shape, tet4_gradients, tet10_shape, tet10_gradients, &
     tet10_second
-  use qsmpm_shape_hex, only: hex8_shape, hex8_gradients, hex8_second, hex20_shape, &
-    hex20_gradients, hex20_second
+  use qsmpm_shape_hex, only: hex8_shape, hex8_gradients, hex8_second, hex20_shape, hex20_gradients, hex20_second
   use qsmpm_shape_wedge, only: wedge6_shape, wedge6_gradients, wedge6_second, wedge15_shape, &
     wedge15_gradients, wedge15_second
   implicit none

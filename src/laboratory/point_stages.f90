@@ -9,9 +9,9 @@ module qsmpm_point_stages
   use qsmpm_point_control, only: control_type, control_value, control_gradient, control_volume, control_stress
   use qsmpm_point_driver, only: point_type
   use qsmpm_point_test, only: point_test_type, test_drained, test_undrained, test_biaxial, test_shear, &
-    strain_logarithmic, driven_axial_strain, driven_axial_stress, driven_deviator, &
-    driven_cell_pressure, driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, &
-    driven_volumetric_strain, driven_strain, driven_stress, driven_row, driven_column
+    strain_logarithmic, driven_axial_strain, driven_axial_stress, driven_deviator, driven_cell_pressure, &
+    driven_shear_strain, driven_shear_stress, driven_normal_stress, driven_pressure, driven_volumetric_strain, &
+    driven_strain, driven_stress, driven_row, driven_column
   use qsmpm_tensor, only: gradient_size, gradient_index
   implicit none
   private

@@ -11,8 +11,7 @@
 !> of the whole.
 module qsmpm_grid
   use qsmpm_kinds, only: wp, long
-  use qsmpm_element, only: tri3, quad4, hex8, wedge6, linear_kind, element_order, &
-    local_dimension
+  use qsmpm_element, only: tri3, quad4, hex8, wedge6, linear_kind, element_order, local_dimension
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mid_nodes, only: add_mid_nodes

@@ -26,7 +26,7 @@ module qsmpm_observer
     !> Points whose stress differs too much between the cell average and their own history.
     integer :: inaccurate_points = 0
     integer :: plastic_points = 0
-    integer :: holds = 0, substeps = 0, rejected = 0
+    integer :: reequilibrations = 0, substeps = 0, rejected = 0
     integer :: equations = 0
     !> Error by the length of the step, as a share; 0 where it was not asked for.
     real(wp) :: step_error = 0.0_wp

@@ -15,7 +15,8 @@
 !>   re-equilibrated   at constant load while the stabilisation carries more than STABILISATION SHARE, MAX
 !>                REEQUILIBRATIONS times at the most; damped where that is rejected (must_equilibrate)
 !>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE, C <= LIMIT COMPLIANCE C_1
-!>                (judge_...); otherwise the step is rejected and the state before it restored
+!>                (is_balanced, judge_stabilisation, reject_compliant); otherwise the step is rejected and the state
+!>                before it restored
 !>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection)
 !>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
@@ -37,7 +38,7 @@ module qsmpm_step_control
   private
 
   public :: outcome_type, substep_damping_type
-  public :: largest_move, static_attempt, substep_attempt, hold_attempt, hold_controls
+  public :: largest_move, static_attempt, substep_attempt, reequilibration_attempt, reequilibration_controls
   public :: has_length_error, is_too_long, retries_line_search
   public :: may_be_damped, is_dampable, first_damping, is_beyond_help, damp_more, adapt_damping
   public :: must_equilibrate, lacks_support, reject, reject_solve
@@ -114,22 +115,22 @@ contains
   end function static_attempt
 
   !> The same at constant load, with the stabilisation of the re-equilibration of this number.
-  pure type(attempt_type) function hold_attempt(controls, fraction, start, move, number) result(attempt)
+  pure type(attempt_type) function reequilibration_attempt(controls, fraction, start, move, number) result(attempt)
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction, start, move
     integer, intent(in) :: number
 
     attempt = static_attempt(controls, fraction, start, move)
     attempt%stabilisation = max(weakest, controls%stabilisation_fade**number)
-  end function hold_attempt
+  end function reequilibration_attempt
 
   !> Controls of a re-equilibration.
-  pure type(controls_type) function hold_controls(controls)
+  pure type(controls_type) function reequilibration_controls(controls)
     type(controls_type), intent(in) :: controls
 
-    hold_controls = controls
-    hold_controls%max_iterations = more_at_constant_load*controls%max_iterations
-  end function hold_controls
+    reequilibration_controls = controls
+    reequilibration_controls%max_iterations = more_at_constant_load*controls%max_iterations
+  end function reequilibration_controls
 
   !> The next sub-step: a static solve once the damping carries little. Its residual is that of the deck only where the
   !> damping is nearly gone.

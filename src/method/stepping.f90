@@ -12,9 +12,9 @@ module qsmpm_stepping
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_pushed_material, only: check_following
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
-    hold_attempt, &
-    hold_controls, is_balanced, is_beyond_help, is_dampable, reject_compliant, judge_stabilisation, lacks_support, &
-    largest_move, may_be_damped, must_equilibrate, reject, reject_solve, static_attempt, substep_attempt
+    reequilibration_attempt, reequilibration_controls, is_balanced, is_beyond_help, is_dampable, reject_compliant, &
+    judge_stabilisation, lacks_support, largest_move, may_be_damped, must_equilibrate, reject, reject_solve, &
+    static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_term_share, only: add_solves
   implicit none
@@ -175,10 +175,11 @@ contains
     real(wp) :: load
 
     load = model%state%progress%fraction
-    do while (must_equilibrate(controls, record%shares, record%holds))
-      record%holds = record%holds + 1
-      call solve(model, step, solver, hold_controls(controls), hold_attempt(controls, load, record%start, &
-        largest_move(model, controls), record%holds), record, outcome, solution, error)
+    do while (must_equilibrate(controls, record%shares, record%reequilibrations))
+      record%reequilibrations = record%reequilibrations + 1
+      call solve(model, step, solver, reequilibration_controls(controls), &
+        reequilibration_attempt(controls, load, record%start, largest_move(model, controls), &
+        record%reequilibrations), record, outcome, solution, error)
       if (allocated(error) .or. outcome%at_limit) return
       if (solution%converged) cycle
       if (outcome%unrecoverable) return

@@ -5,9 +5,8 @@
 module qsmpm_model_mesh
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: analysis_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, select_plane, &
-    body_polygon, three_dimensional, body_type, set_type, &
-    source_line_type
+  use qsmpm_analysis, only: analysis_type, mesh_grid, mesh_file, mesh_inline, select_list, select_box, &
+    select_plane, body_polygon, three_dimensional, body_type, set_type, source_line_type
   use qsmpm_element, only: element_from_name, local_dimension
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type

@@ -2,10 +2,9 @@
 !> that was damaged. A failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
-  use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, &
-    h5dclose_f, h5dread_f, h5dget_space_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
-    h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, h5aclose_f, h5lexists_f, &
-    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer
+  use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, h5dclose_f, h5dread_f, h5dget_space_f, &
+    h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, &
+    h5aclose_f, h5lexists_f, h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: open_library

@@ -278,7 +278,7 @@ contains
     call write_row(self, model, record, error)
     if (allocated(error)) return
     call write_log(self, step_text(model, record)//', '//integer_text(record%equations)// &
-      ' equations, '//integer_text(record%holds)//' re-equilibrations, '//integer_text(record%substeps)// &
+      ' equations, '//integer_text(record%reequilibrations)//' re-equilibrations, '//integer_text(record%substeps)// &
       ' sub-steps, '//integer_text(record%rejected)//' rejected')
     call show_step(self%display, model, record)
     if (is_multiple(step, model%analysis%output%field_every)) then

@@ -6,8 +6,8 @@ module test_jaumann_law
     difference_error
   use qsmpm_kinds, only: wp, pi
   use qsmpm_error, only: error_type
-  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, &
-    tangent_consistent, tangent_elastic, tangent_none
+  use qsmpm_law, only: law_type, batch_type, status_ok, status_cut, status_failed, tangent_consistent, &
+    tangent_elastic, tangent_none
   use qsmpm_law_factory, only: kinematics_jaumann, rate_paper, rate_midpoint, rate_midpoint_cauchy, new_law
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_point_driver, only: point_type, start_point, step_point

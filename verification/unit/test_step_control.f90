@@ -10,7 +10,7 @@ module test_step_control
   use qsmpm_limit_load, only: compliance_type, limit_load_type
   use qsmpm_model, only: model_type
   use qsmpm_step_control, only: substep_damping_type, outcome_type, adapt_damping, damp_more, exceeds, first_damping, &
-    has_length_error, hold_attempt, hold_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
+    has_length_error, reequilibration_attempt, reequilibration_controls, is_balanced, is_beyond_help, is_dampable, is_too_long, &
     reject_compliant, lacks_support, largest_move, must_equilibrate, retries_line_search, static_attempt, &
       substep_attempt
   use qsmpm_step_solver, only: attempt_type
@@ -62,9 +62,9 @@ contains
       abs(attempt%tolerance - 1.0e-6_wp) <= 0.0_wp)
     controls = four
     controls%stabilisation_fade = 0.5_wp
-    attempt = hold_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3)
+    attempt = reequilibration_attempt(controls, 0.5_wp, 0.25_wp, 0.1_wp, 3)
     call tests%close('the stabilisation fades from hold to hold', attempt%stabilisation, 0.125_wp, 0.0_wp)
-    controls = hold_controls(four)
+    controls = reequilibration_controls(four)
     call tests%check('a hold may take three times the iterations', controls%max_iterations == 3*four%max_iterations)
     attempt = substep_attempt(four, substep_damping_type(2.0_wp, 0.5_wp, 1.0e-3_wp), 0.5_wp, 0.25_wp, 0.1_wp)
     call tests%check('a sub-step is damped, may move half as far again and be out of balance by 1e-3', &

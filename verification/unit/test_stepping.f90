@@ -159,7 +159,7 @@ contains
       call tests%close('its move', record%largest_move, 0.1_wp, 0.0_wp)
       call tests%close('and its error', record%step_error, 0.02_wp, 0.0_wp)
       call tests%check('its iterations, no rejection, hold or sub-step', record%iterations == 4 .and. &
-        record%rejected == 0 .and. record%holds == 0 .and. record%substeps == 0)
+        record%rejected == 0 .and. record%reequilibrations == 0 .and. record%substeps == 0)
     end associate
     call tests%check('iterations and error are told to the length of steps', it%outcome%static_iterations == 4 .and. &
       abs(it%outcome%step_error - 0.02_wp) <= 0.0_wp)
@@ -435,13 +435,13 @@ contains
 
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.01_wp)])
-    call tests%check('a share at its bound is not held', it%outcome%accepted .and. it%record%holds == 0)
+    call tests%check('a share at its bound is not held', it%outcome%accepted .and. it%record%reequilibrations == 0)
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp, undamped=2.0e-7_wp)])
     call tests%check('a load is held until the stabilisation carries little', it%outcome%accepted .and. &
-      it%record%holds == 2 .and. it%solves_taken() == 3)
+      it%record%reequilibrations == 2 .and. it%solves_taken() == 3)
     call tests%check('at the load reached, without damping, at the tolerance of the deck', &
       all(abs(it%script%asked%fraction - 0.25_wp) <= 0.0_wp) .and. all(it%script%asked%damping <= 0.0_wp) .and. &
       all(it%script%asked%tolerance <= tolerance) .and. all(it%script%asked%largest_move <= limit))
@@ -465,7 +465,7 @@ contains
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), &
       scripted_outcome_type(stabilisation_share=0.011_wp)])
-    call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%holds == 3 .and. &
+    call tests%check('a share that stays is not accepted', it%is_restored() .and. it%record%reequilibrations == 3 .and. &
       size(it%script%asked) == 4)
     call tests%check('and told', index(it%outcome%reason, 'the stabilisation carries') == 1 .and. &
       it%outcome%worst_label == 0 .and. .not. it%outcome%unrecoverable)
@@ -489,11 +489,12 @@ contains
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.005_wp)])
-    call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. it%record%holds == 1)
+    call tests%check('sub-steps may carry it', it%outcome%accepted .and. it%solves_taken() == 3 .and. &
+      it%record%reequilibrations == 1)
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(5.0e-4_wp), &
       scripted_outcome_type(stabilisation_share=0.02_wp), scripted_outcome_type(stabilisation_share=0.005_wp)])
-    call tests%check('and it is held again where they leave too much', it%outcome%accepted .and. it%record%holds == 2)
+    call tests%check('and it is held again where they leave too much', it%outcome%accepted .and. it%record%reequilibrations == 2)
     it = trial()
     call it%go([scripted_outcome_type(stabilisation_share=0.05_wp), lost(), damped(0.5_wp)])
     call tests%check('without them the step is rejected', it%is_restored() .and. index(it%observer%text, &

@@ -4,9 +4,8 @@ module test_tensor
   use qsmpm_isotropic_function, only: compose, pair_quotients, isotropic_change, tensor_logarithm, &
     tensor_exponential
   use qsmpm_spectral, only: spectral, jacobi_spectral
-  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, &
-    unpack_symmetric, pack_symmetric, gradient_row, gradient_column, gradient_index, &
-    gradient_size, identity
+  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, pack_gradient, unpack_symmetric, pack_symmetric, &
+    gradient_row, gradient_column, gradient_index, gradient_size, identity
   use testing, only: tests_type
   implicit none
   private

@@ -9,8 +9,7 @@ module test_user_adapters
   use qsmpm_error, only: error_type, error_user_material
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: batch_type, law_type, status_ok, status_cut, status_failed, status_unrecoverable, &
-    tangent_consistent, &
-    tangent_none
+    tangent_consistent, tangent_none
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint_cauchy
   use qsmpm_material_parameters, only: material_parameters_type
   use qsmpm_plugin, only: load_procedure
@@ -20,8 +19,7 @@ module test_user_adapters
   use qsmpm_tensor, only: identity, pack_gradient
   use qsmpm_umat, only: umat_type, make_umat
   use qsmpm_user_material, only: user_material_type, put_start, interface_umat, interface_udsm, &
-    model_tangent_consistent, &
-    model_tangent_elastic, model_tangent_numerical
+    model_tangent_consistent, model_tangent_elastic, model_tangent_numerical
   use testing, only: tests_type
   implicit none
   private
