@@ -1,5 +1,5 @@
 !> Time the linear solvers on matrices of the library's own making (verification/unit/deck_matrices.f90), one
-!> thread: the figures behind the choice of solver, as a table in Markdown for docs/performance.md.
+!> thread: the figures behind the choice of solver, as a table in Markdown for docs/data/performance.md.
 !>
 !>     cmake --build build --target bench_solvers && build/bench_solvers [largest equation count [family]]
 !>

@@ -9,7 +9,7 @@ module qsmpm_band_solver
   implicit none
   private
 
-  public :: band_solver_type, make_band_solver
+  public :: make_band_solver
 
   !> The band and its factors.
   type, extends(linear_solver_type) :: band_solver_type
@@ -71,11 +71,12 @@ module qsmpm_band_solver
 contains
 
   !> A band solver.
-  pure subroutine make_band_solver(symmetric, solver)
+  subroutine make_band_solver(symmetric, solver)
     !> Cholesky when true.
     logical, intent(in) :: symmetric
-    type(band_solver_type), intent(out) :: solver
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    allocate (band_solver_type :: solver)
     solver%name = 'band (LAPACK)'
     solver%symmetric = symmetric
   end subroutine make_band_solver

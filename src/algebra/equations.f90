@@ -12,7 +12,7 @@ module qsmpm_equations
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
   use qsmpm_solver_choice, only: choose_solver
-  use qsmpm_analysis, only: solver_band, solver_umfpack, solver_krylov
+  use qsmpm_solver_list, only: solver_row_type, solver_row
   use qsmpm_error, only: error_type
   implicit none
   private
@@ -69,11 +69,13 @@ contains
     call lay_out(equations, graph_node, first, neighbour, matrix)
   end subroutine number_equations
 
-  !> One triangle of a symmetric matrix is enough for every solver but UMFPACK.
+  !> One triangle of a symmetric matrix is enough for most solvers.
   pure logical function one_triangle(equations)
     type(equations_type), intent(in) :: equations
+    type(solver_row_type) :: row
 
-    one_triangle = equations%symmetric .and. equations%solver_kind /= solver_umfpack
+    row = solver_row(equations%solver_kind)
+    one_triangle = equations%symmetric .and. row%one_triangle
   end function one_triangle
 
   !> True when nothing that shapes the pattern has changed.
@@ -100,13 +102,14 @@ contains
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
-    integer :: i, c, node, width, kind
+    type(solver_row_type) :: row
+    integer :: i, c, node, width
 
     call order_bandwidth(first, neighbour, position)
     width = (node_distance(first, neighbour, position) + 1)*size(equations%constrained, 1)
-    kind = choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
-      equations%symmetric, size(equations%constrained, 1))
-    if (kind /= solver_band .and. kind /= solver_krylov) then
+    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
+      equations%symmetric, size(equations%constrained, 1)))
+    if (.not. row%narrow_band) then
       call order_metis(first, neighbour, position, error)
       if (allocated(error)) return
     end if

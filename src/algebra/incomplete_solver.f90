@@ -41,11 +41,12 @@ module qsmpm_incomplete_solver
 contains
 
   !> A preconditioner by incomplete factors.
-  pure subroutine make_incomplete_solver(symmetric, solver)
+  subroutine make_incomplete_solver(symmetric, solver)
     !> IC(0) when true, ILU(0) otherwise.
     logical, intent(in) :: symmetric
-    type(incomplete_solver_type), intent(out) :: solver
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    allocate (incomplete_solver_type :: solver)
     solver%name = 'ILU(0)'
     if (symmetric) solver%name = 'IC(0)'
     solver%symmetric = symmetric

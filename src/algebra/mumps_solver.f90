@@ -48,11 +48,12 @@ module qsmpm_mumps_solver
 contains
 
   !> A MUMPS solver.
-  pure subroutine make_mumps_solver(symmetric, solver)
+  subroutine make_mumps_solver(symmetric, solver)
     !> SYM=2 when true, SYM=0 otherwise.
     logical, intent(in) :: symmetric
-    type(mumps_solver_type), intent(out) :: solver
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    allocate (mumps_solver_type :: solver)
     solver%name = 'MUMPS SYM=0'
     if (symmetric) solver%name = 'MUMPS SYM=2'
     solver%symmetric = symmetric

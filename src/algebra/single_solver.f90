@@ -12,7 +12,7 @@ module qsmpm_single_solver
   implicit none
   private
 
-  public :: single_solver_type, make_single_solver
+  public :: make_single_solver
 
   !> A MUMPS instance.
   type, extends(linear_solver_type) :: single_solver_type
@@ -32,11 +32,12 @@ module qsmpm_single_solver
 contains
 
   !> A MUMPS solver of single precision.
-  pure subroutine make_single_solver(symmetric, solver)
+  subroutine make_single_solver(symmetric, solver)
     !> SYM=2 when true, SYM=0 otherwise.
     logical, intent(in) :: symmetric
-    type(single_solver_type), intent(out) :: solver
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    allocate (single_solver_type :: solver)
     solver%name = 'MUMPS single SYM=0'
     if (symmetric) solver%name = 'MUMPS single SYM=2'
     solver%symmetric = symmetric

@@ -1,19 +1,17 @@
 !> Which solver factorises the equations: the one the deck names, or the fastest by the crossovers
 !> measured in docs/performance.md.
 module qsmpm_solver_choice
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
-    solver_krylov, precision_auto, precision_single
+  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, precision_auto, &
+    precision_single
+  use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_band_solver, only: band_solver_type, make_band_solver
-  use qsmpm_cholmod_solver, only: cholmod_solver_type, make_cholmod_solver, cholmod_available
-  use qsmpm_umfpack_solver, only: umfpack_solver_type, make_umfpack_solver
+  use qsmpm_solver_list, only: solver_row_type, solver_row
   use qsmpm_mumps_solver, only: mumps_solver_type, make_mumps_solver
-  use qsmpm_single_solver, only: single_solver_type, make_single_solver
-  use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
+  use qsmpm_single_solver, only: make_single_solver
   implicit none
   private
 
-  public :: make_solver, solver_name, choose_solver, use_single
+  public :: make_solver, choose_solver, use_single
 
   !> Kinds no deck names: the fastest direct solver, MUMPS in single precision, MUMPS with an order of
   !> its own where the equations are not numbered for elimination.
@@ -43,45 +41,26 @@ contains
     !> The solver, ready to analyse.
     class(linear_solver_type), allocatable, intent(out) :: solver
 
-    type(band_solver_type), allocatable :: band
-    type(cholmod_solver_type), allocatable :: cholmod
-    type(umfpack_solver_type), allocatable :: umfpack
-    type(mumps_solver_type), allocatable :: mumps
-    type(single_solver_type), allocatable :: single
-    type(incomplete_solver_type), allocatable :: incomplete
+    type(solver_row_type) :: row
+    integer :: chosen
 
-    select case (choose_solver(kind, n, bandwidth, symmetric, dimension))
-    case (solver_band)
-      allocate (band)
-      call make_band_solver(symmetric, band)
-      call move_alloc(band, solver)
-    case (solver_cholmod)
-      allocate (cholmod)
-      call make_cholmod_solver(cholmod)
-      call move_alloc(cholmod, solver)
-    case (solver_umfpack)
-      allocate (umfpack)
-      call make_umfpack_solver(umfpack)
-      call move_alloc(umfpack, solver)
-    case (solver_krylov)
-      allocate (incomplete)
-      call make_incomplete_solver(symmetric, incomplete)
-      call move_alloc(incomplete, solver)
-    case (solver_single)
-      allocate (single)
-      call make_single_solver(symmetric, single)
-      call move_alloc(single, solver)
-    case default
-      allocate (mumps)
-      call make_mumps_solver(symmetric, mumps)
-      mumps%orders_itself = kind == solver_ordering
-      call move_alloc(mumps, solver)
+    chosen = choose_solver(kind, n, bandwidth, symmetric, dimension)
+    row = solver_row(chosen)
+    if (associated(row%make)) then
+      call row%make(symmetric, solver)
+    else if (chosen == solver_single) then
+      call make_single_solver(symmetric, solver)
+    else
+      call make_mumps_solver(symmetric, solver)
+    end if
+    select type (solver)
+    type is (mumps_solver_type)
+      solver%orders_itself = kind == solver_ordering
     end select
   end subroutine make_solver
 
   !> The kind that will solve: the one asked for, or for `solver_auto` the fastest one. It is known
-  !> before the equations are numbered: `solver_band` and `solver_krylov` want the order of
-  !> `order_bandwidth`, the others that of `order_metis`.
+  !> before the equations are numbered, as it decides their order.
   pure integer function choose_solver(kind, n, bandwidth, symmetric, dimension)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
@@ -98,7 +77,7 @@ contains
       choose_solver = solver_band
     else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
-    else if (symmetric .and. cholmod_available .and. .not. &
+    else if (symmetric .and. with_suitesparse .and. .not. &
         (dimension == 3 .and. n > most_for_cholmod)) then
       choose_solver = solver_cholmod
     else
@@ -116,35 +95,12 @@ contains
     integer, intent(in) :: n
     logical, intent(in) :: symmetric
     integer, intent(in) :: dimension
+    type(solver_row_type) :: row
 
     use_single = precision == precision_single
     if (precision == precision_auto) use_single = dimension == 3 .and. &
       n >= merge(single_symmetric, single_unsymmetric, symmetric)
-    use_single = use_single .and. (kind == solver_cholmod .or. kind == solver_mumps)
+    row = solver_row(kind)
+    use_single = use_single .and. row%single
   end function use_single
-
-  !> Name of a kind as in the deck.
-  pure function solver_name(kind) result(name)
-    !> One of the `solver_*` values of the analysis.
-    integer, intent(in) :: kind
-    !> The name.
-    character(len=:), allocatable :: name
-
-    select case (kind)
-    case (solver_auto)
-      name = 'AUTO'
-    case (solver_band)
-      name = 'BAND'
-    case (solver_cholmod)
-      name = 'CHOLMOD'
-    case (solver_umfpack)
-      name = 'UMFPACK'
-    case (solver_mumps)
-      name = 'MUMPS'
-    case (solver_krylov)
-      name = 'KRYLOV'
-    case default
-      name = 'UNKNOWN'
-    end select
-  end function solver_name
 end module qsmpm_solver_choice

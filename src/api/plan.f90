@@ -6,7 +6,8 @@ module qsmpm_plan
   use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, &
     mesh_grid
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
-  use qsmpm_deck_words, only: model_words, basis_words, integration_words, stabilisation_words
+  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_linear_system, only: end_system
@@ -58,7 +59,7 @@ contains
     call add_heading(items, 'model')
     call add_item(items, 'kind', trim(model_words(model%analysis%model)))
     call add_item(items, 'mesh', mesh_text(model%analysis))
-    call add_item(items, 'basis', trim(basis_words(model%analysis%method%basis)))
+    call add_item(items, 'basis', trim(basis_list(model%analysis%method%basis)%word))
     if (model%analysis%method%basis /= basis_fem) call add_item(items, 'integration', &
       trim(integration_words(model%analysis%method%integration)))
     call plan_sizes(whole, model, items)

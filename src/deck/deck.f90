@@ -3,7 +3,8 @@
 module qsmpm_deck
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
-  use qsmpm_analysis, only: analysis_type, usual_factor, mesh_none, mesh_inline
+  use qsmpm_analysis, only: analysis_type, mesh_none, mesh_inline
+  use qsmpm_basis_traits, only: usual_factor
   use qsmpm_recommended_method, only: decide_method
   use qsmpm_text, only: string_type, integer_text
   use qsmpm_path, only: base_name

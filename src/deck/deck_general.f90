@@ -3,13 +3,14 @@
 module qsmpm_deck_general
   use qsmpm_analysis, only: method_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
-    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto, &
-    solver_band, solver_umfpack, solver_krylov
+    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto
   use qsmpm_text, only: real_text
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, basis_words, integration_words, kinematics_words, &
+  use qsmpm_basis_traits, only: basis_list
+  use qsmpm_solver_list, only: solver_row_type, solver_row, solver_words
+  use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, &
     rate_words, stabilisation_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many
   implicit none
@@ -173,13 +174,13 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(method_type), intent(inout) :: method
 
-    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_words), 'STANDARD: points move through the '// &
-      'elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over the '// &
-      'domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
+    call fields%choice('BASIS', method%basis, 'AUTO|'//bar_list(basis_list%word), 'STANDARD: points move '// &
+      'through the elements of a fixed mesh. FEM: the mesh is carried along. GIMP: linear functions averaged over '// &
+      'the domain of a point. SPLINE2, SPLINE3: quadratic and cubic splines; SPLINE2G: quadratic '// &
       'ones averaged over domains. GIMP and splines need *GRID, ELEMENT=QUAD4 or HEX8. '// &
       'AUTO: the one recommended below for the grid and the materials; the log says which and why', first=basis_auto)
-    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'CELL: full cells by Gauss '// &
-      'points instead of material points, with STANDARD only for comparison with the paper; when not given that of '// &
+    call fields%choice('INTEGRATION', method%integration, bar_list(integration_words), 'POINTS: at material '// &
+      'points, with STANDARD only to reproduce the paper. CELL: full cells by Gauss points; when not given that of '// &
       'BASIS=AUTO, else POINTS', needs=not_fem)
   end subroutine space_fields
 
@@ -269,7 +270,7 @@ contains
 
     call of_a_scene(fields, deck)
     associate (solver => deck%analysis%solver)
-      call fields%choice('TYPE', solver%kind, 'AUTO|BAND|CHOLMOD|UMFPACK|MUMPS|KRYLOV', 'AUTO chooses by size and '// &
+      call fields%choice('TYPE', solver%kind, solver_words(), 'AUTO chooses by size and '// &
         'symmetry', first=solver_auto)
       call fields%choice('PRECISION', solver%precision, 'AUTO|DOUBLE|SINGLE', 'of the factors of CHOLMOD and '// &
         'MUMPS: SINGLE takes half the memory and is refined to what the step asks; a matrix it cannot refine is '// &
@@ -284,9 +285,12 @@ contains
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
 
+    type(solver_row_type) :: row
+
     associate (solver => state%analysis%solver)
-      if (solver%precision == precision_single .and. any(solver%kind == [solver_band, solver_umfpack, &
-        solver_krylov])) call state%report_error(card, 'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
+      row = solver_row(solver%kind)
+      if (solver%precision == precision_single .and. .not. row%single) call state%report_error(card, &
+        'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
     end associate
   end subroutine check_solver
 

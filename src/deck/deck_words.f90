@@ -23,8 +23,6 @@ module qsmpm_deck_words
     'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
   character(len=n), parameter, public :: shape_words(5) = [character(len=n) :: &
     'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
-  character(len=n), parameter, public :: basis_words(6) = [character(len=n) :: &
-    'STANDARD', 'FEM', 'GIMP', 'SPLINE2', 'SPLINE3', 'SPLINE2G']
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
     'CELL']
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &

@@ -7,7 +7,8 @@ module qsmpm_first_window
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: analysis_type, body_type, set_type, mesh_grid, body_box, body_polygon, body_region, &
-    body_polyhedron, select_box, select_plane, basis_fem, basis_spline2, basis_spline3, basis_spline2g
+    body_polyhedron, select_box, select_plane, basis_fem
+  use qsmpm_basis_traits, only: basis_list
   use qsmpm_grid, only: grid_type, whole_window
   use qsmpm_grid_window, only: window_type, cells_over, hull, widen
   use qsmpm_stl_reader, only: read_stl
@@ -31,14 +32,7 @@ contains
   pure integer function least_margin(analysis)
     type(analysis_type), intent(in) :: analysis
 
-    select case (analysis%method%basis)
-    case (basis_spline3)
-      least_margin = 4
-    case (basis_spline2, basis_spline2g)
-      least_margin = 3
-    case default
-      least_margin = 2
-    end select
+    least_margin = basis_list(analysis%method%basis)%margin
     ! A shifted node may put a place into the next cell.
     if (analysis%mesh%perturbation > 0.0_wp) least_margin = least_margin + 1
   end function least_margin

@@ -2,8 +2,8 @@
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric, &
-    grid_degree
+  use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric
+  use qsmpm_basis_traits, only: grid_degree
   use qsmpm_element, only: shape_functions
   use qsmpm_element_kinds, only: quad8, hex20
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic

@@ -6,7 +6,8 @@ module qsmpm_model_builder
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
-    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, usual_factor, mesh_grid
+    basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_grid
+  use qsmpm_basis_traits, only: usual_factor
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type

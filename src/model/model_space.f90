@@ -1,8 +1,9 @@
 !> The space of displacements that *METHOD asks for.
 module qsmpm_model_space
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: source_line_type, mesh_grid, integrate_cells, basis_standard, basis_fem, basis_gimp, &
-    basis_spline2g, grid_degree, quantity_reaction, set_type, select_plane, select_box
+  use qsmpm_analysis, only: source_line_type, mesh_grid, integrate_cells, basis_standard, basis_fem, &
+    quantity_reaction, set_type, select_plane, select_box
+  use qsmpm_basis_traits, only: basis_list
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_mesh_sets, only: find_set, set_tolerance
   use qsmpm_model, only: model_type
@@ -54,9 +55,10 @@ contains
     end do
     call mark_constrained(model, boxes, constrained, diagnostics)
     call find_reduced_knots(model, boxes, constrained, reduced_knots)
-    call spline_space(model%mesh, cells_of(model%state%window), grid_degree(model%analysis%method%basis), &
-      any(model%analysis%method%basis == [basis_gimp, basis_spline2g]), constrained, model%space, reduced_knots, &
-      model%state%window%first - 1)
+    associate (basis => basis_list(model%analysis%method%basis))
+      call spline_space(model%mesh, cells_of(model%state%window), basis%degree, basis%averaged, constrained, &
+        model%space, reduced_knots, model%state%window%first - 1)
+    end associate
     ! Splines without averages find their cut cells better by the domains of the points than by the points.
     model%space%domains = model%space%averaged .or. model%analysis%method%integration == integrate_cells
   end subroutine make_space

@@ -2,7 +2,8 @@
 module qsmpm_model_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: surface_type, axisymmetric, select_box, select_segment, select_mesh, &
-    select_outline, support_normal, grid_degree
+    select_outline, support_normal
+  use qsmpm_basis_traits, only: grid_degree
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: place_seeds

@@ -10,7 +10,8 @@ module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_material_traits, only: may_yield
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, select_outline, grid_degree, surface_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, select_outline, surface_type
+  use qsmpm_basis_traits, only: grid_degree
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
   use qsmpm_model_surfaces, only: surface_degree, outline_box

@@ -14,10 +14,10 @@ module qsmpm_analysis
   implicit none
   private
 
-  public :: grid_degree, analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
+  public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, usual_factor
+    moving_mesh_type, initial_stress_type, output_request_type, source_line_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -35,7 +35,8 @@ module qsmpm_analysis
   !> How a body is bounded.
   integer, parameter, public :: body_all = 1, body_box = 2, body_polygon = 3, body_region = 4, &
     body_polyhedron = 5
-  !> What the points see; auto is decided by the deck's grid and materials (qsmpm_recommended_method).
+  !> What the points see: rows of `basis_list` (qsmpm_basis_traits); auto is decided by the deck's grid and
+  !> materials (qsmpm_recommended_method).
   integer, parameter, public :: basis_auto = 0, basis_standard = 1, basis_fem = 2, basis_gimp = 3, &
     basis_spline2 = 4, basis_spline3 = 5, basis_spline2g = 6
   !> How cells are integrated.
@@ -57,7 +58,7 @@ module qsmpm_analysis
   !> of a coarse block does not come below its bound.
   real(wp), parameter, public :: background_factor = 1.0e-2_wp, ghost_factor = 1.0e-3_wp, &
     grid_ghost_factor = 2.0e-2_wp, cubic_ghost_factor = 5.0e-4_wp
-  !> Linear solvers.
+  !> Linear solvers: AUTO, and rows of `solver_list` that others know by name.
   integer, parameter, public :: solver_auto = 0, solver_band = 1, solver_cholmod = 2, &
     solver_umfpack = 3, solver_mumps = 4, solver_krylov = 5
   !> Precision of the factors.
@@ -382,41 +383,4 @@ module qsmpm_analysis
     !> A laboratory test on one point in place of a scene.
     type(point_test_type) :: point_test
   end type analysis_type
-
-contains
-
-  !> Degree along an axis of the functions of a grid; 0 for those of the elements.
-  pure integer function grid_degree(basis) result(degree)
-    !> One of the basis_* values.
-    integer, intent(in) :: basis
-
-    select case (basis)
-    case (basis_gimp)
-      degree = 1
-    case (basis_spline2, basis_spline2g)
-      degree = 2
-    case (basis_spline3)
-      degree = 3
-    case default
-      degree = 0
-    end select
-  end function grid_degree
-
-  !> Strength of the stabilisation when nothing else is said.
-  pure function usual_factor(method) result(factor)
-    type(method_type), intent(in) :: method
-    !> 0 without stabilisation.
-    real(wp) :: factor
-
-    select case (method%stabilisation)
-    case (stabilise_background)
-      factor = background_factor
-    case (stabilise_ghost)
-      factor = grid_ghost_factor
-      if (method%basis == basis_spline3) factor = cubic_ghost_factor
-      if (method%basis == basis_standard) factor = ghost_factor
-    case default
-      factor = 0.0_wp
-    end select
-  end function usual_factor
 end module qsmpm_analysis

@@ -2,7 +2,7 @@
 
     measure   run a process and take its CPU seconds, memory and profile; medians and spreads
     decks     decks of the measurements: those of input/ with replacements, and blocks of soil
-    tables    tables as Markdown and CSV, and the sections of docs/performance.md
+    tables    tables as Markdown and CSV, and the sections of docs/data/performance.md
     charts    log-log lines and bars
     machine   the rate of the machine's matrix product
     context   what every study is given

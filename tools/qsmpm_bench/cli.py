@@ -48,7 +48,7 @@ def parser() -> argparse.ArgumentParser:
         verb.add_argument("--out", type=Path, default=TOP / "build" / "bench", help="folder of runs, Markdown and CSV")
         verb.add_argument("--json", type=Path, help="write the figures to a file as well")
         verb.add_argument("--markdown", type=Path, metavar="PAGE",
-                          help="write into the sections of a page, as docs/performance.md is")
+                          help="write into the sections of a page, as docs/data/performance.md is")
         verb.add_argument("--figures", type=Path, help="draw charts into a folder, as docs/figures is")
     return main
 

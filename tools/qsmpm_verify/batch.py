@@ -8,6 +8,7 @@ from pathlib import Path
 from qsmpm_verify import plots
 from qsmpm_verify.cases import EFFORTS, load_all, select
 from qsmpm_verify.judge import judge
+from qsmpm_verify.pages import figure_folder
 from qsmpm_verify.places import BUILD, CASES, PROGRAM, TOP
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.report import closing_line, counts, verdict_table, write_json, write_markdown
@@ -41,7 +42,7 @@ def add_run(verbs: argparse._SubParsersAction) -> None:
     verb = verbs.add_parser("run", help="run cases and compare them with references; finished runs are used again")
     verb.add_argument("cases", nargs="*", help="names, files or patterns; all when none is given")
     add_running_words(verb, "verify")
-    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/verification.md is")
+    verb.add_argument("--markdown", type=Path, help="write the figures as a page, as docs/data/verification.md is")
     verb.add_argument("--json", type=Path, help="write the figures to a file as well")
     verb.set_defaults(act=run_cases)
 
@@ -85,7 +86,7 @@ def run_cases(words: argparse.Namespace) -> int:
         write_json(verdicts, words.json)
     if words.markdown:
         finished = {run.case.name: run.directory for run in runs.values() if run.exit_code == 0}
-        pictures = plots.page_figures(finished, words.markdown.parent / "figures")
+        pictures = plots.page_figures(finished, figure_folder(words.markdown))
         command = " ".join(["tools/qsmpm-verify run", *words.cases, f"--effort {words.effort} --markdown FILE"])
         write_markdown(verdicts, command, words.markdown, pictures)
     print(closing_line(verdicts))

@@ -14,7 +14,7 @@ from qsmpm_verify import choosing
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
 from qsmpm_verify.drawing import draw
 from qsmpm_verify.front import Sample, choices, front, lasting_errors
-from qsmpm_verify.pages import markdown_table, write_between
+from qsmpm_verify.pages import figure_folder, link_to, markdown_table, write_between
 from qsmpm_verify.peer_points import with_peers
 from qsmpm_verify.places import BUILD, STUDIES, TOP
 from qsmpm_verify.progress import Progress
@@ -29,7 +29,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("studies", nargs="*", help="names of studies or files; all when none is given")
     add_running_words(verb, "studies")
     verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the pictures and CSV files")
-    verb.add_argument("--markdown", type=Path, help="write charts and tables as a page")
+    verb.add_argument("--markdown", type=Path, help="write charts and tables as a page, as docs/data/charts.md is")
     verb.add_argument("--repeat", type=int, default=1, help="run each this often; the least CPU time counts")
     verb.add_argument("--peers", action="store_true", help="run Kratos on the scenes it has, beside the methods")
     verb.add_argument("--table", type=Path, metavar="PAGE", help="write which method for which error into a page, as README.md has it")
@@ -159,8 +159,8 @@ def act(words: argparse.Namespace) -> int:
         print("\n" + table(choice_header(study), choice_rows(samples)))
         print(f"\n{picture}", file=sys.stderr)
         if words.markdown:
-            shown = draw(study, samples, words.markdown.parent / "figures" / f"chart_{study.name}.svg")
-            page += study_page(study, samples, f"figures/{shown.name}")
+            shown = draw(study, samples, figure_folder(words.markdown) / f"chart_{study.name}.svg")
+            page += study_page(study, samples, link_to(shown, words.markdown))
     if words.markdown:
         words.markdown.parent.mkdir(parents=True, exist_ok=True)
         words.markdown.write_text("\n".join(page) + "\n", encoding="utf-8")

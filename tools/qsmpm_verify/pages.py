@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +15,16 @@ def markdown_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list
     lines = [[cell.replace("|", "\\|") for cell in row] for row in (header, *rows)]
     head, *body = ["| " + " | ".join(row) + " |" for row in lines]
     return [head, "|" + "---|" * len(header), *body]
+
+
+def figure_folder(page: Path) -> Path:
+    """Where a page has its figures: beside it, and the tables of docs/data beside their folder."""
+    return (page.parent.parent if page.parent.name == "data" else page.parent) / "figures"
+
+
+def link_to(figure: Path, page: Path) -> str:
+    """A figure as a page names it."""
+    return Path(os.path.relpath(figure, page.parent)).as_posix()
 
 
 def marks(name: str) -> tuple[str, str]:

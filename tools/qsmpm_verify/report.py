@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from qsmpm_verify.judge import Verdict
+from qsmpm_verify.pages import link_to
 
 WORDS = {True: "held", False: "MISSED", None: "printed"}
 
@@ -79,6 +80,6 @@ def write_markdown(verdicts: Sequence[Verdict], command: str, path: Path, pictur
         cpu = "-" if v.cpu_seconds is None else f"{v.cpu_seconds:.2f}"
         lines.append(f"| {v.case} | {v.quantity} | {v.value:.7g} | {v.reference} | {error} | {v.tolerance} | {WORDS[v.held]} | {cpu} |")
     for picture in pictures:
-        lines += ["", f"![{picture.stem.replace('_', ' ')}]({picture.relative_to(path.parent).as_posix()})"]
+        lines += ["", f"![{picture.stem.replace('_', ' ')}]({link_to(picture, path)})"]
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")

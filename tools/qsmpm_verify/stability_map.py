@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 
 from qsmpm_verify.batch import checked_program
 from qsmpm_verify.chart import markdown_table
+from qsmpm_verify.pages import figure_folder, link_to
 from qsmpm_verify.mapping import DEGRADED, NONE, PASS, SILENT, TOLD, Commands, Field, command_field, deck_field
 from qsmpm_verify.places import BUILD, PROGRAM, STABILITY, TOP
 from qsmpm_verify.plots import save
@@ -33,7 +34,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
     verb.add_argument("--out", type=Path, default=BUILD / "stability", help="folder of the runs")
     verb.add_argument("--charts", type=Path, default=BUILD / "charts", help="folder of the picture and the CSV file")
-    verb.add_argument("--markdown", type=Path, help="write the map as a page")
+    verb.add_argument("--markdown", type=Path, help="write the map as a page, as docs/data/stability.md is")
     verb.add_argument("--jobs", type=int, default=1, help="runs side by side")
     verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
     verb.add_argument("--strict", action="store_true", help="exit code 1 when anything fails silently")
@@ -147,7 +148,7 @@ def map_page(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, pict
     lines += [
         "exit code and a message, or by a warning in its log; `X` fails silently: it finishes, its figure is off and its",
         "log has nothing on it. In parentheses, where the figure is an error of the stress: what the run itself states that",
-        "error to be ([stress error](methods/stress_error.md)); it says so only if it warns and states half of it or more.",
+        "error to be ([stress error](../methods/stress_error.md)); it says so only if it warns and states half of it or more.",
         "",
     ]
     lines += [*markdown_table(["test", *methods], matrix_rows(methods, tests, matrix)), ""]
@@ -171,9 +172,9 @@ def act(words: argparse.Namespace) -> int:
         print(f"fails silently: {field.test} {field.method}: {cell_text(field)[2:]} {field.note}".rstrip())
     print(f"{picture}\n{count_line(matrix)}")
     if words.markdown:
-        shown = draw(methods, tests, matrix, words.markdown.parent / "figures" / "stability.svg")
+        shown = draw(methods, tests, matrix, figure_folder(words.markdown) / "stability.svg")
         command = " ".join(["tools/qsmpm-verify map", *words.tests, "--markdown FILE"])
         page = ["# Where methods fail", "", f"Written by `{command}`; do not edit.", ""]
-        page += map_page(methods, tests, matrix, f"figures/{shown.name}")
+        page += map_page(methods, tests, matrix, link_to(shown, words.markdown))
         words.markdown.write_text("\n".join(page) + "\n", encoding="utf-8")
     return 1 if silent and words.strict else 0

@@ -13,8 +13,9 @@ module test_linear_solver
     row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
-  use qsmpm_cholmod_solver, only: cholmod_available
-  use qsmpm_solver_choice, only: make_solver, solver_name, choose_solver, use_single, solver_direct
+  use qsmpm_version, only: with_suitesparse
+  use qsmpm_solver_list, only: solver_row_type, solver_row, solver_list, solver_number, solver_words
+  use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct
   use qsmpm_blas_threads, only: set_blas_threads, blas_threads
   use model_matrices, only: upper_triangle, node_graph, elastic_matrix
   use testing, only: tests_type
@@ -36,16 +37,20 @@ contains
     call tests%check('OpenBLAS keeps to one thread', blas_threads() == 1)
     call test_sparse_matrix(tests)
     call test_choice(tests)
+    call test_list(tests)
     call test_back_end(tests, solver_band, .true.)
     call test_back_end(tests, solver_band, .false.)
     call test_back_end(tests, solver_mumps, .true.)
     call test_back_end(tests, solver_mumps, .false.)
-    if (cholmod_available) then
+    if (with_suitesparse) then
       call test_back_end(tests, solver_cholmod, .true.)
       call test_back_end(tests, solver_umfpack, .false.)
+      call test_back_end(tests, solver_number('KLU'), .false.)
+      call test_exchange(tests)
     else
       call test_absent(tests, solver_cholmod)
       call test_absent(tests, solver_umfpack)
+      call test_absent(tests, solver_number('KLU'))
     end if
     call test_fall_back(tests)
     call test_hidden_singularity(tests)
@@ -87,7 +92,7 @@ contains
 
     integer :: symmetric_kind
 
-    symmetric_kind = merge(solver_cholmod, solver_mumps, cholmod_available)
+    symmetric_kind = merge(solver_cholmod, solver_mumps, with_suitesparse)
     call tests%check('a narrow band is chosen for the band solver', &
       choose_solver(solver_auto, 1000, 5, .true., 1) == solver_band)
     call tests%check('a wide symmetric matrix goes to CHOLMOD where it is built in', &
@@ -111,10 +116,28 @@ contains
       choose_solver(solver_umfpack, 10, 1, .false., 2) == solver_umfpack)
     call tests%check('an unsymmetric matrix asked of CHOLMOD goes to MUMPS', &
       choose_solver(solver_cholmod, 10, 1, .false., 2) == solver_mumps)
-    call tests%check('the solvers have their names of the deck', &
-      solver_name(solver_auto) == 'AUTO' .and. &
-      solver_name(solver_band) == 'BAND' .and. solver_name(solver_mumps) == 'MUMPS')
   end subroutine test_choice
+
+  !> The rows are the kinds of the analysis, and their words those of the deck.
+  subroutine test_list(tests)
+    type(tests_type), intent(inout) :: tests
+
+    type(solver_row_type), allocatable :: list(:)
+    type(solver_row_type) :: row
+    integer :: i
+
+    call tests%check('the words of the deck begin with those of the constants', index(solver_words(), &
+      'AUTO|BAND|CHOLMOD|UMFPACK|MUMPS|KRYLOV') == 1)
+    call tests%check('the constants are the numbers of the rows', all([solver_auto, solver_band, solver_cholmod, &
+      solver_umfpack, solver_mumps, solver_krylov] == [solver_number('AUTO'), solver_number('BAND'), &
+      solver_number('CHOLMOD'), solver_number('UMFPACK'), solver_number('MUMPS'), solver_number('KRYLOV')]))
+    row = solver_row(solver_auto)
+    call tests%check('AUTO makes nothing itself', row%word == 'AUTO' .and. .not. associated(row%make))
+    allocate (list, source=solver_list())
+    do i = 1, size(list)
+      call tests%check(trim(list(i)%word)//' is found by its word', solver_number(trim(list(i)%word)) == i)
+    end do
+  end subroutine test_list
 
   !> Everything a back end must do.
   subroutine test_back_end(tests, kind, symmetric)
@@ -350,10 +373,30 @@ contains
     call make_solver(kind, 9, 1, kind == solver_cholmod, 2, solver)
     call second_difference(9, 0.0_wp, matrix)
     call solver%analyse(matrix, error)
-    call check_error(tests, solver_name(kind)//': is not in this build and says so', error, &
+    call check_error(tests, solver%name//': is not in this build and says so', error, &
       error_other, &
       'QSMPM_WITH_SUITESPARSE')
   end subroutine test_absent
+
+  !> KLU exchanges rows whose pivot is small, and judges pivots in the scaled matrix: neither zeros on the diagonal nor
+  !> unknowns in units far apart are singular.
+  subroutine test_exchange(tests)
+    type(tests_type), intent(inout) :: tests
+
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+
+    call make_solver(solver_number('KLU'), 4, 3, .false., 2, solver)
+    matrix = sparse_matrix_type(n=4, row_first=[1, 4, 7, 9, 11], column=[1, 2, 3, 1, 2, 4, 1, 3, 2, 4], &
+      values=[0.0_wp, 2.0_wp, 5.0_wp, 4.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp])
+    call solver%analyse(matrix, error)
+    call solve_and_check(tests, solver, matrix, 'KLU: solves with zeros on the diagonal')
+    matrix%values([2, 5, 9]) = 1.0e20_wp*matrix%values([2, 5, 9])
+    call solver%factorise(matrix, error)
+    call tests%check('KLU: an unknown in units far from the others is not singular', .not. allocated(error))
+    call solver%destroy()
+  end subroutine test_exchange
 
   !> The caller's way out of an indefinite matrix.
   subroutine test_fall_back(tests)

@@ -5,7 +5,8 @@ module test_run_profile
   use qsmpm_kinds, only: wp
   use qsmpm_clock, only: clock_type, cpu_seconds, start_clock, wall_seconds
   use qsmpm_error, only: error_type
-  use qsmpm_band_solver, only: band_solver_type, make_band_solver
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_band_solver, only: make_band_solver
   use qsmpm_posix, only: peak_memory
   use qsmpm_profile_report, only: profile_json, profile_table, shares_line
   use qsmpm_run_profile, only: run_profile_type, count_evaluation, count_factorisation, count_iteration
@@ -84,7 +85,7 @@ contains
   subroutine test_counts(tests)
     type(tests_type), intent(inout) :: tests
     type(run_profile_type) :: profile
-    type(band_solver_type) :: solver
+    class(linear_solver_type), allocatable :: solver
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
     integer :: n

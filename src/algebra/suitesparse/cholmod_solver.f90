@@ -5,7 +5,7 @@
 !> CHOLMOD stay behind `cholmod_shim.c`. CHOLMOD asks for four OpenMP threads in its supernodal loops
 !> whatever the environment says, which then spin between the loops: a factorisation is therefore run
 !> with no parallel region allowed. Its supernodal module is under the GPL (docs/licences.md);
-!> a build without SuiteSparse takes `no_suitesparse/cholmod_solver.f90` in place of this file.
+!> a build without SuiteSparse takes `no_suitesparse/absent_solver.f90.in` in place of this file.
 module qsmpm_cholmod_solver
   !$ use omp_lib, only: omp_set_max_active_levels, omp_get_max_active_levels
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr, c_associated
@@ -17,10 +17,8 @@ module qsmpm_cholmod_solver
   implicit none
   private
 
-  public :: cholmod_solver_type, make_cholmod_solver
+  public :: make_cholmod_solver
 
-  !> CHOLMOD is in this build.
-  logical, parameter, public :: cholmod_available = .true.
   !> What CHOLMOD's status says (cholmod_core.h).
   integer(c_int), parameter :: status_ok = 0, status_no_memory = -2, status_too_large = -3, &
     status_not_positive = 1
@@ -87,9 +85,13 @@ module qsmpm_cholmod_solver
 contains
 
   !> A CHOLMOD solver; symmetric matrices only.
-  pure subroutine make_cholmod_solver(solver)
-    type(cholmod_solver_type), intent(out) :: solver
+  subroutine make_cholmod_solver(symmetric, solver)
+    logical, intent(in) :: symmetric
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    associate (unused => symmetric)
+    end associate
+    allocate (cholmod_solver_type :: solver)
     solver%name = 'CHOLMOD'
     solver%symmetric = .true.
   end subroutine make_cholmod_solver

@@ -6,7 +6,7 @@
 !> elimination tree and takes diagonal pivots; only where a diagonal entry falls below a thousandth
 !> of the largest of its column is a row exchanged. Solutions are refined by up to two sweeps.
 !> UMFPACK is under the GPL (docs/licences.md); a build without SuiteSparse takes
-!> `no_suitesparse/umfpack_solver.f90` in place of this file.
+!> `no_suitesparse/absent_solver.f90.in` in place of this file.
 module qsmpm_umfpack_solver
   use, intrinsic :: iso_c_binding, only: c_ptr, c_int, c_double, c_null_ptr, c_associated
   use qsmpm_kinds, only: wp, long
@@ -16,10 +16,8 @@ module qsmpm_umfpack_solver
   implicit none
   private
 
-  public :: umfpack_solver_type, make_umfpack_solver
+  public :: make_umfpack_solver
 
-  !> UMFPACK is in this build.
-  logical, parameter, public :: umfpack_available = .true.
   !> Sizes, places (from 1) and values of umfpack.h.
   integer, parameter :: control_size = 20, info_size = 90
   integer, parameter :: place_strategy = 6, place_singletons = 12
@@ -106,9 +104,13 @@ module qsmpm_umfpack_solver
 contains
 
   !> An UMFPACK solver; symmetric matrices are treated as any other.
-  pure subroutine make_umfpack_solver(solver)
-    type(umfpack_solver_type), intent(out) :: solver
+  subroutine make_umfpack_solver(symmetric, solver)
+    logical, intent(in) :: symmetric
+    class(linear_solver_type), allocatable, intent(out) :: solver
 
+    associate (unused => symmetric)
+    end associate
+    allocate (umfpack_solver_type :: solver)
     solver%name = 'UMFPACK'
     solver%symmetric = .false.
   end subroutine make_umfpack_solver
