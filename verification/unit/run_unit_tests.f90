@@ -40,6 +40,7 @@ program run_unit_tests
   use test_load_step, only: collect_load_step
   use test_equilibrium, only: collect_equilibrium
   use test_arguments, only: collect_arguments
+  use test_basis_traits, only: collect_basis_traits
   use test_plan_items, only: collect_plan_items
   use test_scene, only: collect_scene
   use test_revolved_profile, only: collect_revolved_profile
@@ -153,6 +154,7 @@ program run_unit_tests
   call register('load_step', collect_load_step)
   call register('equilibrium', collect_equilibrium)
   call register('arguments', collect_arguments)
+  call register('basis_traits', collect_basis_traits)
   call register('plan_items', collect_plan_items)
   call register('scene', collect_scene)
   call register('revolved_profile', collect_revolved_profile)
