@@ -9,8 +9,8 @@ module qsmpm_unknowns
   implicit none
   private
 
-  public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, most_components, all_nodes, &
-    join_constraints, put_values, values_of
+  public :: nodal_field_type, unknowns_type, add_field, find_field, joint_node, own_node, most_components, all_nodes, &
+    fields_of_equations, join_constraints, put_values, values_of
 
   !> One field.
   type :: nodal_field_type
@@ -18,6 +18,8 @@ module qsmpm_unknowns
     integer :: components = 0
     !> Nodes of its space.
     integer :: node_count = 0
+    !> Residual that is allowed, relative to the reference of the field, over that allowed to the forces.
+    real(wp) :: tolerance_ratio = 1.0_wp
   end type nodal_field_type
 
   !> All of them; the displacement is the first.
@@ -28,10 +30,11 @@ module qsmpm_unknowns
 contains
 
   !> One more field behind the others.
-  subroutine add_field(unknowns, name, components, node_count)
+  subroutine add_field(unknowns, name, components, node_count, tolerance_ratio)
     type(unknowns_type), intent(inout) :: unknowns
     character(len=*), intent(in) :: name
     integer, intent(in) :: components, node_count
+    real(wp), intent(in), optional :: tolerance_ratio
     type(nodal_field_type), allocatable :: more(:)
     integer :: f, n
 
@@ -44,6 +47,7 @@ contains
     more(n + 1)%name = name
     more(n + 1)%components = components
     more(n + 1)%node_count = node_count
+    if (present(tolerance_ratio)) more(n + 1)%tolerance_ratio = tolerance_ratio
     call move_alloc(more, unknowns%fields)
   end subroutine add_field
 
@@ -52,9 +56,11 @@ contains
     type(unknowns_type), intent(in) :: unknowns
     character(len=*), intent(in) :: name
 
-    do field = 1, size(unknowns%fields)
-      if (unknowns%fields(field)%name == name) return
-    end do
+    if (allocated(unknowns%fields)) then
+      do field = 1, size(unknowns%fields)
+        if (unknowns%fields(field)%name == name) return
+      end do
+    end if
     field = 0
   end function find_field
 
@@ -65,6 +71,35 @@ contains
 
     joint_node = sum(unknowns%fields(:field - 1)%node_count) + node
   end function joint_node
+
+  !> Node of its field that a column is.
+  elemental integer function own_node(unknowns, column)
+    type(unknowns_type), intent(in) :: unknowns
+    integer, intent(in) :: column
+    integer :: f
+
+    own_node = column
+    do f = 1, size(unknowns%fields)
+      if (own_node <= unknowns%fields(f)%node_count) return
+      own_node = own_node - unknowns%fields(f)%node_count
+    end do
+  end function own_node
+
+  !> Field of every equation.
+  pure function fields_of_equations(unknowns, number, equations) result(field)
+    type(unknowns_type), intent(in) :: unknowns
+    !> Equations of the table, 0 for none (most components, all nodes), and how many there are.
+    integer, intent(in) :: number(:, :), equations
+    integer :: field(equations), f, a, c
+
+    do f = 1, size(unknowns%fields)
+      do a = joint_node(unknowns, 1, f), joint_node(unknowns, unknowns%fields(f)%node_count, f)
+        do c = 1, size(number, 1)
+          if (number(c, a) > 0) field(number(c, a)) = f
+        end do
+      end do
+    end do
+  end function fields_of_equations
 
   !> Rows of the table.
   pure integer function most_components(unknowns)

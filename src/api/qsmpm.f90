@@ -5,7 +5,8 @@
 !> stages
 !>     value_shape, get_values, view_values, set_values   points, nodes and figures by name
 !>     observer_type     extended by a program that wants to hear of steps and sentences
-!>     term_type         extended by a program with forces of its own: simulation_type's add_term
+!>     term_type         extended by a program with forces of its own, and with fields of its own (need_field):
+!>                       simulation_type's add_term
 !>     law_type, soil_model_type   extended by a program with constitutive laws of its own
 module qsmpm
   use qsmpm_kinds, only: wp
@@ -28,7 +29,9 @@ module qsmpm
   use qsmpm_equations, only: equations_type, add_block, add_diagonal
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_term, only: term_type, increment_type, failure_type, role_external, role_internal, role_numerical
+  use qsmpm_term, only: term_type, increment_type, failure_type, force_sizes_type, role_external, role_internal, &
+    role_numerical
+  use qsmpm_unknowns, only: joint_node, find_field
   implicit none
   private
 
@@ -40,7 +43,8 @@ module qsmpm
   public :: law_type, batch_type, step_info_type, start_time, time_increment, status_ok, &
     status_cut, status_failed, status_unrecoverable, tangent_none, tangent_consistent, tangent_elastic
   public :: soil_model_type, soil_increment_type, soil_response_type
-  public :: term_type, increment_type, failure_type, role_external, role_internal, role_numerical, configuration_type, &
-    equations_type, sparse_matrix_type, add_block, add_diagonal, lay_array, kept_values, keep_values
+  public :: term_type, increment_type, failure_type, force_sizes_type, role_external, role_internal, role_numerical, &
+    configuration_type, equations_type, sparse_matrix_type, add_block, add_diagonal, joint_node, find_field, &
+    lay_array, kept_values, keep_values
   public :: version, program_name, has_feature, api_version
 end module qsmpm

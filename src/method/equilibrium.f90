@@ -6,7 +6,8 @@
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:
 !> the caller looks at `converged`, and a solution that is not is thrown away. A number that cannot be computed
 !> with (NaN, infinite, beyond 1e100) loses the step, and the reason names the force or the point that it
-!> came from. The forces are those of the terms (qsmpm_term); none is known here by name.
+!> came from. The forces are those of the terms (qsmpm_term); none is known here by name. With further fields
+!> `displacement` is the table of all unknowns (qsmpm_unknowns), and a force one of its columns.
 !>
 !> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
 !> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
@@ -17,6 +18,7 @@ module qsmpm_equilibrium
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
   use qsmpm_equations, only: gather, scatter
+  use qsmpm_field_balance, only: find_references, find_imbalance
   use qsmpm_initialisation, only: step_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
@@ -26,6 +28,7 @@ module qsmpm_equilibrium
   use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term_sums, only: add_all_blocks, sum_transient, measure_shares, find_unusable
+  use qsmpm_unknowns, only: joint_node, own_node
   implicit none
   private
 
@@ -42,9 +45,9 @@ module qsmpm_equilibrium
 
   !> What is to be reached.
   type :: target_type
-    !> Displacement of the step at constrained components (dimension, node_count). The loads are in force already.
+    !> Change in the step of constrained components (components, nodes). The loads are in force already.
     real(wp), allocatable :: prescribed(:, :)
-    !> Increment of the loads from the start of the step, on the body as the solve finds it (dimension, node_count).
+    !> Increment of the loads from the start of the step, on the body as the solve finds it (components, nodes).
     real(wp), allocatable :: increment(:, :)
     !> Norm of the load at the least: of one that the phase lowers to nothing, that at its start.
     real(wp) :: least_load = 0.0_wp
@@ -59,9 +62,9 @@ module qsmpm_equilibrium
     integer :: cause = error_not_converged
     !> Why not converged.
     character(len=:), allocatable :: reason
-    !> Displacement of the step (dimension, node_count).
+    !> Displacement of the step, with the changes of further fields behind it (components, nodes).
     real(wp), allocatable :: displacement(:, :)
-    !> Internal and external force at the end (dimension, node_count).
+    !> Internal and external force at the end (components, nodes).
     real(wp), allocatable :: internal_force(:, :), external_force(:, :)
     integer :: iterations = 0
     !> Those of an attempt before that led nowhere.
@@ -69,8 +72,9 @@ module qsmpm_equilibrium
     real(wp) :: out_of_balance = huge(1.0_wp)
     !> The same at the end without transient terms: what a step is accepted by.
     real(wp) :: undamped_out_of_balance = huge(1.0_wp)
-    !> Norm of the load that out-of-balance and shares refer to.
+    !> Norm of the load that out-of-balance and shares refer to; what the residuals of all fields refer to (fields).
     real(wp) :: load_norm = 0.0_wp
+    real(wp), allocatable :: reference(:)
     !> What the terms carry that have a share.
     type(solve_share_type), allocatable :: shares(:)
     !> What the load increment does; set by whoever knows it.
@@ -84,7 +88,7 @@ module qsmpm_equilibrium
     real(wp) :: share = 0.0_wp
     !> A law has failed: no smaller step will help.
     logical :: broken = .false.
-    !> Node with the largest residual, its label and place.
+    !> Node with the largest residual of the field that is worst, its label and place.
     integer :: worst_node = 0
     integer :: worst_label = 0
     real(wp) :: worst_place(3) = 0.0_wp
@@ -186,33 +190,22 @@ contains
     !> Residual at the free components (equations).
     real(wp), intent(out) :: residual(:)
     type(solution_type), intent(inout) :: solution
-    real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2)), load(size(residual))
+    real(wp) :: imbalance(size(goal%prescribed, 1), size(goal%prescribed, 2))
+    integer :: worst, first
 
-    associate (forces => step%forces)
+    associate (forces => step%forces, unknowns => step%unknowns)
       imbalance = forces%external - forces%internal - forces%numerical
       call gather(step%equations, imbalance, residual)
-      call gather(step%equations, forces%external, load)
-      solution%load_norm = max(norm2(load), goal%least_load)
-      if (any(abs(goal%prescribed) > 0.0_wp) .or. solution%load_norm <= 0.0_wp) &
-        solution%load_norm = max(solution%load_norm, norm2(pack(forces%internal, &
-        step%equations%constrained .and. spread(step%equations%active, 1, size(imbalance, 1)))))
+      if (.not. allocated(solution%reference)) allocate (solution%reference(size(unknowns%fields)))
+      call find_references(step, goal%prescribed, goal%least_load, solution%reference)
+      solution%load_norm = solution%reference(1)
+      call find_imbalance(step, residual, solution%reference, solution%out_of_balance, worst)
+      where (step%equations%number == 0) imbalance = 0.0_wp
+      first = joint_node(unknowns, 1, worst)
+      solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first + unknowns%fields(worst)%node_count - 1)), &
+        dim=1), dim=1)
     end associate
-    solution%out_of_balance = relative(norm2(residual), solution%load_norm)
-    where (step%equations%number == 0) imbalance = 0.0_wp
-    solution%worst_node = maxloc(maxval(abs(imbalance), dim=1), dim=1)
   end subroutine out_of_balance
-
-  !> A norm relative to the load; without any load everything must vanish. What is not a number is as large as
-  !> can be.
-  pure function relative(norm, load_norm) result(ratio)
-    real(wp), intent(in) :: norm, load_norm
-    real(wp) :: ratio
-
-    ratio = huge(1.0_wp)
-    if (.not. (is_usable(norm) .and. is_usable(load_norm))) return
-    if (norm <= 0.0_wp) ratio = 0.0_wp
-    if (norm <= load_norm*sqrt(huge(1.0_wp)) .and. load_norm > 0.0_wp) ratio = norm/load_norm
-  end function relative
 
   !> Give up where the residual or the load cannot be computed with, and say which force it is and where.
   subroutine check_forces(step, residual, solution)
@@ -223,11 +216,11 @@ contains
     character(len=:), allocatable :: name
     integer :: node
 
-    if (all_usable(size(residual), residual) .and. is_usable(solution%load_norm)) return
+    if (all_usable(size(residual), residual) .and. all(is_usable(solution%reference))) return
     call give_up(step, 'the residual is'//unusable(6:), solution)
     call find_unusable(step%terms, solution%displacement, name, node)
     if (node == 0) return
-    solution%worst_node = node
+    solution%worst_node = own_node(step%unknowns, node)
     solution%reason = 'the '//name//' has a value'//unusable
   end subroutine check_forces
 
@@ -238,7 +231,7 @@ contains
     logical, intent(in) :: keep_factors
     !> Residual at the free components (equations).
     real(wp), intent(in) :: residual(:)
-    !> Correction of the displacement (dimension, node_count).
+    !> Correction of the displacement (components, nodes).
     real(wp), intent(out) :: correction(:, :)
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable :: error
@@ -275,7 +268,7 @@ contains
   !> Complete the matrix and factorise it.
   subroutine factorise(step, displacement, error)
     type(step_type), intent(inout) :: step
-    !> Displacement that was evaluated (dimension, node_count).
+    !> Displacement that was evaluated (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     type(error_type), allocatable, intent(out) :: error
 
@@ -303,7 +296,7 @@ contains
     type(controls_type), intent(in) :: controls
     !> Which tangent is wanted.
     integer, intent(in) :: tangent
-    !> Correction of the displacement (dimension, node_count).
+    !> Correction of the displacement (components, nodes).
     real(wp), intent(in) :: correction(:, :)
     !> Residual at the free components (equations).
     real(wp), intent(inout) :: residual(:)
@@ -320,7 +313,7 @@ contains
     searched = controls%line_search .and. .not. (whole .or. frozen)
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &
-      largest_correction*model%cell_size/max(maxval(abs(correction)), tiny(1.0_wp)))
+      largest_correction*model%cell_size/max(largest_displacement(step, correction), tiny(1.0_wp)))
     do halving = 0, most_halvings
       forecast%has_tangent = .not. frozen .and. is_wanted(forecast, halving, before, goal%tolerance, &
         solution%iterations, step%usual_iterations)
@@ -391,14 +384,26 @@ contains
     real(wp), intent(in) :: residual(:)
     type(solution_type), intent(inout) :: solution
     real(wp) :: force(size(solution%displacement, 1), size(solution%displacement, 2)), transient(size(residual))
+    integer :: worst
 
     call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
       solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
     call gather(step%equations, force, transient)
-    solution%undamped_out_of_balance = relative(norm2(residual + transient), solution%load_norm)
+    call find_imbalance(step, residual + transient, solution%reference, solution%undamped_out_of_balance, worst)
     solution%internal_force = step%forces%internal
     solution%external_force = step%forces%external
-    solution%largest_move = maxval(abs(solution%displacement))
+    solution%largest_move = largest_displacement(step, solution%displacement)
   end subroutine take_shares
+
+  !> Largest component of the displacement among all unknowns.
+  pure real(wp) function largest_displacement(step, values)
+    type(step_type), intent(in) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: values(:, :)
+
+    associate (field => step%unknowns%fields(1))
+      largest_displacement = maxval(abs(values(:field%components, :field%node_count)))
+    end associate
+  end function largest_displacement
 end module qsmpm_equilibrium

@@ -94,7 +94,8 @@ contains
     type(step_type), intent(inout) :: step
     type(balance_type), intent(out) :: balance
     type(error_type), allocatable :: error
-    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: resistance, move
+    real(wp), dimension(size(step%forces%internal, 1), size(step%forces%internal, 2)) :: move
+    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, resistance
     real(wp), dimension(step%equations%count) :: weight, residual, by_weight, by_residual
 
     move = 0.0_wp
@@ -102,10 +103,13 @@ contains
     call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
     call evaluate_step(model, step, move, tangent_elastic)
     if (step%failure%failed) return
-    call gather(step%equations, step%forces%external, weight)
+    load = step%forces%external(:size(load, 1), :size(load, 2))
+    weight = 0.0_wp
+    residual = 0.0_wp
+    call gather(step%equations, load, weight)
     if (.not. norm2(weight) > 0.0_wp) return
     call force_before_law(model, step, resistance)
-    call gather(step%equations, step%forces%external - resistance, residual)
+    call gather(step%equations, load - resistance, residual)
     balance%residual = norm2(residual)/norm2(weight)
     call add_all_blocks(step%terms, move, step%equations, step%matrix)
     call factorise_system(step%system, step%matrix, error)
@@ -113,8 +117,9 @@ contains
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
     if (allocated(error)) return
     call scatter(step%equations, by_residual, move)
-    balance%move = maxval(abs(by_residual))/max(maxval(abs(by_weight)), tiny(1.0_wp))
-    balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move), 1), 1))
+    balance%move = maxval(abs(by_residual), mask=step%field_of == 1) &
+      /max(maxval(abs(by_weight), mask=step%field_of == 1), tiny(1.0_wp))
+    balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move(:, :size(load, 2))), 1), 1))
   end subroutine measure_balance
 
   !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those
@@ -133,7 +138,7 @@ contains
     rest = 0.0_wp
     call soil%add_force(rest, by_law)
     call internal_force(integration_of(soil, step%configuration_type), model%state%points, force)
-    force = force + (step%forces%internal - by_law)
+    force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
 
   !> Nodal force of the stresses at the start of the step.

@@ -1,7 +1,7 @@
 !> The initialisation phase of a step (paper, section 3.1): what is derived from the state before
 !> the equations can be solved. Active cells and basis functions (qsmpm_configuration), the terms and their
-!> node lists, the equations. Everything here is scratch; pattern and analysis of the matrix are kept while the
-!> active cells and the constraints stay the same.
+!> node lists, the unknowns and their equations. Everything here is scratch; pattern and analysis of the matrix are
+!> kept while the active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: newton_modified
@@ -20,8 +20,9 @@ module qsmpm_initialisation
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
+  use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
-  use qsmpm_unknowns, only: unknowns_type, add_field, join_constraints, most_components, all_nodes
+  use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
   implicit none
   private
 
@@ -41,6 +42,8 @@ module qsmpm_initialisation
     !> Why the last evaluation could not be made, where it could not.
     type(failure_type) :: failure
     type(equations_type) :: equations
+    !> Field of each equation (equations).
+    integer, allocatable :: field_of(:)
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
     !> Time and work so far; outlives the step.
@@ -62,6 +65,7 @@ contains
 
     if (.not. allocated(terms)) call standard_terms(terms)
     call start_terms(terms, model)
+    call lay_fields(terms, model)
   end subroutine begin_analysis
 
   !> Add a term of a program's own, before the first step.
@@ -92,16 +96,19 @@ contains
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
-    call prepare_terms(model, step%configuration_type, step%terms, connectivity)
+    call list_unknowns(model, step%terms, step%unknowns, error)
+    if (allocated(error)) return
+    call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, connectivity)
     call measure_cut_cells(model, step%configuration_type, integration_of(soil_of(step%terms), &
       step%configuration_type), step%cut)
-    call find_unknowns(model, step%unknowns, constrained)
+    call find_constraints(model, step%terms, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model, step%terms)
     call switch_timer(step%profile%watch, part_analysis)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error)
     if (allocated(error)) return
+    step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count)
     if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
       model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
       model%mesh%dimension, error)
@@ -109,18 +116,6 @@ contains
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
-
-  !> What is unknown: the displacement, at the components that are not constrained.
-  subroutine find_unknowns(model, unknowns, constrained)
-    type(model_type), intent(in) :: model
-    type(unknowns_type), intent(out) :: unknowns
-    !> (most components, all nodes)
-    logical, allocatable, intent(out) :: constrained(:, :)
-
-    call add_field(unknowns, 'displacement', model%mesh%dimension, model%space%node_count)
-    allocate (constrained(most_components(unknowns), all_nodes(unknowns)))
-    call join_constraints(unknowns, 1, model%loading%constrained, constrained)
-  end subroutine find_unknowns
 
   !> Room for the forces; none yet.
   subroutine prepare_forces(components, nodes, forces)

@@ -26,9 +26,11 @@ module qsmpm_load_step
   use qsmpm_convection, only: convect
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: equations_type, gather
+  use qsmpm_nodal_fields, only: find_prescribed, keep_changes
   use qsmpm_term, only: increment_type, term_slot_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
   use qsmpm_text, only: integer_text
+  use qsmpm_unknowns, only: unknowns_type, most_components, all_nodes, own_node
   use qsmpm_usable_state, only: check_state
   implicit none
   private
@@ -81,7 +83,7 @@ contains
     logical :: undamped
 
     call switch_timer(step%profile%watch, part_control)
-    call set_goal(model, step%configuration_type, attempt, step%terms, force_before, goal, error)
+    call set_goal(model, step%configuration_type, attempt, step%unknowns, step%terms, force_before, goal, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
@@ -95,11 +97,15 @@ contains
 
     ! Convective phase, section 3.3: eqs. 28, 29
     call save_places(model, before)
-    solution%compliance = compliance_in(step%equations, goal%increment, solution%displacement)
+    associate (d => model%mesh%dimension, n => model%space%node_count)
+      solution%compliance = compliance_in(step%equations, goal%increment(:d, :n), solution%displacement(:d, :n))
+    end associate
     call take_reactions_and_work(model%loading%constrained, step%equations%active, force_before, solution, &
       model%state%reactions, model%state%progress, error)
     call switch_timer(step%profile%watch, part_convection)
-    if (.not. allocated(error)) call convect(model, step, solution%displacement, error)
+    if (.not. allocated(error)) call keep_changes(step%unknowns, solution%displacement, model%state%kept)
+    if (.not. allocated(error)) call convect(model, step, &
+      solution%displacement(:model%mesh%dimension, :model%space%node_count), error)
     call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
@@ -139,17 +145,18 @@ contains
   end subroutine find_equilibrium
 
   !> Loads in force, prescribed displacements to be reached, the loads of the start, and the time for the laws.
-  subroutine set_goal(model, configuration, attempt, terms, force_before, goal, error)
+  subroutine set_goal(model, configuration, attempt, unknowns, terms, force_before, goal, error)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     type(attempt_type), intent(in) :: attempt
+    type(unknowns_type), intent(in) :: unknowns
     type(term_slot_type), intent(inout) :: terms(:)
     !> External force at the start (dimension, node_count).
     real(wp), allocatable, intent(out) :: force_before(:, :)
     type(target_type), intent(inout) :: goal
     !> A load or a prescribed displacement is not a number.
     type(error_type), allocatable, intent(out) :: error
-    real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, start_of_step
+    real(wp), dimension(most_components(unknowns), all_nodes(unknowns)) :: load, start_of_step
 
     associate (progress => model%state%progress)
       call begin_terms(terms, increment_type(step_info_type(phase=progress%phase, step=progress%step + 1, &
@@ -164,12 +171,13 @@ contains
         call put_in_force(model, configuration, attempt%start, terms, start_of_step)
       call put_in_force(model, configuration, attempt%fraction, terms, load)
       goal%increment = load - start_of_step
-      allocate (goal%prescribed, source=(attempt%fraction - progress%fraction)*model%loading%prescribed)
     end associate
+    call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
     goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
-    call check_nodes(model, 'load', load, error)
-    if (.not. allocated(error)) call check_nodes(model, 'prescribed displacement', goal%prescribed, error)
+    call check_nodes(model, unknowns, 'load', load, error)
+    if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
+      goal%prescribed, error)
   end subroutine set_goal
 
   !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
@@ -194,14 +202,17 @@ contains
     real(wp), intent(in) :: increment(:, :), displacement(:, :)
     real(wp) :: load(equations%count), move(equations%count)
 
+    load = 0.0_wp
+    move = 0.0_wp
     call gather(equations, increment, load)
     call gather(equations, displacement, move)
     compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
   end function compliance_in
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
-  subroutine check_nodes(model, name, values, error)
+  subroutine check_nodes(model, unknowns, name, values, error)
     type(model_type), intent(in) :: model
+    type(unknowns_type), intent(in) :: unknowns
     character(len=*), intent(in) :: name
     !> Values at the nodes (dimension, node_count).
     real(wp), intent(in) :: values(:, :)
@@ -210,7 +221,7 @@ contains
     integer :: node
 
     if (all_usable(size(values), values)) return
-    node = findloc(all(is_usable(values), dim=1), .false., dim=1)
+    node = own_node(unknowns, findloc(all(is_usable(values), dim=1), .false., dim=1))
     call fail(error, error_other, 'phase '//integer_text(model%state%progress%phase)//', step '// &
       integer_text(model%state%progress%step + 1)//': the '//name//' at node '// &
       integer_text(node_label(model%space, model%mesh, node))//' has a value'//unusable)
@@ -281,8 +292,9 @@ contains
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
   subroutine take_reactions_and_work(constrained, active, force_before, solution, reactions, progress, error)
-    !> Constrained components (dimension, node_count), nodes of the equations (node_count).
+    !> Constrained components (dimension, node_count), columns of the equations (all nodes).
     logical, intent(in) :: constrained(:, :), active(:)
+    !> (components, nodes)
     real(wp), intent(in) :: force_before(:, :)
     type(solution_type), intent(in) :: solution
     !> Before, and after (dimension, node_count).
@@ -290,16 +302,18 @@ contains
     type(progress_type), intent(inout) :: progress
     !> A reaction or the work is not a number.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: new_reactions(size(force_before, 1), size(force_before, 2))
+    real(wp) :: new_reactions(size(reactions, 1), size(reactions, 2))
 
-    new_reactions = 0.0_wp
-    where (constrained .and. spread(active, 1, size(new_reactions, 1))) &
-      new_reactions = solution%internal_force - solution%external_force
-    progress%external_work = progress%external_work &
-      + sum(0.5_wp*(force_before + solution%external_force)*solution%displacement) &
-      + sum(0.5_wp*(reactions + new_reactions)*solution%displacement)
-    progress%internal_work = progress%internal_work &
-      + sum(0.5_wp*(force_before + reactions + solution%internal_force)*solution%displacement)
+    associate (d => size(reactions, 1), n => size(reactions, 2))
+      associate (move => solution%displacement(:d, :n), before => force_before(:d, :n), &
+          external => solution%external_force(:d, :n), internal => solution%internal_force(:d, :n))
+        new_reactions = 0.0_wp
+        where (constrained .and. spread(active(:n), 1, d)) new_reactions = internal - external
+        progress%external_work = progress%external_work + sum(0.5_wp*(before + external)*move) &
+          + sum(0.5_wp*(reactions + new_reactions)*move)
+        progress%internal_work = progress%internal_work + sum(0.5_wp*(before + reactions + internal)*move)
+      end associate
+    end associate
     if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &
       call fail(error, error_not_converged, 'the work of the step has a value'//unusable)
     reactions = new_reactions

@@ -45,7 +45,7 @@ contains
     type(model_type), intent(in) :: model
     !> Scratch of the step, evaluated and factorised.
     type(step_type), intent(inout), target :: step
-    !> Displacement of the step (dimension, node_count).
+    !> Displacement of the step and changes of further fields (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     !> The errors; huge where the halved walk could not be made or is not a number.
     type(step_error_type), intent(out) :: errors
@@ -62,20 +62,25 @@ contains
     call halve(model%laws, halved)
     whole%step_info = soil%evaluation%step_info
     walk%step_info = soil%evaluation%step_info
-    call walk_along(integration, model, model%laws, displacement, whole)
-    call walk_along(integration, model, halved, displacement, walk)
+    associate (u => displacement(:model%mesh%dimension, :model%space%node_count))
+      call walk_along(integration, model, model%laws, u, whole)
+      call walk_along(integration, model, halved, u, walk)
+    end associate
     if (.not. (whole%ok .and. walk%ok)) then
       errors = step_error_type(huge(1.0_wp), huge(1.0_wp))
       return
     end if
     errors%path = 2.0_wp*stress_distance(integration%weight, whole%results%stress, walk%results%stress)
-    if (step%equations%count == 0 .or. .not. any(abs(displacement) > 0.0_wp)) return
+    if (step%equations%count == 0) return
+    if (.not. any(abs(displacement(:, :model%space%node_count)) > 0.0_wp)) return
+    residual = 0.0_wp
     call gather(step%equations, whole%force - walk%force, residual)
     if (.not. any(abs(residual) > 0.0_wp)) return
     call respond_to(model, step, displacement, residual, move, error)
     if (allocated(error)) return
     errors%position = huge(1.0_wp)
-    if (all_usable(size(move), move)) errors%position = 2.0_wp*maxval(abs(move))/maxval(abs(displacement))
+    if (all_usable(size(move), move)) errors%position = 2.0_wp*maxval(abs(move), mask=step%field_of == 1) &
+      /maxval(abs(displacement(:, :model%space%node_count)))
   end subroutine measure_step_error
 
   !> Displacements that answer a residual: by the last factors of the step or, where these are no more than a
@@ -83,7 +88,7 @@ contains
   subroutine respond_to(model, step, displacement, residual, move, error)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
-    !> Displacement of the step (dimension, node_count).
+    !> Displacement of the step and changes of further fields (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     !> Residual (equations).
     real(wp), intent(in) :: residual(:)

@@ -139,7 +139,8 @@ contains
     integer :: substep
 
     move = largest_move(model, controls)
-    damping = first_damping(controls, model%state%progress%damping, step%forces%internal, step%lumped, move)
+    damping = first_damping(controls, model%state%progress%damping, step%forces%internal(:, :size(step%lumped)), &
+      step%lumped, move)
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &

@@ -5,12 +5,14 @@ module qsmpm_kept_arrays
   implicit none
   private
 
-  public :: kept_array_type, kept_arrays_type, lay_array, kept_values, keep_values
+  public :: kept_array_type, kept_arrays_type, lay_array, kept_values, keep_values, renumber_nodal
 
   type :: kept_array_type
     !> Unique, without a slash: a name in the restart file.
     character(len=:), allocatable :: name
     real(wp), allocatable :: values(:, :)
+    !> Its columns are the nodes of the space, and follow them when they are numbered anew.
+    logical :: nodal = .false.
   end type kept_array_type
 
   type :: kept_arrays_type
@@ -20,10 +22,12 @@ module qsmpm_kept_arrays
 contains
 
   !> Add an array with its first values; one that is there already stays.
-  subroutine lay_array(kept, name, values)
+  subroutine lay_array(kept, name, values, nodal)
     type(kept_arrays_type), intent(inout) :: kept
     character(len=*), intent(in) :: name
     real(wp), intent(in) :: values(:, :)
+    !> A column for each node of the space.
+    logical, intent(in), optional :: nodal
     type(kept_array_type), allocatable :: more(:)
     integer :: i
 
@@ -35,6 +39,7 @@ contains
     end do
     more(size(more))%name = name
     more(size(more))%values = values
+    if (present(nodal)) more(size(more))%nodal = nodal
     call move_alloc(more, kept%list)
   end subroutine lay_array
 
@@ -55,6 +60,25 @@ contains
 
     kept%list(place_of(kept, name))%values = values
   end subroutine keep_values
+
+  !> The nodes are numbered anew: values of the nodal arrays at the same nodes, zero at nodes that were not there.
+  pure subroutine renumber_nodal(kept, source)
+    type(kept_arrays_type), intent(inout) :: kept
+    !> Former number of each node, 0 for none (nodes).
+    integer, intent(in) :: source(:)
+    real(wp), allocatable :: values(:, :)
+    integer :: i, a
+
+    if (.not. allocated(kept%list)) return
+    do i = 1, size(kept%list)
+      if (.not. kept%list(i)%nodal) cycle
+      allocate (values(size(kept%list(i)%values, 1), size(source)), source=0.0_wp)
+      do a = 1, size(source)
+        if (source(a) > 0) values(:, a) = kept%list(i)%values(:, source(a))
+      end do
+      call move_alloc(values, kept%list(i)%values)
+    end do
+  end subroutine renumber_nodal
 
   !> Place in the list, 0 where there is none.
   pure integer function place_of(kept, name) result(place)

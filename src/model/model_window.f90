@@ -1,9 +1,9 @@
 !> The part of the grid that a model looks at follows the material.
 !>
 !> The window is rebuilt when something that rides on the mesh comes too near to a side of it that is no
-!> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points and the
-!> reactions are carried over, everything else of the state does not depend on the mesh. The state names its
-!> window: one that is restored or read from a file brings its own.
+!> side of the grid. Mesh, space, sets and constraints are then built for the new one; cells of points,
+!> reactions and what is kept at nodes are carried over, everything else of the state does not depend on the mesh. The
+!> state names its window: one that is restored or read from a file brings its own.
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid, basis_fem
@@ -12,6 +12,7 @@ module qsmpm_model_window
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
   use qsmpm_grid_labels, only: row_of
   use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber
+  use qsmpm_kept_arrays, only: renumber_nodal
   use qsmpm_mesh_measure, only: find_bounds
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
@@ -240,8 +241,9 @@ contains
     integer, intent(in) :: labels(:)
     real(wp), intent(in) :: reactions(:, :), released(:, :)
     integer, allocatable :: new_labels(:), old_order(:), new_order(:)
-    integer :: i, j
+    integer :: source(model%space%node_count), i, j
 
+    source = 0
     call list_labels(model, new_labels)
     allocate (old_order(size(labels)), new_order(size(new_labels)))
     call order_columns(reshape(labels, [1, size(labels)]), old_order)
@@ -254,7 +256,9 @@ contains
       if (labels(old_order(i)) /= new_labels(new_order(j))) cycle
       model%state%reactions(:, new_order(j)) = reactions(:, old_order(i))
       model%state%released(:, new_order(j)) = released(:, old_order(i))
+      source(new_order(j)) = old_order(i)
     end do
+    call renumber_nodal(model%state%kept, source)
   end subroutine carry_nodal
 
   !> Coordinates of the rows along the axis of a moving mesh (`row_of`).

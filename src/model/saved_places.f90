@@ -8,6 +8,7 @@ module qsmpm_saved_places
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_points, only: surface_points_type, carried_type, watched_points_type
   use qsmpm_grid_window, only: window_type
+  use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_model_window, only: return_to_window, place_mesh
   implicit none
   private
@@ -27,6 +28,8 @@ module qsmpm_saved_places
     real(wp) :: plate = 0.0_wp
     !> Part of the grid all this belongs to.
     type(window_type) :: window
+    !> Among them the nodal values of fields.
+    type(kept_arrays_type) :: kept
     type(progress_type) :: progress
   end type saved_places_type
 
@@ -48,6 +51,7 @@ contains
       saved%reactions = state%reactions
       saved%released = state%released
       saved%plate = state%plate
+      saved%kept = state%kept
       saved%progress = state%progress
       saved%window = state%window
     end associate
@@ -70,6 +74,7 @@ contains
       state%reactions = saved%reactions
       state%released = saved%released
       state%plate = saved%plate
+      state%kept = saved%kept
       state%progress = saved%progress
     end associate
     call place_mesh(model)

@@ -14,7 +14,7 @@ module test_checkpoint
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_step_solver, only: attempt_type
-  use qsmpm_kept_arrays, only: lay_array
+  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, state_type, loading_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_mesh, only: grid_of
@@ -25,7 +25,7 @@ module test_checkpoint
   use qsmpm_points, only: start_strains
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
-  use qsmpm_space, only: node_position
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint
   use deck_samples, only: joined
   use plugin_paths, only: plugin
@@ -350,6 +350,7 @@ contains
     call restore(before, model)
     call check_part('a state')
     call fit_window(model, whole_window(grid_of(model%analysis)))
+    call keep_values(model%state%kept, 'multipliers', reshape([0.0_wp], [1, 1]))
     call restore_places(saved, model)
     call check_part('a set of places')
     call build('plane', fresh)
@@ -375,12 +376,18 @@ contains
     integer, parameter :: far = 11
     type(model_type) :: model
     type(error_type), allocatable :: error
-    integer, allocatable :: labels(:)
+    integer, allocatable :: labels(:), old(:, :), now(:, :)
 
     call build('plane', model)
     model%state%tracers%position(1, :) = 5.1_wp
     allocate (labels, source=booked(model))
+    call lay_array(model%state%kept, 'labels', node_labels(model), nodal=.true.)
+    allocate (old, source=nint(kept_values(model%state%kept, 'labels')))
     call follow_material(model)
+    allocate (now, source=nint(kept_values(model%state%kept, 'labels')))
+    call tests%check('what nodes keep stays with them, and new ones begin with nothing', &
+      all(now == merge(nint(node_labels(model)), 0, any_of(nint(node_labels(model)), old))) .and. &
+      count(now > 0) == size(old) .and. size(now) > size(old))
     call tests%check('all keep their cells', all(labels == booked(model)) .and. size(labels) > 20)
     call tests%check('a tracer that leads takes the window along', model%state%window%last(1) >= far + 2 .and. &
       model%state%window%first(1) == 1)
@@ -420,6 +427,26 @@ contains
     call follow_material(model)
     call tests%check('cells that a tracer is booked in stay in the window', model%state%window%first(1) <= 3)
   end subroutine check_leaders
+
+  !> Labels of the nodes of the space (1, nodes).
+  function node_labels(model) result(labels)
+    type(model_type), intent(in) :: model
+    real(wp) :: labels(1, model%space%node_count)
+    integer :: a
+
+    labels(1, :) = [(real(node_label(model%space, model%mesh, a), wp), a=1, size(labels, 2))]
+  end function node_labels
+
+  !> Which numbers are in a list (1, numbers).
+  pure function any_of(numbers, list) result(found)
+    integer, intent(in) :: numbers(:, :), list(:, :)
+    logical :: found(1, size(numbers, 2))
+    integer :: i
+
+    do i = 1, size(numbers, 2)
+      found(1, i) = any(list == numbers(1, i))
+    end do
+  end function any_of
 
   !> Labels of the cells that anything is booked in.
   function booked(model) result(labels)

@@ -16,6 +16,10 @@
 !> What a term holds is parameters and scratch. What it keeps from step to step (multipliers, a history) it lays into
 !> `model%state%kept` under a name of its own (`start`) and changes in `commit` alone: checkpoint, restart file and a
 !> step that is cut then bring it back without knowing it.
+!>
+!> A term that needs fields beside the displacement names them (`need_field`): they are then unknowns of the step
+!> (qsmpm_nodal_fields), `prescribe` gives their values where they are known, and the term gets the table of all
+!> unknowns where another gets the displacement alone. It finds its nodes in it by `joint_node`.
 module qsmpm_term
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -26,6 +30,7 @@ module qsmpm_term
   use qsmpm_node_graph, only: connectivity_type, append_patches
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term_share, only: solve_share_type, share_of_load
+  use qsmpm_unknowns, only: unknowns_type, add_field
   implicit none
   private
 
@@ -83,8 +88,14 @@ module qsmpm_term
     type(connectivity_type) :: connectivity
     !> Number of the first of these lists among those of all terms; set by the step.
     integer :: first_stencil = 0
+    !> Fields beside the displacement that it needs, and those of the step; set by the step.
+    type(unknowns_type) :: needs, unknowns
+    !> Rows and columns of the table of unknowns that it gets; set by the step.
+    integer :: rows = 0, columns = 0
   contains
+    procedure :: need_field
     procedure :: start => start_nothing
+    procedure :: prescribe => prescribe_nothing
     procedure(prepare_interface), deferred :: prepare
     procedure :: couple => couple_patches
     procedure :: begin => begin_nothing
@@ -134,6 +145,33 @@ contains
     associate (unused => self, unused_model => model)
     end associate
   end subroutine start_nothing
+
+  !> Need a field on the space of the displacement; terms that name the same one share it. Its values at the nodes are
+  !> kept under its name.
+  subroutine need_field(self, name, components, tolerance_ratio)
+    class(term_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    integer, intent(in) :: components
+    !> Relative residual that is allowed, over that allowed to the forces; 1 unless given.
+    real(wp), intent(in), optional :: tolerance_ratio
+
+    call add_field(self%needs, name, components, 0, tolerance_ratio)
+  end subroutine need_field
+
+  !> Mark components of fields beside the displacement that are constrained, and put in the values that they have at a
+  !> load fraction of the phase. Nothing, unless extended.
+  subroutine prescribe_nothing(self, model, fraction, constrained, values)
+    class(term_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: fraction
+    !> Table of all unknowns.
+    logical, intent(inout) :: constrained(:, :)
+    real(wp), intent(inout) :: values(:, :)
+
+    associate (unused => self, unused_model => model, unused_fraction => fraction, unused_constrained => constrained, &
+        unused_values => values)
+    end associate
+  end subroutine prescribe_nothing
 
   !> Put the node lists behind those of the terms before.
   subroutine couple_patches(self, configuration, connectivity)

@@ -86,7 +86,7 @@ contains
   !> Largest F in the layers of cells around each node.
   pure function forces_around(connectivity, size_at) result(around)
     type(connectivity_type), intent(in) :: connectivity
-    !> F (node_count).
+    !> F (nodes of the displacement, the first of all).
     real(wp), intent(in) :: size_at(:)
     real(wp) :: around(size(size_at)), inner(size(size_at))
     integer :: k, layer
@@ -96,6 +96,7 @@ contains
       inner = around
       do k = 1, connectivity%count
         associate (nodes => connectivity%nodes(connectivity%first(k):connectivity%first(k + 1) - 1))
+          if (maxval(nodes) > size(around)) cycle
           around(nodes) = max(around(nodes), maxval(inner(nodes)))
         end associate
       end do

@@ -1,5 +1,6 @@
 !> The sums over the terms of a step: what residual, matrix, reactions, shares and messages are made of. Each is one
-!> pass over the array, in its order, so that the same deck gives the same bytes.
+!> pass over the array, in its order, so that the same deck gives the same bytes. A term gets its part of the table of
+!> unknowns: all of it when it needs fields of its own, else the displacement.
 module qsmpm_term_sums
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -10,13 +11,14 @@ module qsmpm_term_sums
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term_share, only: solve_share_type
-  use qsmpm_term, only: term_slot_type, increment_type, failure_type, force_sizes_type
+  use qsmpm_term, only: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
+  use qsmpm_unknowns, only: unknowns_type, most_components, all_nodes
   implicit none
   private
 
   public :: start_terms, prepare_terms, begin_terms, set_loads, evaluate_terms, sum_forces, sum_transient, &
-    add_all_blocks, linear_forces, measure_shares, share_names, find_unusable, are_symmetric, evaluated_points, &
-    mark_anchored, commit_terms, discard_terms
+    add_all_blocks, linear_forces, sum_field_sizes, measure_shares, share_names, find_unusable, &
+    are_symmetric, evaluated_points, mark_anchored, commit_terms, discard_terms
 
 contains
 
@@ -32,9 +34,10 @@ contains
   end subroutine start_terms
 
   !> Make the terms ready for a step; they give their node lists, one behind the other.
-  subroutine prepare_terms(model, configuration, terms, connectivity)
+  subroutine prepare_terms(model, configuration, unknowns, terms, connectivity)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
+    type(unknowns_type), intent(in) :: unknowns
     type(term_slot_type), intent(inout) :: terms(:)
     !> Node lists that couple.
     type(connectivity_type), intent(out) :: connectivity
@@ -43,11 +46,25 @@ contains
     allocate (connectivity%first(1), source=1)
     allocate (connectivity%nodes(0))
     do t = 1, size(terms)
+      call give_part(unknowns, terms(t)%term)
       call terms(t)%term%prepare(model, configuration)
       terms(t)%term%first_stencil = connectivity%count + 1
       call terms(t)%term%couple(configuration, connectivity)
     end do
   end subroutine prepare_terms
+
+  !> The part of the table that a term gets.
+  subroutine give_part(unknowns, term)
+    type(unknowns_type), intent(in) :: unknowns
+    class(term_type), intent(inout) :: term
+
+    term%rows = unknowns%fields(1)%components
+    term%columns = unknowns%fields(1)%node_count
+    if (.not. allocated(term%needs%fields)) return
+    term%rows = most_components(unknowns)
+    term%columns = all_nodes(unknowns)
+    term%unknowns = unknowns
+  end subroutine give_part
 
   !> Tell the terms what the step is asked to be.
   subroutine begin_terms(terms, increment)
@@ -93,7 +110,14 @@ contains
 
     if (tangent /= tangent_none) matrix%values = 0.0_wp
     do t = 1, size(terms)
-      call terms(t)%term%evaluate(model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
+      associate (term => terms(t)%term, r => terms(t)%term%rows, c => terms(t)%term%columns)
+        if (present(prescribed)) then
+          call term%evaluate(model, configuration, displacement(:r, :c), tangent, equations, matrix, failure, &
+            prescribed(:r, :c))
+        else
+          call term%evaluate(model, configuration, displacement(:r, :c), tangent, equations, matrix, failure)
+        end if
+      end associate
       if (failure%failed) return
     end do
   end subroutine evaluate_terms
@@ -109,9 +133,19 @@ contains
 
     force = 0.0_wp
     do t = 1, size(terms)
-      if (terms(t)%term%role == role) call terms(t)%term%add_force(displacement, force)
+      if (terms(t)%term%role == role) call add_part(terms(t)%term, displacement, force)
     end do
   end subroutine sum_forces
+
+  !> Add the force of a term to its part of the table.
+  subroutine add_part(term, displacement, force)
+    class(term_type), intent(in) :: term
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :)
+    real(wp), intent(inout) :: force(:, :)
+
+    call term%add_force(displacement(:term%rows, :term%columns), force(:term%rows, :term%columns))
+  end subroutine add_part
 
   !> Force of the terms that a step is accepted without.
   subroutine sum_transient(terms, displacement, force)
@@ -123,7 +157,7 @@ contains
 
     force = 0.0_wp
     do t = 1, size(terms)
-      if (terms(t)%term%transient) call terms(t)%term%add_force(displacement, force)
+      if (terms(t)%term%transient) call add_part(terms(t)%term, displacement, force)
     end do
   end subroutine sum_transient
 
@@ -137,7 +171,9 @@ contains
     integer :: t
 
     do t = 1, size(terms)
-      call terms(t)%term%add_blocks(displacement, equations, matrix)
+      associate (term => terms(t)%term)
+        call term%add_blocks(displacement(:term%rows, :term%columns), equations, matrix)
+      end associate
     end do
   end subroutine add_all_blocks
 
@@ -151,9 +187,26 @@ contains
 
     force = 0.0_wp
     do t = 1, size(terms)
-      call terms(t)%term%add_linear_force(prescribed, force)
+      associate (term => terms(t)%term)
+        call term%add_linear_force(prescribed(:term%rows, :term%columns), force(:term%rows, :term%columns))
+      end associate
     end do
   end subroutine linear_forces
+
+  !> Contributions to the fields beside the displacement by their size: what the residual of a field refers to.
+  subroutine sum_field_sizes(terms, sizes)
+    type(term_slot_type), intent(in) :: terms(:)
+    !> (components, nodes)
+    real(wp), intent(out) :: sizes(:, :)
+    type(force_sizes_type) :: part
+    integer :: t
+
+    allocate (part%force(size(sizes, 1), size(sizes, 2)), source=0.0_wp)
+    do t = 1, size(terms)
+      if (allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(part)
+    end do
+    sizes = part%force
+  end subroutine sum_field_sizes
 
   !> What the terms carry of a solve, those that have a share.
   subroutine measure_shares(terms, displacement, load_norm, connectivity, shares)
@@ -167,16 +220,19 @@ contains
     type(force_sizes_type) :: sizes
     integer :: t, n
 
-    allocate (sizes%force(size(displacement, 1), size(displacement, 2)), source=0.0_wp)
+    ! Those of the displacement, which the first term, the soil, acts on.
+    allocate (sizes%force(terms(1)%term%rows, terms(1)%term%columns), source=0.0_wp)
     do t = 1, size(terms)
-      call terms(t)%term%add_sizes(sizes)
+      if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
     end do
     allocate (shares(count_shares(terms)))
     n = 0
     do t = 1, size(terms)
       if (.not. allocated(terms(t)%term%share_name)) cycle
       n = n + 1
-      call terms(t)%term%measure(displacement, load_norm, connectivity, sizes, shares(n))
+      associate (term => terms(t)%term)
+        call term%measure(displacement(:term%rows, :term%columns), load_norm, connectivity, sizes, shares(n))
+      end associate
     end do
   end subroutine measure_shares
 
@@ -203,7 +259,7 @@ contains
     end do
   end function share_names
 
-  !> Name of the first force that cannot be computed with, and the first node where it acts; empty for none.
+  !> Name of the first force that cannot be computed with, and the first column where it acts; empty for none.
   subroutine find_unusable(terms, displacement, name, node)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
@@ -217,7 +273,7 @@ contains
     node = 0
     do t = 1, size(terms)
       force = 0.0_wp
-      call terms(t)%term%add_force(displacement, force)
+      call add_part(terms(t)%term, displacement, force)
       if (all(is_usable(force))) cycle
       name = terms(t)%term%name
       node = findloc(all(is_usable(force), dim=1), .false., dim=1)
@@ -255,8 +311,10 @@ contains
     integer :: t
 
     do t = 1, size(terms)
-      if (terms(t)%term%anchors .and. terms(t)%term%connectivity%count > 0) &
-        anchored(terms(t)%term%connectivity%nodes) = .true.
+      associate (term => terms(t)%term)
+        if (term%anchors .and. term%connectivity%count > 0) &
+          anchored(pack(term%connectivity%nodes, term%connectivity%nodes <= size(anchored))) = .true.
+      end associate
     end do
   end subroutine mark_anchored
 
@@ -269,7 +327,9 @@ contains
     integer :: t
 
     do t = 1, size(terms)
-      call terms(t)%term%commit(displacement, model)
+      associate (term => terms(t)%term)
+        call term%commit(displacement(:term%rows, :term%columns), model)
+      end associate
     end do
   end subroutine commit_terms
 

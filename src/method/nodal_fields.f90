@@ -1,0 +1,146 @@
+!> Fields beside the displacement, as the terms of an analysis need them: unknowns of the step on the space of the
+!> displacement.
+!>
+!> The unknown of a step is the change of a field, as it is for the displacement. Its value at the nodes is kept in the
+!> state under its name, from step to step, and stays at its node when the mesh is reset; a node that is new to the
+!> window begins with zero. It is where a step counts from and where its iteration begins, and no memory of the
+!> material: what is solved is the value at the end of the step. What a term must remember of the material (the field
+!> at the start of the step, of which a rate is formed) rides on the material points, in an array of the term's own, as
+!> stresses do.
+module qsmpm_nodal_fields
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_other
+  use qsmpm_kept_arrays, only: kept_arrays_type, lay_array, kept_values, keep_values
+  use qsmpm_model, only: model_type
+  use qsmpm_term, only: term_slot_type
+  use qsmpm_unknowns, only: unknowns_type, add_field, find_field, join_constraints, most_components, all_nodes, &
+    put_values, values_of
+  implicit none
+  private
+
+  public :: list_unknowns, lay_fields, find_constraints, find_prescribed, keep_changes
+
+contains
+
+  !> The displacement and every field that a term needs, once, in the order of the terms.
+  subroutine list_unknowns(model, terms, unknowns, error)
+    type(model_type), intent(in) :: model
+    type(term_slot_type), intent(in) :: terms(:)
+    type(unknowns_type), intent(out) :: unknowns
+    !> Two terms mean different fields by one name.
+    type(error_type), allocatable, intent(out) :: error
+    integer :: t, i, f
+
+    call add_field(unknowns, 'displacement', model%mesh%dimension, model%space%node_count)
+    do t = 1, size(terms)
+      associate (needs => terms(t)%term%needs)
+        if (.not. allocated(needs%fields)) cycle
+        do i = 1, size(needs%fields)
+          associate (field => needs%fields(i))
+            f = find_field(unknowns, field%name)
+            if (f == 0) then
+              call add_field(unknowns, field%name, field%components, model%space%node_count, field%tolerance_ratio)
+            else if (f == 1 .or. unknowns%fields(f)%components /= field%components) then
+              call fail(error, error_other, "the terms mean different fields by '"//field%name//"'")
+              return
+            end if
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine list_unknowns
+
+  !> Nodal values of the fields, zero where the terms have laid none.
+  subroutine lay_fields(terms, model)
+    type(term_slot_type), intent(in) :: terms(:)
+    type(model_type), intent(inout) :: model
+    real(wp), allocatable :: values(:, :)
+    integer :: t, i
+
+    do t = 1, size(terms)
+      associate (needs => terms(t)%term%needs)
+        if (.not. allocated(needs%fields)) cycle
+        do i = 1, size(needs%fields)
+          allocate (values(needs%fields(i)%components, model%space%node_count), source=0.0_wp)
+          call lay_array(model%state%kept, needs%fields(i)%name, values, nodal=.true.)
+          deallocate (values)
+        end do
+      end associate
+    end do
+  end subroutine lay_fields
+
+  !> Constrained components of all fields.
+  subroutine find_constraints(model, terms, unknowns, constrained)
+    type(model_type), intent(in) :: model
+    type(term_slot_type), intent(in) :: terms(:)
+    type(unknowns_type), intent(in) :: unknowns
+    !> (most components, all nodes)
+    logical, allocatable, intent(out) :: constrained(:, :)
+    real(wp) :: values(most_components(unknowns), all_nodes(unknowns))
+
+    allocate (constrained(most_components(unknowns), all_nodes(unknowns)))
+    call ask_terms(model, terms, unknowns, model%state%progress%fraction, constrained, values)
+  end subroutine find_constraints
+
+  !> Changes in a step of all components that are prescribed.
+  subroutine find_prescribed(model, terms, unknowns, last, prescribed)
+    type(model_type), intent(in) :: model
+    type(term_slot_type), intent(in) :: terms(:)
+    type(unknowns_type), intent(in) :: unknowns
+    !> Load fraction at the end of the step.
+    real(wp), intent(in) :: last
+    !> (most components, all nodes)
+    real(wp), allocatable, intent(out) :: prescribed(:, :)
+    logical :: constrained(most_components(unknowns), all_nodes(unknowns))
+    real(wp) :: change(most_components(unknowns), all_nodes(unknowns))
+    integer :: f
+
+    allocate (prescribed(most_components(unknowns), all_nodes(unknowns)), source=0.0_wp)
+    call ask_terms(model, terms, unknowns, last, constrained, prescribed)
+    change = 0.0_wp
+    do f = 2, size(unknowns%fields)
+      call put_values(unknowns, f, kept_values(model%state%kept, unknowns%fields(f)%name), change)
+    end do
+    prescribed = merge(prescribed - change, 0.0_wp, constrained)
+    call put_values(unknowns, 1, (last - model%state%progress%fraction)*model%loading%prescribed, prescribed)
+  end subroutine find_prescribed
+
+  !> What is constrained and, beside the displacement, at which values.
+  subroutine ask_terms(model, terms, unknowns, fraction, constrained, values)
+    type(model_type), intent(in) :: model
+    type(term_slot_type), intent(in) :: terms(:)
+    type(unknowns_type), intent(in) :: unknowns
+    real(wp), intent(in) :: fraction
+    !> (most components, all nodes)
+    logical, intent(out) :: constrained(:, :)
+    real(wp), intent(out) :: values(:, :)
+    logical :: free(most_components(unknowns), model%space%node_count)
+    integer :: f, t
+
+    values = 0.0_wp
+    free = .false.
+    do f = 2, size(unknowns%fields)
+      call join_constraints(unknowns, f, free(:unknowns%fields(f)%components, :), constrained)
+    end do
+    do t = 1, size(terms)
+      if (allocated(terms(t)%term%needs%fields)) &
+        call terms(t)%term%prescribe(model, fraction, constrained, values)
+    end do
+    call join_constraints(unknowns, 1, model%loading%constrained, constrained)
+  end subroutine ask_terms
+
+  !> A step is taken: the nodal values follow.
+  subroutine keep_changes(unknowns, changes, kept)
+    type(unknowns_type), intent(in) :: unknowns
+    !> (most components, all nodes)
+    real(wp), intent(in) :: changes(:, :)
+    type(kept_arrays_type), intent(inout) :: kept
+    integer :: f
+
+    do f = 2, size(unknowns%fields)
+      associate (name => unknowns%fields(f)%name)
+        call keep_values(kept, name, kept_values(kept, name) + values_of(unknowns, f, changes))
+      end associate
+    end do
+  end subroutine keep_changes
+end module qsmpm_nodal_fields
