@@ -40,12 +40,12 @@ COPIED = ["src", "cmake", "verification/unit", "verification/plugins", "verifica
           "tools/bench_solvers.f90"]
 # What holds the promise that a step is accepted in equilibrium or not at all: files by the start of their names.
 ROOMS = {
-    "step control": ["method/stepping", "method/step_", "method/load_step", "method/hold_test"],
-    "equilibrium": ["method/equilibrium"],
+    "step control": ["method/stepping", "method/step_", "method/load_step", "method/constant_load_test"],
+    "equilibrium": ["method/equilibrium", "method/field_balance"],
     "checkpoint": ["model/saved_places", "model/model_window", "api/snapshot"],
-    "convection": ["method/convection", "method/recovered_gradient", "points/point_location", "mesh/moving_rows"],
+    "convection": ["method/convection", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
     "phases": ["method/phase", "model/phase_start"],
-    "loads": ["method/loads", "method/supports", "model/model_surfaces"],
+    "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
     "restart": ["output/restart", "output/hdf5_"],
 }
 ROOM_SHARE = 0.4

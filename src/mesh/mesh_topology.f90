@@ -194,31 +194,12 @@ contains
   !> Cells that share a corner.
   subroutine find_corner_neighbours(mesh)
     type(mesh_type), intent(inout) :: mesh
-    integer :: first(mesh%node_count + 1), place(mesh%node_count)
+    integer :: first(mesh%node_count + 1)
     integer, allocatable :: cells(:), list(:)
     logical :: seen(mesh%cell_count)
     integer :: c, i, j, k, node, count
 
-    first = 0
-    do c = 1, mesh%cell_count
-      do i = 1, corner_count(mesh%cell_kind(c))
-        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
-        first(node + 1) = first(node + 1) + 1
-      end do
-    end do
-    first(1) = 1
-    do node = 1, mesh%node_count
-      first(node + 1) = first(node + 1) + first(node)
-    end do
-    place = first(:mesh%node_count)
-    allocate (cells(first(mesh%node_count + 1) - 1))
-    do c = 1, mesh%cell_count
-      do i = 1, corner_count(mesh%cell_kind(c))
-        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
-        cells(place(node)) = c
-        place(node) = place(node) + 1
-      end do
-    end do
+    call find_cells_at_corners(mesh, first, cells)
     allocate (mesh%vertex_first(mesh%cell_count + 1), list(8*size(cells) + 64))
     mesh%vertex_first(1) = 1
     seen = .false.
@@ -244,4 +225,34 @@ contains
     end do
     mesh%vertex_neighbour = list(:mesh%vertex_first(mesh%cell_count + 1) - 1)
   end subroutine find_corner_neighbours
+
+  !> Cells at every corner node: cells(first(n):first(n + 1) - 1) are those at node n.
+  pure subroutine find_cells_at_corners(mesh, first, cells)
+    type(mesh_type), intent(in) :: mesh
+    !> (node_count + 1)
+    integer, intent(out) :: first(:)
+    integer, allocatable, intent(out) :: cells(:)
+    integer :: place(mesh%node_count), c, i, node
+
+    first = 0
+    do c = 1, mesh%cell_count
+      do i = 1, corner_count(mesh%cell_kind(c))
+        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
+        first(node + 1) = first(node + 1) + 1
+      end do
+    end do
+    first(1) = 1
+    do node = 1, mesh%node_count
+      first(node + 1) = first(node + 1) + first(node)
+    end do
+    place = first(:mesh%node_count)
+    allocate (cells(first(mesh%node_count + 1) - 1))
+    do c = 1, mesh%cell_count
+      do i = 1, corner_count(mesh%cell_kind(c))
+        node = mesh%cell_nodes(mesh%cell_first(c) + i - 1)
+        cells(place(node)) = c
+        place(node) = place(node) + 1
+      end do
+    end do
+  end subroutine find_cells_at_corners
 end module qsmpm_mesh_topology

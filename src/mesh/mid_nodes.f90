@@ -22,20 +22,14 @@ contains
     integer, allocatable :: ends(:, :), order(:), middle(:), nodes(:), firsts(:)
     real(wp), allocatable :: coordinates(:, :)
     real(wp) :: places(mesh%dimension, node_count(kind)), functions(corner_count(kind))
-    integer :: c, e, k, n, corners, added
+    integer :: c, k, n, corners, added
 
     edges = mid_edges(kind)
     corners = corner_count(kind)
     places = local_nodes(kind)
     n = size(edges, 2)*mesh%cell_count
-    allocate (ends(2, n), order(n), middle(n), firsts(n))
-    do c = 1, mesh%cell_count
-      do e = 1, size(edges, 2)
-        k = (c - 1)*size(edges, 2) + e
-        ends(:, k) = mesh%cell_nodes(mesh%cell_first(c) - 1 + edges(:, e))
-        ends(:, k) = [minval(ends(:, k)), maxval(ends(:, k))]
-      end do
-    end do
+    allocate (order(n), middle(n), firsts(n))
+    ends = ends_of_edges(mesh, edges)
     call order_columns(ends, order)
     allocate (coordinates(mesh%dimension, mesh%node_count + n))
     coordinates(:, :mesh%node_count) = mesh%coordinates
@@ -65,4 +59,21 @@ contains
     mesh%cell_kind = kind
     mesh%cell_first = [(1 + c*node_count(kind), c=0, mesh%cell_count)]
   end subroutine add_mid_nodes
+
+  !> The two corner nodes, the smaller one first, of the edges of all cells, cell by cell (2,n).
+  pure function ends_of_edges(mesh, edges) result(ends)
+    type(mesh_type), intent(in) :: mesh
+    !> Local corners of the edges of a cell (2,edges).
+    integer, intent(in) :: edges(:, :)
+    integer :: ends(2, size(edges, 2)*mesh%cell_count)
+    integer :: c, e, k
+
+    do c = 1, mesh%cell_count
+      do e = 1, size(edges, 2)
+        k = (c - 1)*size(edges, 2) + e
+        ends(:, k) = mesh%cell_nodes(mesh%cell_first(c) - 1 + edges(:, e))
+        ends(:, k) = [minval(ends(:, k)), maxval(ends(:, k))]
+      end do
+    end do
+  end function ends_of_edges
 end module qsmpm_mid_nodes

@@ -110,7 +110,7 @@ contains
     character(len=*), intent(in) :: line
     !> Unit of stress of the deck.
     character(len=*), intent(in) :: stress_unit
-    !> What is led.
+    !> Prescribed components.
     integer, allocatable, intent(out) :: driven_components(:)
     !> Where it stands in a row, and the factor to the deck's unit.
     integer, allocatable, intent(out) :: column(:)
@@ -129,34 +129,46 @@ contains
     time_column = 0
     do i = 1, size(cells)
       call cut_heading(cells(i)%text, name, unit)
+      if (any(name == ['STEP ', 'PHASE'])) cycle
       if (name == 'TIME') then
         if (time_column > 0) call fail(error, error_deck, path//":1: 'TIME' stands there twice")
         if (allocated(error)) return
         time_column = i
         cycle
       end if
-      if (any(name == ['STEP ', 'PHASE'])) cycle
-      driven = findloc(driven_words == name, .true., dim=1)
-      if (driven == 0) then
-        call fail(error, error_deck, path//":1: nothing is called '"//stripped(cells(i)%text)//"'")
-        return
-      end if
-      if (any(driven_components == driven)) then
+      call find_component(path, stripped(cells(i)%text), name, unit, stress_unit, driven, f, error)
+      if (.not. allocated(error) .and. any(driven_components == driven)) &
         call fail(error, error_deck, path//":1: '"//trim(driven_words(driven))//"' stands there twice")
-        return
-      end if
-      f = unit_factor(unit, is_stress(driven), stress_unit)
-      if (.not. abs(f) > 0.0_wp) then
-        call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name//"' cannot be converted to '"// &
-          trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(driven)))//"'")
-        return
-      end if
+      if (allocated(error)) return
       driven_components = [driven_components, driven]
       column = [column, i]
       factor = [factor, f]
     end do
-    if (size(driven_components) == 0) call fail(error, error_deck, path//':1: no column is led')
+    if (size(driven_components) == 0) call fail(error, error_deck, path//':1: no column is a prescribed component')
   end subroutine parse_head
+
+  !> What a heading prescribes, and the factor from its unit to that of the deck.
+  pure subroutine find_component(path, heading, name, unit, stress_unit, driven, factor, error)
+    character(len=*), intent(in) :: path, heading
+    !> Parts of the heading.
+    character(len=*), intent(in) :: name, unit
+    !> Unit of stress of the deck.
+    character(len=*), intent(in) :: stress_unit
+    integer, intent(out) :: driven
+    real(wp), intent(out) :: factor
+    !> Set when name or unit are not known.
+    type(error_type), allocatable, intent(out) :: error
+
+    factor = 0.0_wp
+    driven = findloc(driven_words == name, .true., dim=1)
+    if (driven == 0) then
+      call fail(error, error_deck, path//":1: nothing is called '"//heading//"'")
+      return
+    end if
+    factor = unit_factor(unit, is_stress(driven), stress_unit)
+    if (.not. abs(factor) > 0.0_wp) call fail(error, error_deck, path//":1: unit '"//unit//"' of '"//name// &
+      "' cannot be converted to '"//trim(merge(stress_unit, repeat('-', len(stress_unit)), is_stress(driven)))//"'")
+  end subroutine find_component
 
   !> Name and unit of a heading `name [unit]`.
   pure subroutine cut_heading(text, name, unit)
