@@ -1,7 +1,7 @@
 !> *WATER LEVEL: the level of the ground water from a phase on.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: water_level_type
+  use qsmpm_analysis, only: water_level_type, initial_k0
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels
@@ -108,6 +108,7 @@ contains
     integer :: p, i, b
 
     heavy = .false.
+    call check_stops(state)
     allocate (bodies(0))
     do b = 1, size(state%analysis%bodies)
       call add_word(bodies, state%analysis%bodies(b)%name)
@@ -130,4 +131,30 @@ contains
       end associate
     end do
   end subroutine check_water
+
+  !> A phase that may end early does not move water: half way between two levels is no level.
+  subroutine check_stops(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: moves
+    integer :: p, i, q, k
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (size(phase%stops) == 0 .or. phase%initial%kind == initial_k0) cycle
+        moves = size(phase%water_levels) > 0
+        do i = 1, size(phase%tractions)
+          if (.not. phase%tractions(i)%follows) cycle
+          do q = 1, p
+            do k = 1, size(state%analysis%phases(q)%tractions)
+              associate (load => state%analysis%phases(q)%tractions(k))
+                moves = moves .or. (load%of_water .and. load%surface == phase%tractions(i)%surface)
+              end associate
+            end do
+          end do
+        end do
+        if (moves) call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' moves water and has a "// &
+          '*STOP: half way between two levels is no level to go on from; move the water in a phase of its own')
+      end associate
+    end do
+  end subroutine check_stops
 end module qsmpm_deck_water

@@ -6,7 +6,7 @@ module qsmpm_surface_pressure
   implicit none
   private
 
-  public :: surface_pressure_type, pressure_at, acts
+  public :: surface_pressure_type, pressure_at, reached_pressure, acts
 
   type :: surface_pressure_type
     !> Pressure at the height, and what it grows by per length downwards.
@@ -26,6 +26,19 @@ contains
     if (pressure%of_water .and. y > pressure%height) return
     pressure_at = pressure%value + pressure%gradient*(pressure%height - y)
   end function pressure_at
+
+  !> The pressure that is reached between two, neither of which is that of water unless they are the same.
+  elemental type(surface_pressure_type) function reached_pressure(start, final, fraction) result(reached)
+    type(surface_pressure_type), intent(in) :: start, final
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+    real(wp) :: before
+
+    reached = final
+    before = start%value + start%gradient*(start%height - final%height)
+    reached%value = before + fraction*(final%value - before)
+    reached%gradient = start%gradient + fraction*(final%gradient - start%gradient)
+  end function reached_pressure
 
   !> Whether there is one anywhere.
   elemental logical function acts(pressure)

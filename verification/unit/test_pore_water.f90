@@ -15,6 +15,7 @@ module test_pore_water
   use qsmpm_pore_water, only: update_pore_pressure, excess_name
   use qsmpm_reduction, only: reduce_column, reduce_mirror
   use qsmpm_stages, only: cut_stage
+  use qsmpm_surface_pressure, only: surface_pressure_type, pressure_at, reached_pressure
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at, submerged_share
   use deck_samples, only: joined
   use scene_samples, only: layers_deck, twin_deck, changed, outcome
@@ -53,6 +54,7 @@ contains
     call check_pressure(tests)
     call check_reductions(tests)
     call check_cut(tests)
+    call check_reached(tests)
   end subroutine collect_pore_water
 
   !> Levels, slopes, heads and shares of a line of three corners and of one.
@@ -322,6 +324,17 @@ contains
       call tests%check("verdict '"//words//"', found '"//found//"'", index(found, words) > 0)
     end subroutine expect
   end subroutine check_reductions
+
+  !> A pressure reached half way is at every height half way between both.
+  subroutine check_reached(tests)
+    type(tests_type), intent(inout) :: tests
+    type(surface_pressure_type), parameter :: one = surface_pressure_type(3.0_wp, 2.0_wp, 1.0_wp, .false.), &
+      two = surface_pressure_type(5.0_wp, -1.0_wp, 4.0_wp, .false.)
+    real(wp), parameter :: y(3) = [-2.0_wp, 1.0_wp, 7.0_wp]
+
+    call tests%close('a pressure reached', maxval(abs(pressure_at(reached_pressure(one, two, 0.3_wp), y) &
+      - 0.7_wp*pressure_at(one, y) - 0.3_wp*pressure_at(two, y))), 0.0_wp, rounding*10)
+  end subroutine check_reached
 
   !> A stage that moves a level does not end before its time; pressures that vary with height do.
   subroutine check_cut(tests)
