@@ -7,6 +7,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_controls, only: add_control_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
+  use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_undrained, only: add_drain_keyword
   use qsmpm_deck_words, only: bar_list, initial_words, axis_words
@@ -40,6 +41,7 @@ contains
       prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
     call add_load_keywords(table)
     call add_control_keywords(table)
+    call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
   end subroutine add_phase_keywords
 
