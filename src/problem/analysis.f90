@@ -9,15 +9,17 @@ module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_undrained_parameters, only: undrained_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, stop_type, &
+    moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, stop_type, &
     water_level_type
 
   !> Kinds of model.
@@ -66,7 +68,7 @@ module qsmpm_analysis
   integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
   !> Whether a factor serves later matrices of the same pattern as a preconditioner.
   integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
-  !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
+  !> Newton variants: the paper's frozen [K^E + K^G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
   !> How a phase starts its stresses.
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1
@@ -185,6 +187,9 @@ module qsmpm_analysis
     type(softening_parameters_type) :: softening
     !> The law is given by the program that embeds the library; nothing is known of it.
     logical :: own_law = .false.
+    !> Pore water that cannot leave.
+    type(undrained_type) :: undrained
+    type(source_line_type) :: undrained_where
     !> A law of qsmpm_standard_laws, instead of elasticity and strength.
     class(law_parameters_type), allocatable :: soil_law
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
@@ -281,7 +286,7 @@ module qsmpm_analysis
     logical :: line_search = .true.
     !> Smallest step as a share of the first one before the phase stops.
     real(wp) :: smallest_step = 1.0e-3_wp
-    !> Iterations below which a cut step grows again, above which the next one shrinks.
+    !> Iterations up to which a cut step grows again, and above which the next one shrinks.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
     !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
@@ -291,14 +296,14 @@ module qsmpm_analysis
     real(wp) :: largest_step = 1.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
-    !> Share of the load that stabilisation may carry; a step is held until it is below.
+    !> Share of the load that stabilisation may carry; a step is re-equilibrated until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_reequilibrations = 30
-    !> Factor on the stabilisation from hold to hold; 1 keeps it.
+    !> Factor on the stabilisation from one re-equilibration to the next; 1 keeps it.
     real(wp) :: stabilisation_fade = 1.0_wp
     !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
     real(wp) :: limit_compliance = 0.0_wp
-    !> Proximal sub-steps when the static step is lost, and the drag they may leave.
+    !> Proximal sub-steps where the static step is rejected, and the share of damping below which it is tried again.
     logical :: damping = .true.
     real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400
@@ -349,6 +354,18 @@ module qsmpm_analysis
     real(wp) :: k0 = 1.0_wp
   end type initial_stress_type
 
+  !> What becomes of the excess pore pressure of undrained materials in a phase, and after it.
+  type :: drain_state_type
+    logical :: given = .false.
+    type(source_line_type) :: where
+    !> The pressure stays as it is, and only new one does not come about.
+    logical :: keeps = .false.
+    !> The material is drained in later phases too.
+    logical :: stays_drained = .false.
+    !> Bodies it is about; none: all.
+    type(string_type), allocatable :: bodies(:)
+  end type drain_state_type
+
   !> A history value at which a phase ends.
   type :: stop_type
     character(len=:), allocatable :: history
@@ -383,6 +400,7 @@ module qsmpm_analysis
     type(stop_type), allocatable :: stops(:)
     real(wp) :: stop_tolerance = 1.0e-2_wp
     logical :: reset_displacements = .false.
+    type(drain_state_type) :: drain_state
   end type phase_type
 
   !> Which results are written, and how often (in accepted steps; 0 means at phase ends only).
