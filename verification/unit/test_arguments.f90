@@ -24,7 +24,7 @@ contains
     call tests%check('the deck is the word without a dash', command%subject == 'a.inp')
     call tests%check('options keep their values', command%command == command_run .and. &
       command%directory == 'd' .and. command%restart == 'r.h5' .and. command%threads == 3 .and. &
-      command%static_share .and. command%profile)
+      command%quiet .and. command%profile)
     call parse('run --threads 2 b.inp', command, error)
     call tests%check('options may stand before the deck', command%subject == 'b.inp' .and. &
       command%threads == 2 .and. .not. allocated(error))
