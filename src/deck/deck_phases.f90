@@ -24,7 +24,7 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the one '// &
-      'before; loads and fixities stay until changed. All loads of the phase run linearly to '// &
+      'before, or of PARENT; loads and fixities stay until changed. All loads of the phase run linearly to '// &
       'their value times the load factor.', phase_fields, &
       '*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE', begin_phase, list=list_phases, &
       opens='phase')
@@ -49,6 +49,8 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
       call fields%name('NAME', phase%name, 'name of the phase', required=.true.)
+      call fields%name('PARENT', phase%parent, 'an earlier phase that it starts from the end of, with the '// &
+        'loads and fixities in force there; the one before when not given')
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
         range='(0, inf)')

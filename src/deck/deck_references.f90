@@ -8,9 +8,11 @@ module qsmpm_deck_references
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_controls, only: check_limit_compliance
+  use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -38,6 +40,7 @@ contains
     call check_node_sets(state)
     call check_surfaces(state)
     call check_prescriptions(state)
+    call check_parents(state)
     call check_starts(state)
     call check_limit_compliance(state)
   end subroutine check_references
@@ -285,7 +288,7 @@ contains
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
     logical :: held
-    integer :: p, i
+    integer :: p
 
     held = .false.
     do p = 1, size(state%analysis%phases)
@@ -297,7 +300,7 @@ contains
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
-        if (.not. any([(acts(state%analysis%phases(i)), i=1, p)])) then
+        if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
             .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
@@ -309,6 +312,20 @@ contains
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
       '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
+
+  !> Whether a phase or one of its ancestors puts a load on the model.
+  pure logical function is_loaded(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: line(:)
+    integer :: i
+
+    is_loaded = .false.
+    allocate (line, source=lineage(phases, number))
+    do i = 1, size(line)
+      is_loaded = is_loaded .or. acts(phases(line(i)))
+    end do
+  end function is_loaded
 
   !> Whether a phase puts a load on the model.
   pure logical function acts(phase)

@@ -14,9 +14,11 @@ module qsmpm_phases
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_phase_ends, only: go_to_phase, keep_phase_end, next_phase
   use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
     warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_start, only: start_phase, resume_phase
+  use qsmpm_phase_tree, only: is_wanted, parent_of
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
@@ -94,15 +96,15 @@ contains
     class(observer_type), intent(inout) :: observer
     !> The state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
+    integer :: next
 
     if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model%state%progress)) then
       if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
-      if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
-      call need_whole_load(model, error)
-      if (allocated(error)) return
-      model%state%progress%phase = model%state%progress%phase + 1
+      if (.not. allocated(error)) call choose_next_phase(model, observer, next, error)
+      if (allocated(error) .or. next == 0) return
+      call go_to_phase(model, next)
       loop%end_notified = .false.
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
@@ -112,6 +114,7 @@ contains
       call report_phase(model, loop%step%cut, loop%report, observer)
     else if (phase_is_complete(model%state%progress)) then
       call end_phase(model, loop, observer, error)
+      if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
     end if
   end subroutine advance_step_loop
 
@@ -130,18 +133,49 @@ contains
     loop%begun = .not. allocated(error)
   end subroutine begin_or_resume
 
-  !> A phase that has ended at its limit load carries no other.
-  subroutine need_whole_load(model, error)
+  !> The phase to come, 0 when the run has ended. What starts from a phase that has ended at its limit load is left out.
+  subroutine choose_next_phase(model, observer, next, error)
     type(model_type), intent(in) :: model
-    !> error_not_converged: names the limit load.
+    class(observer_type), intent(inout) :: observer
+    integer, intent(out) :: next
+    !> error_not_converged: a phase was left out and none is to come.
     type(error_type), allocatable, intent(out) :: error
+    integer :: p
 
-    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
-      if (is_found(progress%limit)) call fail(error, error_not_converged, "phase '"//phase%name// &
-        "' has ended at its "//limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor))// &
-        '; the phases behind it need the load that it did not carry')
+    next = next_phase(model)
+    associate (phases => model%analysis%phases, present => model%state%progress%phase)
+      if (next == 0) then
+        call need_all_phases(model, error)
+        return
+      end if
+      do p = present + 1, next - 1
+        call observer%note("phase '"//phases(p)%name//"' is left out: phase '"//phases(parent_of(phases, p))%name// &
+          "' has not ended with its whole load")
+      end do
+      if (parent_of(phases, next) /= present) call observer%note("phase '"//phases(next)%name// &
+        "' starts from the end of phase '"//phases(parent_of(phases, next))%name//"'")
     end associate
-  end subroutine need_whole_load
+  end subroutine choose_next_phase
+
+  !> A phase that has ended at its limit load carries no other.
+  subroutine need_all_phases(model, error)
+    type(model_type), intent(in) :: model
+    !> error_not_converged: names that phase.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+
+    associate (progress => model%state%progress, phases => model%analysis%phases)
+      text = ''
+      if (progress%ended_early > 0) then
+        text = "phase '"//phases(progress%ended_early)%name//"' has ended at its limit load"
+      else if (is_found(progress%limit) .and. is_wanted(phases, progress%phase, progress%phase)) then
+        text = "phase '"//phases(progress%phase)%name//"' has ended at its "// &
+          limit_text(limit_loads(progress%limit, progress%fraction, phases(progress%phase)%load_factor))
+      end if
+    end associate
+    if (len(text) > 0) call fail(error, error_not_converged, text// &
+      '; the phases behind it need the load that it did not carry')
+  end subroutine need_all_phases
 
   !> Begin the current phase; initial stresses must be in equilibrium.
   subroutine enter_phase(model, loop, observer, error)
@@ -165,14 +199,15 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
 
-  !> Notify the observer that the phase has ended.
+  !> Keep what later phases start from, and notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
     loop%end_notified = .true.
+    call keep_phase_end(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &

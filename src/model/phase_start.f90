@@ -15,6 +15,7 @@ module qsmpm_phase_start
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
+  use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
@@ -72,11 +73,12 @@ contains
     call set_normals(model%state%surface, changed)
   end subroutine release
 
-  !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
+  !> Loads and constraints of the model's current phase, by going through its ancestors up to it. Forces on material
   !> points are an embedding program's and stay.
   subroutine resume_phase(model)
     type(model_type), intent(inout) :: model
     type(loading_type) :: loading
+    integer, allocatable :: line(:)
     integer :: i
 
     allocate (loading%constrained(model%mesh%dimension, model%space%node_count), source=.false.)
@@ -88,8 +90,9 @@ contains
       loading%pressure_final(size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
     allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
-    do i = 1, model%state%progress%phase
-      call apply_phase(model, model%analysis%phases(i), loading)
+    allocate (line, source=lineage(model%analysis%phases, model%state%progress%phase))
+    do i = 1, size(line)
+      call apply_phase(model, model%analysis%phases(line(i)), loading)
     end do
     allocate (loading%open_edge(model%mesh%cell_count))
     call find_open_edges(model%mesh, loading%held, loading%open_edge)

@@ -317,7 +317,8 @@ contains
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
-    call write_log(self, 'end of phase '//integer_text(model%state%progress%phase))
+    call write_log(self, 'end of phase '//integer_text(model%state%progress%phase)//" '"// &
+      model%analysis%phases(model%state%progress%phase)%name//"'")
     call report_stress_error(self, model)
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return

@@ -52,6 +52,7 @@ program run_unit_tests
   use test_step_control, only: collect_step_control
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
+  use test_phase_tree, only: collect_phase_tree
   use test_energy, only: collect_energy
   use test_accepted_steps, only: collect_accepted_steps
   use test_run_profile, only: collect_run_profile
@@ -166,6 +167,7 @@ program run_unit_tests
   call register('step_control', collect_step_control)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
+  call register('phase_tree', collect_phase_tree)
   call register('energy', collect_energy)
   call register('accepted_steps', collect_accepted_steps)
   call register('run_profile', collect_run_profile)
