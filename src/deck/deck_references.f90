@@ -4,15 +4,16 @@ module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
     source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
-    phase_type
+    phase_safety
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
-  use qsmpm_phase_tree, only: lineage
+  use qsmpm_phase_loads, only: acts, is_loaded
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_parents, only: check_parents
+  use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -41,6 +42,7 @@ contains
     call check_surfaces(state)
     call check_prescriptions(state)
     call check_parents(state)
+    call check_safety(state)
     call check_starts(state)
     call check_limit_compliance(state)
   end subroutine check_references
@@ -303,7 +305,7 @@ contains
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
-            .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
+            .or. phase%kind == phase_safety .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate
@@ -312,31 +314,6 @@ contains
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
       '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
-
-  !> Whether a phase or one of its ancestors puts a load on the model.
-  pure logical function is_loaded(phases, number)
-    type(phase_type), intent(in) :: phases(:)
-    integer, intent(in) :: number
-    integer, allocatable :: line(:)
-    integer :: i
-
-    is_loaded = .false.
-    allocate (line, source=lineage(phases, number))
-    do i = 1, size(line)
-      is_loaded = is_loaded .or. acts(phases(line(i)))
-    end do
-  end function is_loaded
-
-  !> Whether a phase puts a load on the model.
-  pure logical function acts(phase)
-    type(phase_type), intent(in) :: phase
-    integer :: i
-
-    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
-    do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) > 0.0_wp
-    end do
-  end function acts
 
   !> Whether gravity acts along y or z and upwards.
   pure logical function rises(gravity)

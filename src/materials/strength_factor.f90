@@ -11,8 +11,9 @@ module qsmpm_strength_factor
 
   public :: strength_factor_type, lower_strength, lower_tension, is_lowered, operator(==)
 
-  !> Flow rule of the lowered strength, numbered as the deck's words.
+  !> Flow rule of the lowered strength, and its words.
   integer, parameter, public :: flow_material = 1, flow_davis_a = 2, flow_davis_b = 3
+  character(len=8), parameter, public :: flow_words(3) = [character(len=8) :: 'MATERIAL', 'DAVIS A', 'DAVIS B']
 
   !> F and the flow rule.
   type :: strength_factor_type

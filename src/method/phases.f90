@@ -3,7 +3,7 @@
 !> qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -20,6 +20,8 @@ module qsmpm_phases
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_phase_tree, only: is_wanted, parent_of
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_safety_factors, only: is_running_out, is_searching
+  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
@@ -218,7 +220,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
 
-  !> Try until a step is accepted, or the limit load found.
+  !> Try until a step is accepted, or what the phase looks for is found: then it ends.
   subroutine reach_step(model, loop, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -226,20 +228,46 @@ contains
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
-    type(outcome_type) :: outcome
-    real(wp) :: length, last
+    logical :: accepted
 
+    record = step_record_type()
+    if (is_searching(model)) then
+      call reach_factor(model, loop, phase, observer, record, accepted, error)
+    else
+      call reach_load(model, loop, phase, observer, record, accepted, error)
+    end if
+    if (allocated(error) .or. .not. accepted) return
+    loop%step%profile%steps = loop%step%profile%steps + 1
+    call complete_record(model, loop%step, record)
+    call notify_step(model, loop, record, observer, error)
+    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
+  end subroutine reach_step
+
+  !> The next load of the phase, or the next strength of its run-out.
+  subroutine reach_load(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    !> False where the limit load is found instead.
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
+    type(outcome_type) :: outcome
+    real(wp) :: length, last, strength
+
+    accepted = .false.
     do
-      if (observer%stop_requested()) then
-        call fail(error, error_stopped, 'stopped on request')
-        return
-      end if
+      if (is_stopped(observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
       if (is_found(model%state%progress%limit)) return
       record = step_record_type()
+      strength = model%state%progress%strength_factor
+      if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
+      if (outcome%accepted .and. .not. allocated(error)) exit
+      call set_strength(model, strength)
       if (allocated(error)) return
-      if (outcome%accepted) exit
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
@@ -247,14 +275,45 @@ contains
       end if
       call observer%note('increment cut back: '//outcome%reason)
     end do
+    accepted = .true.
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
-    model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-    loop%step%profile%steps = loop%step%profile%steps + 1
-    call complete_record(model, loop%step, record)
+    if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
-    call notify_step(model, loop, record, observer, error)
-    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
-  end subroutine reach_step
+  end subroutine reach_load
+
+  !> The next stable factor of a safety phase; where there is none its factor of safety is found.
+  subroutine reach_factor(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
+    type(outcome_type) :: outcome
+
+    accepted = .false.
+    if (is_stopped(observer, error)) return
+    call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
+    if (allocated(error)) return
+    accepted = outcome%accepted
+    if (accepted) then
+      model%state%progress%step = model%state%progress%step + 1
+      model%state%progress%phase_steps = model%state%progress%phase_steps + 1
+    else if (.not. is_stopped(observer, error)) then
+      call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
+      if (.not. allocated(error)) call end_search(model, phase, observer, error)
+    end if
+  end subroutine reach_factor
+
+  !> Whether the run is to stop.
+  logical function is_stopped(observer, error)
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    is_stopped = observer%stop_requested()
+    if (is_stopped) call fail(error, error_stopped, 'stopped on request')
+  end function is_stopped
 
   !> Points, equations and histories at the end of an accepted step.
   subroutine complete_record(model, step, record)

@@ -90,6 +90,7 @@ contains
       progress%phase = number
       progress%step = present%step
       progress%ended_early = present%ended_early
+      if (allocated(present%factors)) progress%factors = present%factors
       if (progress%ended_early == 0 .and. is_found(present%limit) .and. &
         is_wanted(model%analysis%phases, present%phase, present%phase)) progress%ended_early = present%phase
     end associate

@@ -6,9 +6,10 @@
 !> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0, support_none
+  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, support_none
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_limit_load, only: limit_load_type
+  use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
@@ -16,6 +17,7 @@ module qsmpm_phase_start
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_phase_tree, only: lineage
+  use qsmpm_safety_bracket, only: bracket_type
   implicit none
   private
 
@@ -29,13 +31,16 @@ contains
 
     associate (progress => model%state%progress)
       progress%fraction = 0.0_wp
-      progress%load_factor = 0.0_wp
+      if (model%analysis%phases(progress%phase)%kind /= phase_safety) progress%load_factor = 0.0_wp
+      progress%strength_factor = 1.0_wp
+      progress%bracket = bracket_type()
       progress%next_step = 0.0_wp
       progress%constant_load_tests_done = 0
       progress%limit = limit_load_type()
       progress%phase_steps = 0
     end associate
     call resume_phase(model)
+    call fit_laws(model)
     call release(model)
     call watch_sets(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))

@@ -29,6 +29,8 @@ module qsmpm_recorder
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_safety_factors, only: has_factor
+  use qsmpm_safety_files, only: safety_file, mechanism_mesh, mechanism_points, write_mechanism, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
@@ -85,6 +87,7 @@ module qsmpm_recorder
     procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
+    procedure :: mechanism
     procedure :: note
     procedure :: stop_requested
   end type recorder_type
@@ -155,13 +158,15 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(10) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
-      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
+    character(len=*), parameter :: names(11) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
+      'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
       profile_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
     if (status == 0) status = remove_numbered(directory, 'mesh_', '.vtu')
+    if (status == 0) status = remove_numbered(directory, mechanism_points, '.vtu')
+    if (status == 0) status = remove_numbered(directory, mechanism_mesh, '.vtu')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
     do i = 1, size(names)
       if (status /= 0) exit
@@ -325,6 +330,8 @@ contains
     call save_restart(self, model, error)
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
+    if (.not. allocated(error) .and. has_factor(model%state%progress)) &
+      call write_safety(self%directory, model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
@@ -342,6 +349,34 @@ contains
         '  "knee": '//real_text(loads(3))//newline//'}'//newline
     end associate
   end function limit_json
+
+  !> Pictures of the way a body fails, numbered by the phase.
+  subroutine mechanism(self, model, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. model%analysis%output%vtk) return
+    self%estimate_step = -1
+    call measure(self, model)
+    self%estimate_step = -1
+    if (is_reduced(self%options%whole)) then
+      call show_state(self%options%whole, model)
+      call write_mechanism(self%directory, self%options%whole%model, whole_estimate(self), error)
+    else
+      call write_mechanism(self%directory, model, self%estimate, error)
+    end if
+  end subroutine mechanism
+
+  !> Estimated error of the stresses at the points of the scene.
+  type(stress_error_type) function whole_estimate(recorder) result(shown)
+    class(recorder_type), intent(in) :: recorder
+
+    shown = recorder%estimate
+    shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
+    shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
+  end function whole_estimate
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine report_stress_error(recorder, model)
@@ -494,16 +529,12 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(stress_error_type) :: shown
 
     call measure(recorder, model)
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
-      shown = recorder%estimate
-      shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
-      shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
-      call write_fields(recorder, recorder%options%whole%model, shown, error)
+      call write_fields(recorder, recorder%options%whole%model, whole_estimate(recorder), error)
     else
       call write_fields(recorder, model, recorder%estimate, error)
     end if

@@ -337,8 +337,8 @@ module qsmpm_analysis
     !> One of flow_* (qsmpm_strength_factor) and of geometry_*.
     integer :: flow = flow_material
     integer :: geometry = geometry_fixed
-    !> Factor of the run-out that follows the search; 0 for none.
-    real(wp) :: runout = 0.0_wp
+    !> Factor of the run-out that follows the search; huge for none.
+    real(wp) :: runout = huge(1.0_wp)
   end type safety_type
 
   !> One phase: what changes, and how it is stepped.
