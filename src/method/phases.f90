@@ -127,7 +127,8 @@ contains
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    if (model%state%progress%fraction > 0.0_wp) then
+    ! A search for a factor of safety takes its steps at the loads of its start.
+    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0) then
       call resume_phase(model)
     else
       call enter_phase(model, loop, observer, error)

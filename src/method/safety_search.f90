@@ -15,13 +15,12 @@ module qsmpm_safety_search
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_points, only: reset_strains
-  use qsmpm_safety_bracket, only: bracket_text, is_closed, next_factor, note_lost, note_stable
+  use qsmpm_safety_bracket, only: bracket_text, factor_text, is_closed, next_factor, note_lost, note_stable
   use qsmpm_safety_factors, only: add_factor
   use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
     is_beyond_help, is_dampable, largest_move, static_attempt, substep_attempt
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
-  use qsmpm_text, only: real_text
   implicit none
   private
 
@@ -64,7 +63,7 @@ contains
       call set_strength(model, before)
       if (allocated(error)) return
       call note_lost(factor, model%state%progress%bracket)
-      call observer%note('no equilibrium at strength/'//real_text(factor)//': '//outcome%reason)
+      call observer%note('no equilibrium at strength/'//factor_text(factor)//': '//outcome%reason)
     end do
     outcome%accepted = .false.
   end subroutine find_stable_factor

@@ -12,7 +12,7 @@ module qsmpm_safety_bracket
   implicit none
   private
 
-  public :: bracket_type, next_factor, note_stable, note_lost, is_closed, bracket_text
+  public :: bracket_type, next_factor, note_stable, note_lost, is_closed, bracket_text, factor_text
 
   !> First dF, its growth, and the ends of the search.
   real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp
@@ -90,15 +90,15 @@ contains
       if (.not. b%stable > 0.0_wp) then
         text = 'no equilibrium down to a factor of '//real_text(smallest_factor)
       else if (b%lost > 0.0_wp) then
-        text = 'factor of safety between '//figure(b%stable)//' (stable) and '//figure(b%lost)//' (lost)'
+        text = 'factor of safety between '//factor_text(b%stable)//' (stable) and '//factor_text(b%lost)//' (lost)'
       else
-        text = 'factor of safety above '//figure(b%stable)
+        text = 'factor of safety above '//factor_text(b%stable)
       end if
     end associate
   end function bracket_text
 
   !> A factor in six digits.
-  pure function figure(value) result(text)
+  pure function factor_text(value) result(text)
     real(wp), intent(in) :: value
     character(len=:), allocatable :: text
     character(len=16) :: buffer
@@ -107,5 +107,5 @@ contains
     write (buffer, '(es13.5e3)') value
     read (buffer, *) rounded
     text = real_text(rounded)
-  end function figure
+  end function factor_text
 end module qsmpm_safety_bracket
