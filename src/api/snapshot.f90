@@ -1,7 +1,7 @@
 !> A copy of an analysis between two steps, in memory: to try a load and take it back.
 module qsmpm_snapshot
   use qsmpm_analysis, only: phase_type
-  use qsmpm_model, only: model_type, state_type, loading_type, phase_end_type
+  use qsmpm_model, only: model_type, state_type, loading_type, kept_phase_type
   use qsmpm_model_window, only: restore
   use qsmpm_phases, only: step_loop_type
   implicit none
@@ -15,7 +15,7 @@ module qsmpm_snapshot
     logical :: taken = .false.
     type(state_type), private :: state
     type(loading_type), private :: loading
-    type(phase_end_type), allocatable, private :: phase_ends(:)
+    type(kept_phase_type), allocatable, private :: kept_phases(:)
     type(phase_type), allocatable, private :: phases(:), model_phases(:)
     logical, private :: begun = .false., end_notified = .false.
   end type snapshot_type
@@ -33,7 +33,7 @@ contains
 
     snapshot%state = model%state
     snapshot%loading = model%loading
-    call copy_ends(model%phase_ends, snapshot%phase_ends)
+    call copy_kept(model%kept_phases, snapshot%kept_phases)
     call copy_phases(phases, snapshot%phases)
     call copy_phases(model%analysis%phases, snapshot%model_phases)
     snapshot%begun = loop%begun
@@ -56,15 +56,15 @@ contains
     model%state%progress%phase = min(model%state%progress%phase, size(phases))
     call restore(snapshot%state, model)
     model%loading = snapshot%loading
-    call copy_ends(snapshot%phase_ends, model%phase_ends)
+    call copy_kept(snapshot%kept_phases, model%kept_phases)
     loop%begun = snapshot%begun
     loop%end_notified = snapshot%end_notified
   end subroutine restore_checkpoint
 
-  !> Copy ends of phases one by one.
-  subroutine copy_ends(from, to)
-    type(phase_end_type), allocatable, intent(in) :: from(:)
-    type(phase_end_type), allocatable, intent(inout) :: to(:)
+  !> Copy kept phases one by one.
+  subroutine copy_kept(from, to)
+    type(kept_phase_type), allocatable, intent(in) :: from(:)
+    type(kept_phase_type), allocatable, intent(inout) :: to(:)
     integer :: i
 
     if (allocated(to)) deallocate (to)
@@ -73,7 +73,7 @@ contains
     do i = 1, size(from)
       to(i) = from(i)
     end do
-  end subroutine copy_ends
+  end subroutine copy_kept
 
   !> Copy stages one by one.
   subroutine copy_phases(from, to)

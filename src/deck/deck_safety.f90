@@ -36,8 +36,8 @@ contains
       call fields%given(safety%given)
       call fields%number('TOLERANCE', safety%tolerance, 'width of the bracket', range='[1e-4, 0.1]')
       call fields%choice('FLOW', safety%flow, bar_list(flow_words), 'MATERIAL: psi stays until phi of F comes down '// &
-        'to it; DAVIS A, DAVIS B: associated flow with the strength that psi leaves, by the given angles or by those '// &
-        'of F')
+        'to it; DAVIS A, DAVIS B: associated flow with the strength that psi leaves, by the given angles or by '// &
+        'those of F')
       call fields%choice('GEOMETRY', safety%geometry, bar_list(geometry_words), 'FIXED: the search updates '// &
         'stresses, not places; MOVING: places follow')
       call fields%number('RUNOUT', safety%runout, 'factor, above that of safety, to which the strength falls '// &

@@ -3,7 +3,7 @@
 !> qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety
+  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, ended_by_limit
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -12,11 +12,12 @@ module qsmpm_phases
   use qsmpm_limit_load, only: is_found, limit_loads, limit_text
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phase_ends, only: go_to_phase, keep_phase_end, next_phase
+  use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
     warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_ends, only: end_of_phase, note_end
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_phase_tree, only: is_wanted, parent_of
   use qsmpm_run_profile, only: run_profile_type
@@ -24,6 +25,7 @@ module qsmpm_phases
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
+  use qsmpm_stop_watch, only: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
@@ -36,6 +38,7 @@ module qsmpm_phases
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
+  character(len=*), parameter :: left_out = '; the phases behind it need the load that it did not carry'
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: step_loop_type
@@ -163,21 +166,24 @@ contains
   !> A phase that has ended at its limit load carries no other.
   subroutine need_all_phases(model, error)
     type(model_type), intent(in) :: model
-    !> error_not_converged: names that phase.
+    !> error_not_converged: names the first such phase that others were to start from.
     type(error_type), allocatable, intent(out) :: error
-    character(len=:), allocatable :: text
+    type(phase_end_type) :: ended
+    integer :: p
 
     associate (progress => model%state%progress, phases => model%analysis%phases)
-      text = ''
-      if (progress%ended_early > 0) then
-        text = "phase '"//phases(progress%ended_early)%name//"' has ended at its limit load"
-      else if (is_found(progress%limit) .and. is_wanted(phases, progress%phase, progress%phase)) then
-        text = "phase '"//phases(progress%phase)%name//"' has ended at its "// &
-          limit_text(limit_loads(progress%limit, progress%fraction, phases(progress%phase)%load_factor))
-      end if
+      do p = 1, progress%phase
+        ended = end_of_phase(progress, p)
+        if (ended%reason /= ended_by_limit .or. .not. is_wanted(phases, p, p)) cycle
+        if (p == progress%phase) then
+          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its "// &
+            limit_text(limit_loads(progress%limit, progress%fraction, phases(p)%load_factor))//left_out)
+        else
+          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its limit load"//left_out)
+        end if
+        return
+      end do
     end associate
-    if (len(text) > 0) call fail(error, error_not_converged, text// &
-      '; the phases behind it need the load that it did not carry')
   end subroutine need_all_phases
 
   !> Begin the current phase; initial stresses must be in equilibrium.
@@ -210,11 +216,13 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     loop%end_notified = .true.
-    call keep_phase_end(model)
+    call note_end(model)
+    call keep_phase(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
         limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
+      if (progress%stopped) call observer%note(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
@@ -255,9 +263,11 @@ contains
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
     type(outcome_type) :: outcome
+    type(stop_watch_type) :: watch
     real(wp) :: length, last, strength
 
     accepted = .false.
+    call begin_stop_watch(model, phase, watch)
     do
       if (is_stopped(observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
@@ -266,7 +276,11 @@ contains
       strength = model%state%progress%strength_factor
       if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
-      if (outcome%accepted .and. .not. allocated(error)) exit
+      if (outcome%accepted .and. .not. allocated(error)) then
+        if (.not. must_be_shorter(model, phase, watch, last - record%start)) exit
+        call observer%note('step shortened to end where the phase stops')
+        cycle
+      end if
       call set_strength(model, strength)
       if (allocated(error)) return
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)

@@ -28,6 +28,8 @@ module qsmpm_safety_search
 
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 20
+  !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load.
+  real(wp), parameter :: largest_fade = 0.1_wp
 
 contains
 
@@ -47,6 +49,7 @@ contains
 
     search = phase
     search%controls%damping = .false.
+    search%controls%stabilisation_fade = min(largest_fade, phase%controls%stabilisation_fade)
     search%controls%in_place = phase%safety%geometry == geometry_fixed
     before = model%state%progress%strength_factor
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance))

@@ -4,7 +4,7 @@
 !> as a whole; the rest is fixed after the model is built.
 module qsmpm_model
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, not_ended
   use qsmpm_mesh, only: mesh_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_body_shape, only: body_shape_type
@@ -19,7 +19,17 @@ module qsmpm_model
   implicit none
   private
 
-  public :: model_type, state_type, phase_end_type, loading_type, progress_type
+  public :: model_type, state_type, kept_phase_type, loading_type, progress_type, phase_end_type
+
+  !> How a phase has ended.
+  type :: phase_end_type
+    !> One of the ended_* values of qsmpm_analysis.
+    integer :: reason = not_ended
+    !> Load fraction reached.
+    real(wp) :: fraction = 0.0_wp
+    !> Largest displacement of a material point, as displacements count [length].
+    real(wp) :: displacement = 0.0_wp
+  end type phase_end_type
 
   !> Where the analysis stands.
   type :: progress_type
@@ -51,8 +61,10 @@ module qsmpm_model
     type(bracket_type) :: bracket
     !> Number, stable and lost factor (0 for none) of each safety phase that has found them (3, found).
     real(wp), allocatable :: factors(:, :)
-    !> First phase that has ended at its limit load and that others were to start from; 0 for none.
-    integer :: ended_early = 0
+    !> A history of the phase has reached its value.
+    logical :: stopped = .false.
+    !> How each phase has ended (phases).
+    type(phase_end_type), allocatable :: ends(:)
   end type progress_type
 
   !> What a step changes.
@@ -76,12 +88,12 @@ module qsmpm_model
     type(progress_type) :: progress
   end type state_type
 
-  !> Where a phase has ended, kept for later ones that start from there.
-  type :: phase_end_type
+  !> State at the end of a phase, kept for later ones that start from there.
+  type :: kept_phase_type
     !> Number of the phase.
     integer :: phase = 0
     type(state_type) :: state
-  end type phase_end_type
+  end type kept_phase_type
 
   !> Loads and constraints of a phase, resolved on the mesh. Every load runs linearly from `start`
   !> to `final` over the phase.
@@ -121,8 +133,8 @@ module qsmpm_model
     type(carried_outline_type), allocatable :: outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
-    !> Ends of phases that later ones start from (qsmpm_phase_ends); unallocated for none.
-    type(phase_end_type), allocatable :: phase_ends(:)
+    !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.
+    type(kept_phase_type), allocatable :: kept_phases(:)
     !> How often the mesh has been laid around the material anew.
     integer :: windows_built = 0
     !> Typical cell size: the smallest of the active cells at the start.

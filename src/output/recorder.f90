@@ -16,8 +16,8 @@ module qsmpm_recorder
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
-  use qsmpm_analysis, only: mesh_grid
-  use qsmpm_limit_load, only: is_found, limit_loads
+  use qsmpm_analysis, only: analysis_type, mesh_grid
+  use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
   use qsmpm_number_text, only: integer_text, numbered, real_text, without_last_newline
@@ -32,6 +32,8 @@ module qsmpm_recorder
   use qsmpm_safety_factors, only: has_factor
   use qsmpm_safety_files, only: safety_file, mechanism_mesh, mechanism_points, write_mechanism, write_safety
   use qsmpm_standard_terms, only: standard_shares
+  use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
+  use qsmpm_warning_list, only: keep_warnings, repeated_warnings
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -158,9 +160,9 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(11) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
+    character(len=*), parameter :: names(12) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
       'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
-      profile_file]
+      profile_file, summary_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
@@ -332,23 +334,20 @@ contains
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
     if (.not. allocated(error) .and. has_factor(model%state%progress)) &
       call write_safety(self%directory, model, error)
+    if (.not. allocated(error)) call write_summary(self%directory, scene_of(self, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
 
-  !> The limit load of the phase that has ended.
-  pure function limit_json(model) result(text)
+  !> The analysis as the deck has it.
+  pure function scene_of(recorder, model) result(analysis)
+    class(recorder_type), intent(in) :: recorder
     type(model_type), intent(in) :: model
-    character(len=:), allocatable :: text
-    real(wp) :: loads(3)
+    type(analysis_type) :: analysis
 
-    associate (progress => model%state%progress)
-      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
-      text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
-        '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
-        '  "knee": '//real_text(loads(3))//newline//'}'//newline
-    end associate
-  end function limit_json
+    analysis = model%analysis
+    if (is_reduced(recorder%options%whole)) analysis = recorder%options%whole%model%analysis
+  end function scene_of
 
   !> Pictures of the way a body fails, numbered by the phase.
   subroutine mechanism(self, model, error)
@@ -407,38 +406,8 @@ contains
 
     call write_log(self, without_last_newline(text))
     call show_text(self%display, without_last_newline(text))
-    call keep_warnings(self, text)
+    call keep_warnings(text, self%warnings)
   end subroutine note
-
-  !> Keep the lines of a text that are warnings, each once.
-  subroutine keep_warnings(recorder, text)
-    class(recorder_type), intent(inout) :: recorder
-    character(len=*), intent(in) :: text
-    integer :: start, last
-
-    if (.not. allocated(recorder%warnings)) recorder%warnings = ''
-    start = 1
-    do while (start <= len(text))
-      last = index(text(start:)//newline, newline) + start - 2
-      associate (line => text(start:last))
-        if (index(line, 'warning: ') > 0 .and. index(newline//recorder%warnings, newline//line//newline) == 0) &
-          recorder%warnings = recorder%warnings//line//newline
-      end associate
-      start = last + 2
-    end do
-  end subroutine keep_warnings
-
-  !> Say again at the end of the log what was warned of.
-  subroutine repeat_warnings(recorder)
-    type(recorder_type), intent(inout) :: recorder
-    integer :: i, n
-
-    if (.not. allocated(recorder%warnings)) return
-    n = count([(recorder%warnings(i:i) == newline, i=1, len(recorder%warnings))])
-    if (n == 0) return
-    call write_log(recorder, 'warnings of this run: '//integer_text(n))
-    call write_log(recorder, without_last_newline(recorder%warnings))
-  end subroutine repeat_warnings
 
   !> Whether a signal has asked the run to stop.
   logical function stop_requested(self)
@@ -466,9 +435,12 @@ contains
     !> What ended the run; not allocated when it finished.
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
+    character(len=:), allocatable :: said
 
+    call log_summary(recorder, model)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
-    call repeat_warnings(recorder)
+    said = repeated_warnings(recorder%warnings)
+    if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call show_start(recorder, model, error)
     else
@@ -490,6 +462,17 @@ contains
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
   end subroutine close
+
+  !> The table of phases; a run that could not write has none.
+  subroutine log_summary(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    call summary_table(recorder%directory, scene_of(recorder, model), model, text, error)
+    if (.not. allocated(error)) call write_log(recorder, text)
+  end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.
   pure function last_line(error) result(line)

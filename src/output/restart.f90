@@ -11,7 +11,7 @@ module qsmpm_restart
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, find_group, close_reader
   use qsmpm_kept_arrays, only: kept_arrays_type
-  use qsmpm_model, only: model_type, state_type, phase_end_type, progress_type
+  use qsmpm_model, only: model_type, state_type, kept_phase_type, progress_type, phase_end_type
   use qsmpm_number_text, only: integer_text
   use qsmpm_phase_tree, only: is_wanted
   use qsmpm_field_list, only: field_type, field_list_type
@@ -25,7 +25,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 12
+  integer, parameter :: layout = 13
 
 contains
 
@@ -62,12 +62,12 @@ contains
     call put_attribute(image, '/', 'fingerprint_1', fingerprint(1))
     call put_attribute(image, '/', 'fingerprint_2', fingerprint(2))
     call put_state(image, '', model%state)
-    if (allocated(model%phase_ends)) then
-      do i = 1, size(model%phase_ends)
-        associate (number => model%phase_ends(i)%phase)
+    if (allocated(model%kept_phases)) then
+      do i = 1, size(model%kept_phases)
+        associate (number => model%kept_phases(i)%phase)
           if (.not. is_in_file(model, model%state%progress%phase, number)) cycle
           call put_group(image, end_of(number))
-          call put_state(image, end_of(number), model%phase_ends(i)%state)
+          call put_state(image, end_of(number), model%kept_phases(i)%state)
         end associate
       end do
     end if
@@ -173,12 +173,13 @@ contains
     call put_attribute(image, group, 'internal_work', progress%internal_work)
     call put_attribute(image, group, 'hold_tests_done', progress%constant_load_tests_done)
     call put_attribute(image, group, 'release_left', progress%release_left)
-    call put_attribute(image, group, 'ended_early', progress%ended_early)
     call put_attribute(image, group, 'strength_factor', progress%strength_factor)
     call put_attribute(image, group, 'stable_factor', progress%bracket%stable)
     call put_attribute(image, group, 'lost_factor', progress%bracket%lost)
     call put_attribute(image, group, 'factor_increment', progress%bracket%increment)
     call put_array(image, group//'/factors', progress%factors)
+    call put_attribute(image, group, 'stopped', merge(1, 0, progress%stopped))
+    call put_ends(image, group, progress)
     associate (limit => progress%limit)
       call put_attribute(image, group, 'first_compliance', limit%first)
       call put_attribute(image, group, 'last_compliance', limit%last)
@@ -189,6 +190,24 @@ contains
       call put_attribute(image, group, 'knee', limit%knee)
     end associate
   end subroutine put_progress
+
+  !> Put how phases have ended.
+  subroutine put_ends(image, group, progress)
+    type(image_type), intent(inout) :: image
+    character(len=*), intent(in) :: group
+    type(progress_type), intent(in) :: progress
+    integer, allocatable :: reason(:)
+    real(wp), allocatable :: fraction(:), displacement(:)
+
+    call put_attribute(image, group, 'ends', merge(1, 0, allocated(progress%ends)))
+    if (.not. allocated(progress%ends)) return
+    reason = progress%ends%reason
+    fraction = progress%ends%fraction
+    displacement = progress%ends%displacement
+    call put_array(image, group//'/end_reason', reason)
+    call put_array(image, group//'/end_fraction', fraction)
+    call put_array(image, group//'/end_displacement', displacement)
+  end subroutine put_ends
 
   !> Put all fields of a carried set.
   subroutine put_carried(image, group, carried)
@@ -232,26 +251,26 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(reader_type) :: reader
     type(state_type) :: state
-    type(phase_end_type), allocatable :: phase_ends(:)
+    type(kept_phase_type), allocatable :: kept_phases(:)
 
     call open_reader(reader, path)
     call check_origin(reader, fingerprint)
     state = model%state
     call get_state(reader, '', model, state)
-    call get_phase_ends(reader, model, state%progress%phase, phase_ends)
+    call get_kept_phases(reader, model, state%progress%phase, kept_phases)
     call close_reader(reader, error)
     if (allocated(error)) return
     call restore(state, model)
-    call move_alloc(phase_ends, model%phase_ends)
+    call move_alloc(kept_phases, model%kept_phases)
   end subroutine read_restart
 
   !> Get the ends of phases that the present one or a later one starts from.
-  subroutine get_phase_ends(reader, model, present, phase_ends)
+  subroutine get_kept_phases(reader, model, present, kept_phases)
     type(reader_type), intent(inout) :: reader
     type(model_type), intent(in) :: model
     !> Phase of the state in the file.
     integer, intent(in) :: present
-    type(phase_end_type), allocatable, intent(out) :: phase_ends(:)
+    type(kept_phase_type), allocatable, intent(out) :: kept_phases(:)
     integer :: numbers(size(model%analysis%phases)), i, n
     logical :: there
 
@@ -263,13 +282,13 @@ contains
       n = n + 1
       numbers(n) = i
     end do
-    allocate (phase_ends(n))
+    allocate (kept_phases(n))
     do i = 1, n
-      phase_ends(i)%phase = numbers(i)
-      phase_ends(i)%state = model%state
-      if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), model, phase_ends(i)%state)
+      kept_phases(i)%phase = numbers(i)
+      kept_phases(i)%state = model%state
+      if (.not. allocated(reader%reason)) call get_state(reader, end_of(numbers(i)), model, kept_phases(i)%state)
     end do
-  end subroutine get_phase_ends
+  end subroutine get_kept_phases
 
   !> Get a state of a group.
   subroutine get_state(reader, group, model, state)
@@ -348,9 +367,10 @@ contains
     character(len=*), intent(in) :: group
     !> Where the analysis stood.
     type(progress_type), intent(inout) :: progress
-    integer :: whole
+    integer :: whole, stopped
 
     whole = 0
+    stopped = 0
     call get_attribute(reader, group, 'phase', progress%phase)
     call get_attribute(reader, group, 'step', progress%step)
     call get_attribute(reader, group, 'phase_steps', progress%phase_steps)
@@ -364,13 +384,15 @@ contains
     call get_attribute(reader, group, 'internal_work', progress%internal_work)
     call get_attribute(reader, group, 'hold_tests_done', progress%constant_load_tests_done)
     call get_attribute(reader, group, 'release_left', progress%release_left)
-    call get_attribute(reader, group, 'ended_early', progress%ended_early)
     call get_attribute(reader, group, 'strength_factor', progress%strength_factor)
     call get_attribute(reader, group, 'stable_factor', progress%bracket%stable)
     call get_attribute(reader, group, 'lost_factor', progress%bracket%lost)
     call get_attribute(reader, group, 'factor_increment', progress%bracket%increment)
     if (allocated(progress%factors)) deallocate (progress%factors)
     call get_array(reader, group//'/factors', progress%factors)
+    call get_attribute(reader, group, 'stopped', stopped)
+    progress%stopped = stopped == 1
+    call get_ends(reader, group, progress)
     associate (limit => progress%limit)
       call get_attribute(reader, group, 'first_compliance', limit%first)
       call get_attribute(reader, group, 'last_compliance', limit%last)
@@ -381,6 +403,26 @@ contains
       call get_attribute(reader, group, 'knee', limit%knee)
     end associate
   end subroutine get_progress
+
+  !> Get how phases have ended.
+  subroutine get_ends(reader, group, progress)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: group
+    type(progress_type), intent(inout) :: progress
+    integer, allocatable :: reason(:)
+    real(wp), allocatable :: fraction(:), displacement(:)
+    integer :: there, i
+
+    there = 0
+    if (allocated(progress%ends)) deallocate (progress%ends)
+    call get_attribute(reader, group, 'ends', there)
+    if (there == 0 .or. allocated(reader%reason)) return
+    call get_array(reader, group//'/end_reason', reason)
+    call get_array(reader, group//'/end_fraction', fraction)
+    call get_array(reader, group//'/end_displacement', displacement)
+    if (allocated(reader%reason)) return
+    progress%ends = [(phase_end_type(reason(i), fraction(i), displacement(i)), i=1, size(reason))]
+  end subroutine get_ends
 
   !> Get all fields of a carried set; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)

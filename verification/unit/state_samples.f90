@@ -6,7 +6,7 @@
 module state_samples
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp
-  use qsmpm_model, only: state_type, progress_type
+  use qsmpm_model, only: state_type, progress_type, phase_end_type
   use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type
   implicit none
@@ -65,7 +65,6 @@ contains
     call alter(progress%limit%refused_compliance)
     call alter(progress%limit%refused_middle)
     call alter(progress%limit%knee)
-    progress%ended_early = progress%ended_early + 1
     call alter(progress%strength_factor)
     progress%strength_factor = 2.0_wp + abs(progress%strength_factor)
     call alter(progress%bracket%stable)
@@ -73,6 +72,8 @@ contains
     call alter(progress%bracket%increment)
     progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
     progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp], [3, 1])
+    progress%stopped = .not. progress%stopped
+    progress%ends = [phase_end_type(3, 0.25_wp, 0.125_wp)]
   end subroutine alter_progress
 
   !> Change all fields of a carried set; the number of its places stays.
@@ -151,6 +152,17 @@ contains
     names = names//progress_differences(a%progress, b%progress)
   end function state_differences
 
+  !> Whether phases have ended alike.
+  logical function same_ends(a, b)
+    type(progress_type), intent(in) :: a, b
+
+    same_ends = allocated(a%ends) .eqv. allocated(b%ends)
+    if (.not. (same_ends .and. allocated(a%ends))) return
+    same_ends = size(a%ends) == size(b%ends)
+    if (same_ends) same_ends = all(a%ends%reason == b%ends%reason) .and. same_reals(a%ends%fraction, b%ends%fraction) &
+      .and. same_reals(a%ends%displacement, b%ends%displacement)
+  end function same_ends
+
   !> Components of the progress that differ.
   function progress_differences(a, b) result(names)
     type(progress_type), intent(in) :: a, b
@@ -176,7 +188,6 @@ contains
     call note(names, 'limit%refused_compliance', same_reals([a%limit%refused_compliance], [b%limit%refused_compliance]))
     call note(names, 'limit%refused_middle', same_reals([a%limit%refused_middle], [b%limit%refused_middle]))
     call note(names, 'limit%knee', same_reals([a%limit%knee], [b%limit%knee]))
-    call note(names, 'ended_early', a%ended_early == b%ended_early)
     call note(names, 'strength_factor', same_reals([a%strength_factor], [b%strength_factor]))
     call note(names, 'bracket%stable', same_reals([a%bracket%stable], [b%bracket%stable]))
     call note(names, 'bracket%lost', same_reals([a%bracket%lost], [b%bracket%lost]))
@@ -184,6 +195,8 @@ contains
     call note(names, 'factors', allocated(a%factors) .eqv. allocated(b%factors))
     if (allocated(a%factors) .and. allocated(b%factors)) call note(names, 'factors', &
       same_reals([a%factors], [b%factors]))
+    call note(names, 'stopped', a%stopped .eqv. b%stopped)
+    call note(names, 'ends', same_ends(a, b))
   end function progress_differences
 
   !> Fields of a carried set that differ.

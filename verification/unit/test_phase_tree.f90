@@ -7,7 +7,7 @@ module test_phase_tree
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_phase_ends, only: find_phase_end
+  use qsmpm_kept_phases, only: find_kept_phase
   use qsmpm_phase_times, only: phase_start_time
   use qsmpm_phase_tree, only: parent_of, lineage, is_wanted
   use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished
@@ -230,9 +230,9 @@ contains
       call make_run([scripted_outcome_type()], '', 'b', resumed)
       if (.not. allocated(error)) call read_restart(directory//'/restart.h5', resumed%model, mark, error)
       call tests%check('a file with the ends of phases is written and read', .not. allocated(error))
-      if (done == 4) call tests%check('it holds the end that is wanted', find_phase_end(resumed%model, 1) > 0)
-      if (done == 7) call tests%check('and no other', find_phase_end(resumed%model, 1) == 0 .and. &
-        find_phase_end(resumed%model, 2) > 0)
+      if (done == 4) call tests%check('it holds the end that is wanted', find_kept_phase(resumed%model, 1) > 0)
+      if (done == 7) call tests%check('and no other', find_kept_phase(resumed%model, 1) == 0 .and. &
+        find_kept_phase(resumed%model, 2) > 0)
       call walk(run, huge(1))
       call walk(resumed, huge(1))
       call tests%check('a resumed run ends as one that was not interrupted', &
@@ -252,9 +252,9 @@ contains
     call walk(run, 4)
     call copy_phases(run%model%analysis%phases, phases)
     call take_snapshot(run%model, phases, run%loop, snapshot)
-    deallocate (run%model%phase_ends)
+    deallocate (run%model%kept_phases)
     call restore_checkpoint(snapshot, run%model, phases, run%loop)
-    call tests%check('a snapshot holds the ends of phases', find_phase_end(run%model, 1) > 0)
+    call tests%check('a snapshot holds the ends of phases', find_kept_phase(run%model, 1) > 0)
     call walk(run, huge(1))
     call tests%check('so that their children can run', .not. allocated(run%error) .and. &
       run%model%state%progress%phase == 4)

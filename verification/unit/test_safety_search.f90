@@ -39,8 +39,8 @@ module test_safety_search
 
   real(wp), parameter :: rounding = 1.0e-12_wp
   integer, parameter :: mark(2) = [5, 6]
-  character(len=*), parameter :: soil = '*MOHR COULOMB|5, 15, 15|', moving = 'TOLERANCE=0.1, GEOMETRY=MOVING', &
-    fixed = 'TOLERANCE=0.1, GEOMETRY=FIXED', share = ', STABILISATION SHARE=0.05'
+  character(len=*), parameter :: soil = '*MOHR COULOMB|5, 15, 15|*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|', &
+    moving = 'TOLERANCE=0.1, GEOMETRY=MOVING', fixed = 'TOLERANCE=0.1, GEOMETRY=FIXED'
   !> Solves: stable, lost.
   type(scripted_outcome_type), parameter :: good = scripted_outcome_type(iterations=9), &
     lost = scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp)), &
@@ -81,9 +81,9 @@ contains
       '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'//material// &
       '*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|'// &
       '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|0, 0.8|'// &
-      '*PHASE, NAME=built|*FIX|base, ALL|left, X|*GRAVITY|0, -1|*CONTROLS, STEPS=2'//share//'|*END PHASE|'// &
-      '*PHASE, NAME=factor, TYPE=SAFETY|*SAFETY, '//controls//'|*CONTROLS, STEPS=2'//share//'|*END PHASE|'// &
-      '*PHASE, NAME=more, PARENT=built|*GRAVITY|0, -1.1|*CONTROLS, STEPS=1'//share//'|*END PHASE|'), analysis, messages, error)
+      '*PHASE, NAME=built|*FIX|base, ALL|left, X|*GRAVITY|0, -1|*CONTROLS, STEPS=2|*END PHASE|'// &
+      '*PHASE, NAME=factor, TYPE=SAFETY|*SAFETY, '//controls//'|*CONTROLS, STEPS=2|*END PHASE|'// &
+      '*PHASE, NAME=more, PARENT=built|*GRAVITY|0, -1.1|*CONTROLS, STEPS=1|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, run%model, run%error)
     if (allocated(error)) error stop 'the deck of the safety suite is broken'
     if (allocated(run%error)) return
@@ -300,7 +300,7 @@ contains
         parent%tracers%position(2, 1) - parent%tracers%initial_position(2, 1))
     end associate
     call tests%check('the end of the parent is what it was', &
-      len(state_differences(parent, run%model%phase_ends(1)%state)) == 0)
+      len(state_differences(parent, run%model%kept_phases(1)%state)) == 0)
     call tests%check('strains of the mechanism are its own', run%observer%mechanisms == 1 .and. &
       run%observer%shown_strain > 0.0_wp)
     call make_run(soil, moving, run)
@@ -310,7 +310,7 @@ contains
   end subroutine check_places
 
   !> A vertical cut of height H stands up to gamma H/c = 3.83 tan(45 + phi/2), phi and c those of F: F = 1.575. Four
-  !> cells a height come out a quarter too high.
+  !> cells a height come out a tenth too high.
   subroutine check_cut(tests)
     type(tests_type), intent(inout) :: tests
     type(run_type) :: run
@@ -324,7 +324,7 @@ contains
     call tests%check('is found', .not. allocated(run%error))
     if (allocated(run%error)) return
     associate (factors => run%model%state%progress%factors)
-      call tests%check('from above', factors(2, 1) > factor .and. factors(3, 1) < 1.3_wp*factor)
+      call tests%check('from above', factors(2, 1) > factor .and. factors(3, 1) < 1.15_wp*factor)
       call tests%check('in a bracket as wide as asked for', factors(3, 1) - factors(2, 1) <= 0.02_wp + rounding)
     end associate
   end subroutine check_cut
