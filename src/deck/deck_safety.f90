@@ -70,7 +70,7 @@ contains
       end if
       card = own_card(phase)
       if (len(card) > 0) then
-        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength at the loads of "// &
+        call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength as it is after "// &
           'its parent: *'//card//' belongs into a phase before it')
       else if (.not. is_loaded(phases, number)) then
         call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' lowers the strength, but no load is "// &
@@ -91,6 +91,7 @@ contains
     if (size(phase%prescriptions) > 0) card = 'PRESCRIBE'
     if (size(phase%fixities) > 0) card = 'FIX'
     if (phase%initial%kind /= initial_keep) card = 'INITIAL'
+    if (phase%drain_state%given) card = 'DRAIN STATE'
   end function own_card
 
   !> Nothing starts from a safety phase.

@@ -34,7 +34,7 @@ contains
       ! check_lowering has made all of these.
       call make_lowered_law(model, m, wanted, law, error)
       if (allocated(error)) cycle
-      law%elastic_blend = model%laws(m)%law%elastic_blend
+      call law%blend(model%laws(m)%law%elastic_blend)
       call move_alloc(law, model%laws(m)%law)
     end do
     model%strength = wanted
