@@ -48,7 +48,7 @@ module qsmpm_observer
     !> The way a body fails that a safety phase has found: displacements and strains of the model are those of it, and
     !> its state is put back afterwards. Nothing is done unless overridden.
     procedure :: mechanism => ignore_mechanism
-    !> A sentence for the log (rejected step, hold lost, fallback, hold test, ...).
+    !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
     procedure(note_interface), deferred :: note
     !> True when the run should stop after the current iteration (signal).
     procedure(stop_interface), deferred :: stop_requested

@@ -25,7 +25,7 @@ module qsmpm_phases
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_stop_watch, only: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
+  use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
@@ -263,11 +263,11 @@ contains
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
     type(outcome_type) :: outcome
-    type(stop_watch_type) :: watch
+    type(step_before_type) :: before
     real(wp) :: length, last, strength
 
     accepted = .false.
-    call begin_stop_watch(model, phase, watch)
+    call remember_start(model, phase, before)
     do
       if (is_stopped(observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
@@ -277,7 +277,7 @@ contains
       if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
       if (outcome%accepted .and. .not. allocated(error)) then
-        if (.not. must_be_shorter(model, phase, watch, last - record%start)) exit
+        if (.not. must_be_shorter(model, phase, before, last - record%start)) exit
         call observer%note('step shortened to end where the phase stops')
         cycle
       end if

@@ -73,7 +73,10 @@ contains
     progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
     progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp], [3, 1])
     progress%stopped = .not. progress%stopped
-    progress%ends = [phase_end_type(3, 0.25_wp, 0.125_wp)]
+    progress%ends = [phase_end_type()]
+    progress%ends(1)%reason = 3
+    progress%ends(1)%fraction = 0.25_wp
+    progress%ends(1)%displacement = 0.125_wp
   end subroutine alter_progress
 
   !> Change all fields of a carried set; the number of its places stays.
