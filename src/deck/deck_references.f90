@@ -15,6 +15,7 @@ module qsmpm_deck_references
   use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
+  use qsmpm_deck_water, only: check_water
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -47,6 +48,7 @@ contains
     call check_parents(state)
     call check_safety(state)
     call check_starts(state)
+    call check_water(state)
     call check_limit_compliance(state)
     call check_histories(state)
     call check_stops(state)
@@ -290,8 +292,8 @@ contains
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
-            .or. phase%kind == phase_safety .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0 &
-            .or. phase%drain_state%given)) then
+            .or. phase%kind == phase_safety .or. phase%gravity%given .or. phase%drain_state%given .or. &
+            size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

@@ -92,6 +92,7 @@ contains
     if (size(phase%fixities) > 0) card = 'FIX'
     if (phase%initial%kind /= initial_keep) card = 'INITIAL'
     if (phase%drain_state%given) card = 'DRAIN STATE'
+    if (size(phase%water_levels) > 0) card = 'WATER LEVEL'
   end function own_card
 
   !> Nothing starts from a safety phase.

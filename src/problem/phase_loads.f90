@@ -31,7 +31,8 @@ contains
 
     acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
     do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) > 0.0_wp
+      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
+        + abs(phase%tractions(i)%gradient) > 0.0_wp
     end do
   end function acts
 end module qsmpm_phase_loads
