@@ -13,6 +13,7 @@ module qsmpm_deck_references
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
+  use qsmpm_deck_profile, only: check_profiles
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -30,6 +31,7 @@ contains
     call check_point_deck(state)
     if (state%analysis%point_test%given) then
       call check_materials(state)
+      call check_profiles(state)
       call check_undrained(state)
       return
     end if
@@ -38,6 +40,7 @@ contains
     call check_bodies(state)
     call check_materials(state)
     call check_softening(state)
+    call check_profiles(state)
     call check_undrained(state)
     call check_node_sets(state)
     call check_surfaces(state)

@@ -20,6 +20,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law_parameters, only: law_description_type
@@ -68,6 +69,7 @@ contains
     if (diagnostics%count == 0) call make_points(model, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
+    if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
     if (diagnostics%count == 0) call make_histories(model, diagnostics)
     if (diagnostics%count > 0) then
