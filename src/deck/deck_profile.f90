@@ -24,9 +24,9 @@ contains
   subroutine add_profile_keyword(table)
     type(table_type), intent(inout) :: table
 
-    call table%add('STRENGTH PROFILE', in_material, once, 'Cohesion of *MOHR COULOMB (s_u where phi = 0) that differs '// &
-      'from place to place, by the place where a point is at its start; c of *MOHR COULOMB is its least value then. '// &
-      'On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
+    call table%add('STRENGTH PROFILE', in_material, once, 'Cohesion of *MOHR COULOMB (s_u where phi = 0) that '// &
+      'differs from place to place, by the place where a point is at its start; c of *MOHR COULOMB is its least '// &
+      'value then. On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
       '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 5, 0, 0|*STRENGTH PROFILE, STIFFNESS RATIO=300| 0, 10, 1.5', finish_profile)
   end subroutine add_profile_keyword
 
@@ -223,8 +223,12 @@ contains
   function wrong_material(material) result(sentence)
     type(material_type), intent(in) :: material
     character(len=:), allocatable :: sentence
+    logical :: file_is_wrong
 
     sentence = ''
+    ! A file with an error has been reported already.
+    file_is_wrong = material%strength_profile%kind == profile_field .and. &
+      .not. allocated(material%strength_profile%places)
     if (material%user%given .or. allocated(material%soil_law)) then
       sentence = 'a profile is for *ELASTIC with or without *MOHR COULOMB; a user model has *USER STATE, ALONG='
     else if (material%softening%given) then
@@ -233,7 +237,7 @@ contains
       sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE with a profile'
     else if (.not. (material%mohr_coulomb .or. varies_stiffness(material%strength_profile))) then
       sentence = 'there is no *MOHR COULOMB whose cohesion it could be, and no STIFFNESS RATIO or column of moduli'
-    else if (.not. reference_strength(material%strength_profile) > 0.0_wp) then
+    else if (.not. (file_is_wrong .or. reference_strength(material%strength_profile) > 0.0_wp)) then
       sentence = 'all of its strengths are zero'
     end if
   end function wrong_material

@@ -1,6 +1,6 @@
 !> The model: everything that exists between two steps, and nothing that can be derived from it.
 !>
-!> `state_type` is what a step changes and what a rejected step, a hold test or a restart puts back
+!> `state_type` is what a step changes and what a rejected step, a constant-load test or a restart puts back
 !> as a whole; the rest is fixed after the model is built.
 module qsmpm_model
   use qsmpm_kinds, only: wp
@@ -13,6 +13,8 @@ module qsmpm_model
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: law_slot_type
+  use qsmpm_surface_pressure, only: surface_pressure_type
+  use qsmpm_water_table, only: water_table_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
   private
@@ -48,7 +50,7 @@ module qsmpm_model
     !> Work of external loads and of stresses so far.
     real(wp) :: external_work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp
-    !> Hold tests of this phase already done.
+    !> Constant-load tests of this phase already done.
     integer :: constant_load_tests_done = 0
     !> Share of the released forces that a phase ended early has left at its end.
     real(wp) :: release_left = 0.0_wp
@@ -96,8 +98,10 @@ module qsmpm_model
     !> along its normal (dimension, node_count), (cell_count).
     logical, allocatable :: held(:, :), open_edge(:)
     !> Pressure and kind of support of each surface (surfaces).
-    real(wp), allocatable :: pressure_start(:), pressure_final(:)
+    type(surface_pressure_type), allocatable :: pressure_start(:), pressure_final(:)
     integer, allocatable :: support(:)
+    !> Water level of each body (bodies); unallocated before the first phase.
+    type(water_table_type), allocatable :: water_start(:), water_final(:)
     !> Forces an embedding program puts on the material points, as they stand (dimension, points);
     !> unallocated without. Set them before each step.
     real(wp), allocatable :: point_force(:, :)

@@ -20,7 +20,8 @@ module qsmpm_analysis
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, stop_type
+    moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, stop_type, &
+    water_level_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -68,7 +69,7 @@ module qsmpm_analysis
   integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
   !> Whether a factor serves later matrices of the same pattern as a preconditioner.
   integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
-  !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
+  !> Newton variants: the paper's frozen [K^E + K^G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
   !> How a phase starts its stresses.
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1
@@ -172,6 +173,8 @@ module qsmpm_analysis
     real(wp) :: poisson = 0.0_wp
     !> Weight per volume at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
+    !> The same below the water level; negative: no other.
+    real(wp) :: saturated_weight = -1.0_wp
     !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
     real(wp) :: k0 = -1.0_wp
     logical :: mohr_coulomb = .false.
@@ -242,6 +245,10 @@ module qsmpm_analysis
     logical :: follows = .false.
     real(wp) :: vector(3) = 0.0_wp
     real(wp) :: pressure = 0.0_wp
+    !> Pressure: what it grows by per length downwards, and the height at which it is `pressure`.
+    real(wp) :: gradient = 0.0_wp, height = 0.0_wp
+    !> It is that of water: none above the height.
+    logical :: of_water = .false.
     integer :: carrier = carrier_surface
   end type traction_type
 
@@ -258,6 +265,19 @@ module qsmpm_analysis
     real(wp) :: vector(3) = 0.0_wp
   end type gravity_type
 
+  !> Level of the ground water from a phase on, of one body or of all that have none of their own.
+  type :: water_level_type
+    !> Empty for all.
+    character(len=:), allocatable :: body
+    type(source_line_type) :: where
+    !> There is none any more.
+    logical :: none = .false.
+    !> Weight of water per volume; *GRAVITY multiplies it. Negative: not given.
+    real(wp) :: unit_weight = -1.0_wp
+    !> Horizontal coordinate and height of the corners of the line, (2,n).
+    real(wp), allocatable :: line(:, :)
+  end type water_level_type
+
   !> Step control and stopping rules of a phase.
   type :: controls_type
     type(source_line_type) :: where
@@ -270,7 +290,7 @@ module qsmpm_analysis
     logical :: line_search = .true.
     !> Smallest step as a share of the first one before the phase stops.
     real(wp) :: smallest_step = 1.0e-3_wp
-    !> Iterations below which a cut step grows again, above which the next one shrinks.
+    !> Iterations up to which a cut step grows again, and above which the next one shrinks.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
     !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
@@ -280,14 +300,14 @@ module qsmpm_analysis
     real(wp) :: largest_step = 1.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
-    !> Share of the load that stabilisation may carry; a step is held until it is below.
+    !> Share of the load that stabilisation may carry; a step is re-equilibrated until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_reequilibrations = 30
-    !> Factor on the stabilisation from hold to hold; 1 keeps it.
+    !> Factor on the stabilisation from one re-equilibration to the next; 1 keeps it.
     real(wp) :: stabilisation_fade = 1.0_wp
     !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
     real(wp) :: limit_compliance = 0.0_wp
-    !> Proximal sub-steps when the static step is lost, and the drag they may leave.
+    !> Proximal sub-steps where the static step is rejected, and the share of damping below which it is tried again.
     logical :: damping = .true.
     real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400
@@ -377,6 +397,7 @@ module qsmpm_analysis
     type(gravity_type) :: gravity
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
+    type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
     !> Where it ends before its whole load, and by how much a value may be passed, relative to it.

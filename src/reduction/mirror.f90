@@ -18,6 +18,7 @@ module qsmpm_mirror
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
+  use qsmpm_water_symmetry, only: require_mirrored_water
   implicit none
   private
 
@@ -49,6 +50,7 @@ contains
         place_text(analysis%bodies(b)%where)//' has no mirror image')
     end do
     call require_loads(analysis, axis, reason)
+    call require_mirrored_water(analysis, axis, reason)
     call require_sets(analysis, axis, reason)
     if (.not. allocated(reason)) call require_nodes(analysis, axis, reason)
   end subroutine require_mirror
@@ -218,7 +220,8 @@ contains
       if (loads(k)%surface /= analysis%surfaces(s)%name) cycle
       if ((loads(k)%follows .neqv. load%follows) .or. loads(k)%carrier /= load%carrier) cycle
       found = found .or. (all(abs(loads(k)%vector - image) <= 0.0_wp) &
-        .and. abs(loads(k)%pressure - load%pressure) <= 0.0_wp)
+        .and. abs(loads(k)%pressure - load%pressure) + abs(loads(k)%gradient - load%gradient) &
+        + abs(loads(k)%height - load%height) <= 0.0_wp .and. (loads(k)%of_water .eqv. load%of_water))
     end do
   end function load_has_image
 

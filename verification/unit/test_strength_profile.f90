@@ -148,7 +148,7 @@ contains
     call tests%close('stress', maxval(abs(batch%stress - same%stress)), 0.0_wp, 1.0e-10_wp)
     call tests%close('Q', maxval(abs(batch%piola - same%piola)), 0.0_wp, 1.0e-10_wp)
     call tests%close('tangent', maxval(abs(batch%tangent - same%tangent)), 0.0_wp, 1.0e-8_wp)
-    call tests%close('state of the law inside', maxval(abs(batch%state(:n, :) - same%state)), 0.0_wp, rounding)
+    call tests%check('state of the law inside', all(abs(batch%state(:n, :) - same%state) < rounding))
     call tests%close('strength', maxval(abs(batch%state(n + 1, :) - 6.5_wp)), 0.0_wp, rounding)
     call tests%close('the start is left as it was', maxval(abs(batch%stress_start - same%stress_start)), 0.0_wp, 0.0_wp)
     call tests%close('G', law%shear_modulus(batch%stress(:, 1), batch%state(:, 1)), own%shear_scale, rounding)
