@@ -22,7 +22,7 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
-      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN and STATE are '// &
+      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE are '// &
       'those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME is '// &
       'that of a body; RUNOUT how far the front of a body has moved along an axis. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
@@ -53,7 +53,8 @@ contains
         'against the axis', needs='QUANTITY=RUNOUT')
       call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &
         'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
-      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN')
+      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN|'// &
+        'PORE PRESSURE')
       call fields%number('x', history%at(1), 'coordinate')
       call fields%number('y', history%at(2), 'coordinate')
       call fields%number('z', history%at(3), 'coordinate', third=.true.)

@@ -2,7 +2,7 @@
 module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
-    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_strain, only: logarithmic_strain
@@ -48,6 +48,8 @@ contains
       case (quantity_strain)
         strain = logarithmic_strain(model%state%points%left_cauchy_green(:, model%history_point(i)))
         value = strain(history%component)
+      case (quantity_pore_pressure)
+        value = model%state%points%pore_pressure(model%history_point(i))
       case (quantity_reaction)
         value = reaction_of(model, history)
       case (quantity_volume)

@@ -2,10 +2,11 @@
 !> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, history_type
+  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, history_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
+  use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_search, only: inverse_map
   use qsmpm_element, only: inside_distance, face_count
@@ -44,6 +45,9 @@ contains
         if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
           '*FIELD, STRAIN gives them')
+        if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER LEVEL '// &
+          'nor *UNDRAINED')
         if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
         if (.not. traced(i)) cycle
         n = n + 1

@@ -53,22 +53,26 @@ contains
     text = '{'//newline//'  "job": '//json_string(analysis%job)//','//newline//'  "phases": ['
     do p = 1, size(rows)
       if (p > 1) text = text//','
-      text = text//newline//phase_json(analysis, p, rows(p), end_of_phase(model%state%progress, p))
+      text = text//newline//phase_json(analysis, p, rows(p), end_of_phase(model%state%progress, p), &
+        factor_of(model, p))
     end do
     text = text//newline//'  ]'//newline//'}'//newline
     call write_text(directory//'/'//summary_file, text, error)
   end subroutine write_summary
 
   !> A phase as an object.
-  pure function phase_json(analysis, phase, row, ended) result(text)
+  pure function phase_json(analysis, phase, row, ended, factor) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: phase
     type(phase_row_type), intent(in) :: row
     type(phase_end_type), intent(in) :: ended
+    !> Factor of safety: stable and lost; zeros for none.
+    real(wp), intent(in) :: factor(2)
     character(len=:), allocatable :: text
     integer :: i
 
-    text = '    {"name": '//json_string(analysis%phases(phase)%name)//', "ended_by": '// &
+    text = '    {"name": '//json_string(analysis%phases(phase)%name)//', '//parent_json(analysis, phase)// &
+      factor_json(factor)//'"ended_by": '// &
       json_string(trim(reasons(ended%reason)))//', "load_factor": '//real_text(row%load_factor)//','//newline// &
       '     "steps": '//integer_text(row%steps)//', "iterations": '//integer_text(row%iterations)// &
       ', "out_of_balance": '//real_text(row%out_of_balance)//', "largest_displacement": '// &
@@ -81,6 +85,40 @@ contains
     end if
     text = text//'}}'
   end function phase_json
+
+  !> Factor of safety of a phase, stable and lost; zeros for none.
+  pure function factor_of(model, phase) result(factor)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: phase
+    real(wp) :: factor(2)
+    integer :: i
+
+    factor = 0.0_wp
+    if (.not. allocated(model%state%progress%factors)) return
+    do i = 1, size(model%state%progress%factors, 2)
+      if (nint(model%state%progress%factors(1, i)) == phase) factor = model%state%progress%factors(2:3, i)
+    end do
+  end function factor_of
+
+  !> The phase that a phase starts from, where the deck names it.
+  pure function parent_json(analysis, phase) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: phase
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (.not. allocated(analysis%phases(phase)%parent)) return
+    if (len(analysis%phases(phase)%parent) > 0) text = '"parent": '//json_string(analysis%phases(phase)%parent)//', '
+  end function parent_json
+
+  !> The factor, where there is one.
+  pure function factor_json(factor) result(text)
+    real(wp), intent(in) :: factor(2)
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (factor(1) > 0.0_wp) text = '"factor": ['//real_text(factor(1))//', '//real_text(factor(2))//'], '
+  end function factor_json
 
   !> The limit load of the phase that has ended.
   pure function limit_json(model) result(text)
@@ -110,15 +148,25 @@ contains
     integer :: p
 
     text = line_of('phase', 'ended by', 'load factor', 'steps', 'iterations', 'residual', 'displacement')
+    if (allocated(model%state%progress%factors)) text = text//'  factor of safety'
     call read_rows(directory, analysis, rows, error)
     if (allocated(error)) return
     do p = 1, size(rows)
       ended = end_of_phase(model%state%progress, p)
       text = text//newline//line_of(analysis%phases(p)%name, reasons(ended%reason), &
         short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
-        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))
+        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor_of(model, p))
     end do
   end subroutine summary_table
+
+  !> A factor of safety in the table.
+  pure function factor_text(factor) result(text)
+    real(wp), intent(in) :: factor(2)
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (factor(1) > 0.0_wp) text = '  '//short_text(factor(1), 5)//' to '//short_text(factor(2), 5)
+  end function factor_text
 
   !> A line of the table.
   pure function line_of(name, ended, load, steps, iterations, residual, displacement) result(line)

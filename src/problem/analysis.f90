@@ -82,7 +82,8 @@ module qsmpm_analysis
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
   !> What a history records: rows of `history_quantities` (qsmpm_history_quantities).
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
-    quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8
+    quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
+    quantity_pore_pressure = 9
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop.

@@ -14,14 +14,14 @@ module qsmpm_history_quantities
   integer, parameter, public :: component_none = 0, component_vector = 1, component_tensor = 2
 
   type :: history_quantity_type
-    character(len=12) :: word
+    character(len=13) :: word
     integer :: place
     integer :: components
     !> L length, F force, V volume, S stress; blank for a number.
     character(len=1) :: unit
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(8) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(9) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L'), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L'), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S'), &
@@ -29,7 +29,8 @@ module qsmpm_history_quantities
     history_quantity_type('STATE', at_point, component_none, ' '), &
     history_quantity_type('STRAIN', at_point, component_tensor, ' '), &
     history_quantity_type('VOLUME', at_body, component_none, 'V'), &
-    history_quantity_type('RUNOUT', at_body, component_vector, 'L')]
+    history_quantity_type('RUNOUT', at_body, component_vector, 'L'), &
+    history_quantity_type('PORE PRESSURE', at_point, component_none, 'S')]
 
 contains
 
