@@ -12,6 +12,7 @@ module qsmpm_deck_references
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
+  use qsmpm_deck_k0, only: check_k0
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_water, only: check_water
   use qsmpm_deck_undrained, only: check_undrained
@@ -45,6 +46,7 @@ contains
     call check_prescriptions(state)
     call check_starts(state)
     call check_water(state)
+    call check_k0(state)
     call check_limit_compliance(state)
     call check_histories(state)
     call check_stops(state)

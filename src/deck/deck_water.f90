@@ -1,7 +1,7 @@
 !> *WATER LEVEL: the level of the ground water from a phase on.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: water_level_type, initial_k0
+  use qsmpm_analysis, only: water_level_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels
@@ -140,7 +140,7 @@ contains
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        if (size(phase%stops) == 0 .or. phase%initial%kind == initial_k0) cycle
+        if (size(phase%stops) == 0 .or. phase%initial%kind /= initial_keep) cycle
         moves = size(phase%water_levels) > 0
         do i = 1, size(phase%tractions)
           if (.not. phase%tractions(i)%follows) cycle

@@ -36,7 +36,8 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: model_tangent_words(0:3) = [character(len=n) :: &
     'AUTO', 'CONSISTENT', 'ELASTIC', 'NUMERICAL']
   !> From 0.
-  character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
+  character(len=n), parameter, public :: initial_words(0:3) = [character(len=n) :: 'KEEP', 'K0', &
+    'ISOTROPIC', 'GIVEN']
   !> From 0.
   character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: &
     'FREE', 'NORMAL', 'ALL']
