@@ -89,7 +89,8 @@ contains
     write (text(len_trim(text) + 1:), '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
       ' are not in equilibrium, '//trim(text)//': the ground or a layer of it is not level, *INITIAL gives another '// &
-      'level, a load of the phase is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '//advice)
+      'level, a load of the phase is not in them, or too few points integrate the cells (*METHOD, '// &
+      'INTEGRATION=CELL). '//advice)
   end subroutine check_initial_balance
 
   !> Warn of material above the level of the ground.

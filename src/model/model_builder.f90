@@ -20,11 +20,13 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
+  use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
@@ -67,10 +69,12 @@ contains
     if (diagnostics%count == 0) call make_sets(model, diagnostics)
     if (diagnostics%count == 0) call make_space(model, diagnostics)
     call make_laws(model, diagnostics, own)
+    if (diagnostics%count == 0) call check_lowering(model, diagnostics)
     if (diagnostics%count == 0) call choose_locking_treatments(model)
     if (diagnostics%count == 0) call make_points(model, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
+    if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_histories(model, diagnostics)
