@@ -13,9 +13,9 @@ module test_pore_water
   use qsmpm_phase_start, only: start_phase
   use qsmpm_points, only: points_type, allocate_points, start_water
   use qsmpm_pore_water, only: update_pore_pressure
-  use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_reduction, only: reduce_column, reduce_mirror
   use qsmpm_stages, only: cut_stage
+  use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_surface_pressure, only: surface_pressure_type, pressure_at, reached_pressure
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at, submerged_share
   use deck_samples, only: joined
