@@ -99,6 +99,7 @@ contains
       call append(analysis%phases(size(analysis%phases))%supports, support)
     case default
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+        phase%activations(0), phase%deactivations(0), phase%materials(0), &
         phase%constant_load_test%at(0))
       call append(analysis%phases, phase)
     end select

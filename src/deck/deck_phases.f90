@@ -7,6 +7,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_controls, only: add_control_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
+  use qsmpm_deck_stages, only: add_stage_keywords
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, initial_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
@@ -36,6 +37,7 @@ contains
       '*FIX| base, ALL| sides, X', check_fixities)
     call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load factor.', &
       prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
+    call add_stage_keywords(table)
     call add_load_keywords(table)
     call add_control_keywords(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)

@@ -12,6 +12,7 @@ module qsmpm_deck_references
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
+  use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
   implicit none
@@ -38,6 +39,7 @@ contains
     call check_node_sets(state)
     call check_surfaces(state)
     call check_prescriptions(state)
+    call check_stages(state)
     call check_starts(state)
     call check_limit_compliance(state)
   end subroutine check_references
@@ -299,8 +301,9 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. any([(acts(state%analysis%phases(i)), i=1, p)])) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
-            .or. phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
+        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
+            + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
+            phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

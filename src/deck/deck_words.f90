@@ -42,6 +42,7 @@ module qsmpm_deck_words
     'FREE', 'NORMAL', 'ALL']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
     'POINTS']
+  character(len=n), parameter, public :: fill_words(2) = [character(len=n) :: 'LEVEL', 'SHAPE']
   character(len=n), parameter, public :: quantity_words(5) = [character(len=n) :: &
     'DISPLACEMENT', 'POSITION', 'STRESS', 'REACTION', 'STATE']
   character(len=18), parameter, public :: test_words(7) = [character(len=18) :: &

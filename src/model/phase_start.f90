@@ -7,6 +7,8 @@
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_k0, support_none
+  use qsmpm_body_stages, only: change_bodies
+  use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_model, only: model_type, loading_type
@@ -23,9 +25,21 @@ module qsmpm_phase_start
 contains
 
   !> Begin the model's current phase.
-  subroutine start_phase(model)
+  subroutine start_phase(model, notes, error)
     type(model_type), intent(inout) :: model
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(out), optional :: notes
+    !> A body that comes cannot be put in place.
+    type(error_type), allocatable, intent(out), optional :: error
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: text
 
+    call change_bodies(model, text, failure)
+    if (present(notes)) call move_alloc(text, notes)
+    if (present(error) .and. allocated(failure)) then
+      call move_alloc(failure, error)
+      return
+    end if
     associate (progress => model%state%progress)
       progress%fraction = 0.0_wp
       progress%load_factor = 0.0_wp

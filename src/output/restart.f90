@@ -6,6 +6,7 @@
 !> (`qsmpm_state_check`) or whose bytes do not give its checksum.
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: has_stages
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     save_image
@@ -13,7 +14,8 @@ module qsmpm_restart
   use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_model, only: model_type, state_type, progress_type
   use qsmpm_field_list, only: field_type, field_list_type
-  use qsmpm_points, only: carried_type, allocate_watched
+  use qsmpm_point_selection, only: select_points
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
   use qsmpm_state_check, only: check_state, window_reason
@@ -23,7 +25,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 11
+  integer, parameter :: layout = 12
 
 contains
 
@@ -64,6 +66,13 @@ contains
     call put_carried(image, '/surface', model%state%surface)
     call put_carried(image, '/tracers', model%state%tracers)
     call put_carried(image, '/watched', model%state%watched)
+    associate (inactive => model%state%inactive)
+      call put_carried(image, '/inactive_points', inactive%points)
+      call put_carried(image, '/unloading_points', inactive%unloading)
+      call put_carried(image, '/inactive_surface', inactive%surface)
+      call put_carried(image, '/unloading_surface', inactive%unloading_surface)
+      call put_carried(image, '/feet', inactive%feet)
+    end associate
     call put_group(image, '/mesh')
     allocate (window, source=[model%state%window%first, model%state%window%last])
     call put_array(image, '/mesh/window', window)
@@ -197,8 +206,7 @@ contains
       deallocate (state%coordinates, state%reactions, state%released)
     end if
     call get_progress(reader, state%progress)
-    call get_carried(reader, '/points', state%points)
-    call get_carried(reader, '/surface', state%surface)
+    call get_points(reader, model, state)
     call get_carried(reader, '/tracers', state%tracers)
     ! As many as the phase in the file watches.
     call get_array(reader, '/watched/cell', watched)
@@ -214,6 +222,63 @@ contains
     if (allocated(error)) return
     call restore(state, model)
   end subroutine read_restart
+
+  !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
+  !> not more than the bodies.
+  subroutine get_points(reader, model, state)
+    type(reader_type), intent(inout) :: reader
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    type(points_type) :: like
+    integer :: left
+
+    like = state%points
+    left = state%points%count + state%inactive%points%count + state%inactive%unloading%count
+    if (has_stages(model%analysis)) then
+      call size_points('/points', state%points)
+      call size_points('/inactive_points', state%inactive%points)
+      call size_points('/unloading_points', state%inactive%unloading)
+      if (left < 0) call note_reason(reader, 'it has more material points than the bodies')
+    end if
+    call size_surface('/surface', state%surface)
+    call size_surface('/inactive_surface', state%inactive%surface)
+    call size_surface('/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, '/points', state%points)
+    call get_carried(reader, '/inactive_points', state%inactive%points)
+    call get_carried(reader, '/unloading_points', state%inactive%unloading)
+    call get_carried(reader, '/surface', state%surface)
+    call get_carried(reader, '/inactive_surface', state%inactive%surface)
+    call get_carried(reader, '/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, '/feet', state%inactive%feet)
+
+  contains
+
+    !> Room for material points.
+    subroutine size_points(group, points)
+      character(len=*), intent(in) :: group
+      type(points_type), intent(inout) :: points
+      type(points_type) :: sized
+      integer, allocatable :: cells(:)
+
+      call get_array(reader, group//'/cell', cells)
+      if (.not. allocated(cells)) return
+      left = left - size(cells)
+      if (size(cells) == points%count) return
+      call select_points(like, spread(1, 1, size(cells)), sized)
+      points = sized
+    end subroutine size_points
+
+    !> Room for surface points.
+    subroutine size_surface(group, points)
+      character(len=*), intent(in) :: group
+      type(surface_points_type), intent(inout) :: points
+      integer, allocatable :: cells(:)
+
+      call get_array(reader, group//'/cell', cells)
+      if (.not. allocated(cells)) return
+      if (size(cells) /= points%count) call allocate_surface_points(points, size(like%position, 1), size(cells))
+    end subroutine size_surface
+  end subroutine get_points
 
   !> Note what is wrong, where something is and nothing was before.
   subroutine note_reason(reader, reason)

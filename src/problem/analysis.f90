@@ -17,7 +17,7 @@ module qsmpm_analysis
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type
+    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, body_change_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -74,6 +74,8 @@ module qsmpm_analysis
   !> What a history records.
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, &
     quantity_stress = 3, quantity_reaction = 4, quantity_state = 5
+  !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
+  integer, parameter, public :: fill_level = 1, fill_shape = 2
 
   !> Where in the input an item was written, for errors found after parsing.
   type :: source_line_type
@@ -155,6 +157,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: file
     !> Points per element; 0 asks for the element's default.
     integer :: points_per_element = 0
+    !> It is there from the start; else a phase puts it in place.
+    logical :: active = .true.
   end type body_type
 
   !> Parameters of one material; the law is chosen by what is present.
@@ -321,6 +325,14 @@ module qsmpm_analysis
     real(wp) :: k0 = 1.0_wp
   end type initial_stress_type
 
+  !> What a phase does to a body: put in place, taken out, or of another material from then on.
+  type :: body_change_type
+    character(len=:), allocatable :: body
+    type(source_line_type) :: where
+    character(len=:), allocatable :: material
+    integer :: fill = fill_level
+  end type body_change_type
+
   !> One phase: what changes, and how it is stepped.
   type :: phase_type
     character(len=:), allocatable :: name
@@ -338,6 +350,7 @@ module qsmpm_analysis
     type(gravity_type) :: gravity
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
+    type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
     logical :: reset_displacements = .false.

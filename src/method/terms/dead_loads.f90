@@ -59,7 +59,7 @@ contains
 
     self%force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), self%force)
+    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), fraction, self%force)
     self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, configuration%activation, fraction, self%force)
@@ -87,12 +87,14 @@ contains
   end function still_held
 
   !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
-  subroutine add_weight(model, at_points, gravity, force)
+  subroutine add_weight(model, at_points, gravity, fraction, force)
     type(model_type), intent(in) :: model
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
     !> Gravity vector (dimension).
     real(wp), intent(in) :: gravity(:)
+    !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
+    real(wp), intent(in) :: fraction
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: vector(size(gravity))
@@ -102,7 +104,7 @@ contains
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
         p = at_points%source(q)
-        vector = model%state%points%weight(p)*gravity
+        vector = between(model%state%points%start_weight(p), model%state%points%weight(p), fraction)*gravity
         if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         place = place_of(at_points, g, q)
         do a = 1, at_points%node_first(g + 1) - 1 - first
