@@ -1,7 +1,7 @@
 !> The lines of a plan: a name and a value each, under headings, written as text for people or as
 !> JSON for programs.
 module qsmpm_plan_items
-  use qsmpm_text, only: string_type
+  use qsmpm_text, only: string_type, json_string
   implicit none
   private
 
@@ -109,34 +109,16 @@ contains
     do i = 1, items%count
       if (items%kind(i) == heading) then
         if (i > 1) text = text//newline//'  },'
-        text = text//newline//'  '//quoted(items%name(i)%text)//': {'
+        text = text//newline//'  '//json_string(items%name(i)%text)//': {'
         first = .true.
         cycle
       end if
       if (.not. first) text = text//','
       first = .false.
-      text = text//newline//'    '//quoted(items%name(i)%text)//': '
+      text = text//newline//'    '//json_string(items%name(i)%text)//': '
       if (items%kind(i) == figure) text = text//items%value(i)%text
-      if (items%kind(i) == words) text = text//quoted(items%value(i)%text)
+      if (items%kind(i) == words) text = text//json_string(items%value(i)%text)
     end do
     text = text//newline//'  }'//newline//'}'//newline
   end function plan_json
-
-  !> A text as a string of JSON.
-  pure function quoted(text) result(string)
-    character(len=*), intent(in) :: text
-    character(len=:), allocatable :: string
-    integer :: i
-
-    string = '"'
-    do i = 1, len(text)
-      if (text(i:i) == '"' .or. text(i:i) == '\') string = string//'\'
-      if (iachar(text(i:i)) < 32) then
-        string = string//' '
-      else
-        string = string//text(i:i)
-      end if
-    end do
-    string = string//'"'
-  end function quoted
 end module qsmpm_plan_items

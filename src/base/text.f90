@@ -7,7 +7,7 @@ module qsmpm_text
   implicit none
   private
 
-  public :: string_type, upper, stripped, squeezed, split, edit_distance, nearest_word, &
+  public :: string_type, upper, stripped, squeezed, split, json_string, edit_distance, nearest_word, &
     read_integer, read_real, integer_text, real_text, same_bits, add_word
 
   !> What a word is, read as a number.
@@ -113,6 +113,24 @@ contains
       pieces(i)%text = stripped(text(cuts(i - 1) + 1:cuts(i) - 1))
     end do
   end subroutine split
+
+  !> A text as a string of JSON.
+  pure function json_string(text) result(string)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: string
+    integer :: i
+
+    string = '"'
+    do i = 1, len(text)
+      if (text(i:i) == '"' .or. text(i:i) == '\') string = string//'\'
+      if (iachar(text(i:i)) < 32) then
+        string = string//' '
+      else
+        string = string//text(i:i)
+      end if
+    end do
+    string = string//'"'
+  end function json_string
 
   !> Letters to be changed, added, removed or swapped with their neighbour to make one word the
   !> other.

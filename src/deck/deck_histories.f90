@@ -1,13 +1,14 @@
 !> *HISTORY: a column of the curves.
 module qsmpm_deck_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, history_type, plane_strain, axisymmetric, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_reaction, quantity_state
+  use qsmpm_analysis, only: analysis_type, history_type, quantity_reaction, quantity_state
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_histories
   use qsmpm_deck_state, only: deck_state_type
-  use qsmpm_deck_words, only: bar_list, quantity_words, axis_words, tensor_words
+  use qsmpm_deck_words, only: bar_list, axis_words, tensor_words
+  use qsmpm_history_quantities, only: history_quantities, has_components, component_number, component_none, &
+    component_tensor, unit_of_history
   use qsmpm_keyword_table, only: table_type, in_model, many
   implicit none
   private
@@ -21,10 +22,12 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
-      'POSITION follow a massless tracer that starts at the place given; STRESS is '// &
-      'that of the nearest material point, as is STATE; REACTION is the sum over a node set.', history_fields, &
-      '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
-      '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate', check_history, list=list_histories, &
+      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN and STATE are '// &
+      'those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME is '// &
+      'that of a body; RUNOUT how far the front of a body has moved along an axis. *STOP ends a phase by one.', &
+      history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
+      '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
+      '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
       opens='history')
   end subroutine add_history_keyword
 
@@ -37,14 +40,20 @@ contains
       call fields%line(history%where)
       call fields%name('NAME', history%name, 'name of the column', required=.true.)
       if (fields%reading) history%quantity = 0
-      call fields%choice('QUANTITY', history%quantity, bar_list(quantity_words), 'what is recorded', required=.true.)
+      call fields%choice('QUANTITY', history%quantity, bar_list(history_quantities%word), 'what is recorded', &
+        required=.true.)
       call component_field(fields, history)
       call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')
       call fields%number('SCALE', history%scale, 'factor of the values')
       call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
+      call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT, in place of NSET', &
+        needs='QUANTITY=REACTION')
+      call fields%name('BODY', history%body, 'body; all when not given', needs='QUANTITY=VOLUME|RUNOUT')
+      call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
+        'against the axis', needs='QUANTITY=RUNOUT')
       call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &
         'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
-      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE')
+      call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN')
       call fields%number('x', history%at(1), 'coordinate')
       call fields%number('y', history%at(2), 'coordinate')
       call fields%number('z', history%at(3), 'coordinate', third=.true.)
@@ -57,11 +66,11 @@ contains
     type(history_type), intent(inout) :: history
     integer :: word, before
 
-    before = merge(size(axis_words), 0, history%quantity == quantity_stress)
+    before = merge(size(axis_words), 0, has_components(history%quantity, component_tensor))
     word = before + history%component
-    if (fields%reading .or. history%quantity == quantity_state) word = 0
+    if (fields%reading .or. has_components(history%quantity, component_none)) word = 0
     call fields%choice('COMPONENT', word, bar_list(axis_words)//'|'//bar_list(tensor_words), 'X, Y, Z for vectors, '// &
-      'XX to YZ for STRESS; wanted unless QUANTITY=STATE', open=.true.)
+      'XX to YZ for STRESS and STRAIN; wanted of quantities that have components', open=.true.)
     if (.not. fields%reading) return
     history%component = max(0, word - before)
     if (before == 0 .and. word > size(axis_words)) history%component = 0
@@ -73,17 +82,19 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (history => state%analysis%histories(state%item))
-      if (history%quantity == quantity_state) then
-        if (.not. card%has('STATE')) call state%report_error(card, 'QUANTITY=STATE wants the parameter STATE')
-        if (card%has('COMPONENT')) call state%report_error(card, 'COMPONENT has no meaning with QUANTITY=STATE')
+      if (history%quantity == quantity_state .and. .not. card%has('STATE')) &
+        call state%report_error(card, 'QUANTITY=STATE wants the parameter STATE')
+      if (has_components(history%quantity, component_none)) then
+        if (card%has('COMPONENT')) call state%report_error(card, 'COMPONENT has no meaning with QUANTITY='// &
+          card%word('QUANTITY'))
       else if (history%quantity > 0) then
         if (.not. card%has('COMPONENT')) call state%report_error(card, 'the parameter COMPONENT is missing')
         call check_component(card, history, state)
       end if
       if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
-      if (history%quantity == quantity_reaction .and. .not. card%has('NSET')) call state%report_error(card, &
-        'QUANTITY=REACTION wants the parameter NSET')
+      if (history%quantity == quantity_reaction .and. (card%has('NSET') .eqv. card%has('SURFACE'))) &
+        call state%report_error(card, 'QUANTITY=REACTION wants one of the parameters NSET and SURFACE')
     end associate
   end subroutine check_history
 
@@ -92,15 +103,12 @@ contains
     type(card_type), intent(in) :: card
     type(history_type), intent(in) :: history
     type(deck_state_type), intent(inout) :: state
-    logical :: tensor
-
     if (len(card%word('COMPONENT')) == 0) return
-    tensor = history%quantity == quantity_stress
     if (history%component == 0) then
       call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' is none of '// &
-        card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', &
-        'X, Y, Z               ', tensor)))
-    else if (state%dimension == 2 .and. history%component > merge(4, 2, tensor)) then
+        card%word('QUANTITY')//': '//trim(merge('XX, YY, ZZ, XY, XZ, YZ', 'X, Y, Z               ', &
+        has_components(history%quantity, component_tensor))))
+    else if (history%component > component_number(history%quantity, state%dimension)) then
       call state%report_error(card, 'COMPONENT='//card%word('COMPONENT')//' has no meaning in a plane '// &
         'model')
     end if
@@ -112,29 +120,7 @@ contains
     integer :: i
 
     do i = 1, size(analysis%histories)
-      associate (history => analysis%histories(i))
-        if (len(history%unit) == 0) history%unit = unit_of(analysis, history%quantity)
-      end associate
+      analysis%histories(i)%unit = unit_of_history(analysis, analysis%histories(i))
     end do
   end subroutine give_units
-
-  !> Unit of a quantity; '-' when it has none or the deck declares none.
-  pure function unit_of(analysis, quantity) result(unit)
-    type(analysis_type), intent(in) :: analysis
-    integer, intent(in) :: quantity
-    character(len=:), allocatable :: unit
-
-    unit = '-'
-    if (analysis%force_unit == '-') return
-    select case (quantity)
-    case (quantity_displacement, quantity_position)
-      unit = analysis%length_unit
-    case (quantity_stress)
-      unit = analysis%force_unit//'/'//analysis%length_unit//'2'
-    case (quantity_reaction)
-      unit = analysis%force_unit
-      if (analysis%model == axisymmetric) unit = unit//'/rad'
-      if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
-    end select
-  end function unit_of
 end module qsmpm_deck_histories

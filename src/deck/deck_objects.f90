@@ -100,7 +100,7 @@ contains
     case default
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
         phase%activations(0), phase%deactivations(0), phase%materials(0), &
-        phase%constant_load_test%at(0))
+        phase%constant_load_test%at(0), phase%stops(0))
       call append(analysis%phases, phase)
     end select
   end subroutine open_phase_item

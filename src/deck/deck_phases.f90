@@ -8,6 +8,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_stages, only: add_stage_keywords
+  use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, initial_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
@@ -40,6 +41,7 @@ contains
     call add_stage_keywords(table)
     call add_load_keywords(table)
     call add_control_keywords(table)
+    call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
   end subroutine add_phase_keywords
 

@@ -3,13 +3,14 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
-    source_line_type, quantity_reaction, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
+    source_line_type, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
     phase_type
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_messages, only: severity_error
-  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
@@ -42,6 +43,8 @@ contains
     call check_stages(state)
     call check_starts(state)
     call check_limit_compliance(state)
+    call check_histories(state)
+    call check_stops(state)
   end subroutine check_references
 
   !> What every deck must have.
@@ -88,25 +91,6 @@ contains
       end associate
     end do
   end subroutine check_bodies
-
-  !> A name is among those there are.
-  subroutine check_name(state, name, names, where, keyword, what)
-    type(deck_state_type), intent(inout) :: state
-    !> The name; an empty one has been reported already.
-    character(len=*), intent(in) :: name
-    type(string_type), intent(in) :: names(:)
-    type(source_line_type), intent(in) :: where
-    character(len=*), intent(in) :: keyword
-    character(len=*), intent(in) :: what
-    integer :: i
-
-    if (len(name) == 0) return
-    do i = 1, size(names)
-      if (names(i)%text == name) return
-    end do
-    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
-      did_you_mean(name, names))
-  end subroutine check_name
 
   !> A set exists, unless it may still come from a mesh file.
   subroutine check_set(state, name, sets, where, keyword, what)
@@ -198,8 +182,7 @@ contains
         'node set')
       do i = 1, size(state%analysis%histories)
         associate (history => state%analysis%histories(i))
-          if (history%quantity == quantity_reaction) call check_set(state, history%set, sets, &
-            history%where, 'HISTORY', 'node set')
+          if (len(history%set) > 0) call check_set(state, history%set, sets, history%where, 'HISTORY', 'node set')
         end associate
       end do
       do p = 1, size(state%analysis%phases)

@@ -8,7 +8,7 @@ module qsmpm_deck_state
   implicit none
   private
 
-  public :: deck_state_type, points_request_type, did_you_mean, source_line, beside_deck
+  public :: deck_state_type, points_request_type, check_name, did_you_mean, source_line, beside_deck
 
   !> A *POINTS card, kept until all bodies are known.
   type :: points_request_type
@@ -121,6 +121,25 @@ contains
 
     path = absolute_path(joined(directory_of(card%place%file), card%value(parameter)))
   end function beside_deck
+
+  !> A name is among those there are.
+  subroutine check_name(state, name, names, where, keyword, what)
+    type(deck_state_type), intent(inout) :: state
+    !> The name; an empty one has been reported already.
+    character(len=*), intent(in) :: name
+    type(string_type), intent(in) :: names(:)
+    type(source_line_type), intent(in) :: where
+    character(len=*), intent(in) :: keyword
+    character(len=*), intent(in) :: what
+    integer :: i
+
+    if (len(name) == 0) return
+    do i = 1, size(names)
+      if (names(i)%text == name) return
+    end do
+    call state%error_from(where, keyword, 'there is no '//what//" '"//name//"'"// &
+      did_you_mean(name, names))
+  end subroutine check_name
 
   !> The nearest known word as a question, empty when none is near.
   pure function did_you_mean(word, known) result(text)

@@ -16,10 +16,12 @@ module qsmpm_phases
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
     warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_ends, only: note_end
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
+  use qsmpm_stop_watch, only: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
@@ -184,16 +186,18 @@ contains
 
   !> Notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
     loop%end_notified = .true.
+    call note_end(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
         limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
+      if (progress%stopped) call observer%note(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
@@ -209,8 +213,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
+    type(stop_watch_type) :: watch
     real(wp) :: length, last
 
+    call begin_stop_watch(model, phase, watch)
     do
       if (observer%stop_requested()) then
         call fail(error, error_stopped, 'stopped on request')
@@ -221,7 +227,11 @@ contains
       record = step_record_type()
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
       if (allocated(error)) return
-      if (outcome%accepted) exit
+      if (outcome%accepted) then
+        if (.not. must_be_shorter(model, phase, watch, last - record%start)) exit
+        call observer%note('step shortened to end where the phase stops')
+        cycle
+      end if
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))

@@ -11,7 +11,7 @@ module qsmpm_step_length
   private
 
   public :: first_length, is_too_short, plan_step, end_of_step, below_rejected, length_after_step
-  public :: length_after_rejection, go_on, cut_back, is_given_up, phase_is_complete
+  public :: length_after_rejection, go_on, cut_back, is_given_up, phase_is_complete, length_to_stop
 
   !> A step that a law rejects is cut back to this share of it at the most.
   real(wp), parameter :: largest_cut = 0.9_wp
@@ -150,6 +150,16 @@ contains
     if (step_error > 0.0_wp) ratio = min(most_growth, max(least_growth, margin*allowed/step_error))
   end function length_ratio
 
+  !> Length of a step that went past the value at which its phase stops, to be taken again up to a share of it; 0 where
+  !> it may not be any shorter, and stays.
+  pure real(wp) function length_to_stop(controls, length, share) result(next)
+    type(controls_type), intent(in) :: controls
+    real(wp), intent(in) :: length, share
+
+    next = max(share*length, smallest_length(controls))
+    if (.not. next < length*(1.0_wp - same_length)) next = 0.0_wp
+  end function length_to_stop
+
   !> Whether a phase ends without its load after a step was rejected and the next one cut back: the bisection of a limit
   !> load ends elsewhere (plan_step).
   pure logical function is_given_up(controls, progress, outcome)
@@ -161,10 +171,12 @@ contains
       (.not. progress%limit%refused > 0.0_wp .and. is_too_short(controls, progress%next_step))
   end function is_given_up
 
-  !> Whether the present phase is at its end: its whole load is carried, or its limit load found.
+  !> Whether the present phase is at its end: its whole load is carried, its limit load found, or a history has
+  !> reached its value.
   pure logical function phase_is_complete(progress)
     type(progress_type), intent(in) :: progress
 
-    phase_is_complete = .not. progress%fraction < 1.0_wp - same_fraction .or. is_found(progress%limit)
+    phase_is_complete = .not. progress%fraction < 1.0_wp - same_fraction .or. is_found(progress%limit) .or. &
+      progress%stopped
   end function phase_is_complete
 end module qsmpm_step_length

@@ -15,7 +15,7 @@ module qsmpm_body_stages
   use qsmpm_error, only: error_type
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_load_path, only: between
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type
   use qsmpm_model_surfaces, only: choose_carrying_points
   use qsmpm_point_selection, only: select_points, select_surface_points, append_points, append_surface_points
   use qsmpm_points, only: points_type, surface_points_type, place_of
@@ -130,13 +130,20 @@ contains
     end associate
   end subroutine change_bodies
 
+  !> Share of its changes that the phase before has left, where it has ended early.
+  pure real(wp) function left_of(progress)
+    type(progress_type), intent(in) :: progress
+
+    left_of = max(1.0_wp - progress%fraction, progress%release_left)
+  end function left_of
+
   !> Weights at the start of the phase are those that the phase before has reached.
   pure subroutine settle_weights(model)
     type(model_type), intent(inout) :: model
     real(wp) :: reached
 
     associate (progress => model%state%progress, points => model%state%points)
-      reached = min(progress%fraction, 1.0_wp - progress%release_left)
+      reached = 1.0_wp - left_of(progress)
       points%start_weight = between(points%start_weight, points%weight, reached)
     end associate
   end subroutine settle_weights
@@ -147,8 +154,10 @@ contains
     type(model_type), intent(inout) :: model
     !> (bodies)
     logical, intent(in) :: chosen(:)
+    real(wp) :: left
 
-    associate (inactive => model%state%inactive, left => model%state%progress%release_left)
+    left = left_of(model%state%progress)
+    associate (inactive => model%state%inactive)
       if (left > 0.0_wp) then
         inactive%unloading%stress = left*inactive%unloading%stress
         inactive%unloading%start_weight = left*inactive%unloading%start_weight

@@ -1,10 +1,11 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
-    quantity_state
+  use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
+  use qsmpm_strain, only: logarithmic_strain
   implicit none
   private
 
@@ -29,11 +30,15 @@ contains
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
     real(wp) :: value
+    real(wp) :: strain(size(model%state%points%stress, 1))
     integer :: place
 
     value = 0.0_wp
     place = model%history_tracer(i)
     associate (history => model%analysis%histories(i), tracers => model%state%tracers)
+      ! The point may be one of a body that is not there.
+      if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain]) .and. &
+        model%history_point(i) == 0) return
       select case (history%quantity)
       case (quantity_displacement)
         value = tracers%position(history%component, place) - tracers%initial_position(history%component, place)
@@ -43,10 +48,62 @@ contains
         value = model%state%points%stress(history%component, model%history_point(i))
       case (quantity_state)
         value = model%state%points%state(model%history_state(i), model%history_point(i))
+      case (quantity_strain)
+        strain = logarithmic_strain(model%state%points%left_cauchy_green(:, model%history_point(i)))
+        value = strain(history%component)
       case (quantity_reaction)
-        place = find_set(model%mesh%node_sets, history%set)
-        value = sum(model%state%reactions(history%component, model%space%sets(place)%items))
+        value = reaction_of(model, history)
+      case (quantity_volume)
+        value = sum(model%state%points%volume, mask=is_of_body(model, history))
+      case (quantity_runout)
+        value = runout_of(model, history)
       end select
     end associate
   end function history_value
+
+  !> Sum of the reactions of a node set, or of the forces of the support of a surface.
+  pure real(wp) function reaction_of(model, history) result(value)
+    type(model_type), intent(in) :: model
+    type(history_type), intent(in) :: history
+    integer :: s, place
+
+    if (len(history%surface) == 0) then
+      place = find_set(model%mesh%node_sets, history%set)
+      value = sum(model%state%reactions(history%component, model%space%sets(place)%items))
+      return
+    end if
+    value = 0.0_wp
+    do s = 1, size(model%analysis%surfaces)
+      if (model%analysis%surfaces(s)%name == history%surface) value = value &
+        + sum(model%state%surface%reaction(history%component, :), mask=model%state%surface%surface == s)
+    end do
+  end function reaction_of
+
+  !> How far the front of a body, its outermost material point, has moved outwards since displacements count.
+  pure real(wp) function runout_of(model, history) result(value)
+    type(model_type), intent(in) :: model
+    type(history_type), intent(in) :: history
+    logical :: here(model%state%points%count)
+    real(wp) :: sense
+
+    here = is_of_body(model, history)
+    sense = merge(-1.0_wp, 1.0_wp, history%smallest)
+    associate (points => model%state%points, c => history%component)
+      value = maxval(sense*points%position(c, :points%count), mask=here) &
+        - maxval(sense*points%initial_position(c, :points%count), mask=here)
+    end associate
+  end function runout_of
+
+  !> Points of the body of a history, of all bodies where it names none.
+  pure function is_of_body(model, history) result(here)
+    type(model_type), intent(in) :: model
+    type(history_type), intent(in) :: history
+    logical :: here(model%state%points%count)
+    integer :: b
+
+    here = len(history%body) == 0
+    do b = 1, size(model%analysis%bodies)
+      if (model%analysis%bodies(b)%name == history%body) here = here .or. model%state%points%body == b
+    end do
+  end function is_of_body
 end module qsmpm_histories

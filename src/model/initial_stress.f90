@@ -6,6 +6,7 @@
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: initial_stress_type, material_type
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
@@ -72,7 +73,8 @@ contains
           unit_weight(b) = model%analysis%materials(m)%unit_weight
       end do
     end do
-    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden)
+    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, &
+      bodies_active(model%analysis, model%state%progress%phase))
   end subroutine bodies_from_the_side
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.

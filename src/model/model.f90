@@ -4,7 +4,7 @@
 !> as a whole; the rest is fixed after the model is built.
 module qsmpm_model
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, not_ended
   use qsmpm_mesh, only: mesh_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_body_shape, only: body_shape_type
@@ -19,7 +19,17 @@ module qsmpm_model
   implicit none
   private
 
-  public :: model_type, state_type, loading_type, progress_type
+  public :: model_type, state_type, loading_type, progress_type, phase_end_type
+
+  !> How a phase has ended.
+  type :: phase_end_type
+    !> One of the ended_* values of qsmpm_analysis.
+    integer :: reason = not_ended
+    !> Load fraction reached.
+    real(wp) :: fraction = 0.0_wp
+    !> Largest displacement of a material point, as displacements count [length].
+    real(wp) :: displacement = 0.0_wp
+  end type phase_end_type
 
   !> Where the analysis stands.
   type :: progress_type
@@ -46,6 +56,10 @@ module qsmpm_model
     real(wp) :: release_left = 0.0_wp
     !> Compliance of the phase and its limit load.
     type(limit_load_type) :: limit
+    !> A history of the phase has reached its value.
+    logical :: stopped = .false.
+    !> How each phase has ended (phases).
+    type(phase_end_type), allocatable :: ends(:)
   end type progress_type
 
   !> What a step changes.

@@ -1,10 +1,10 @@
 !> Where the histories of the deck are taken: a massless tracer for each displacement or position,
-!> the nearest material point for each stress and state variable.
+!> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: quantity_displacement, quantity_position, quantity_stress, quantity_reaction, &
-    quantity_state, history_type
+  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, history_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
   use qsmpm_points, only: allocate_carried
   use qsmpm_mesh_search, only: inverse_map
@@ -27,20 +27,23 @@ contains
     integer :: i, n
 
     associate (histories => model%analysis%histories)
-      traced = histories%quantity == quantity_displacement .or. histories%quantity == quantity_position
+      traced = is_taken_at(histories%quantity, at_tracer)
       allocate (model%history_tracer(size(histories)), model%history_point(size(histories)), &
         model%history_state(size(histories)), source=0)
       call allocate_carried(model%state%tracers, model%mesh%dimension, count(traced))
       n = 0
       do i = 1, size(histories)
-        if (histories(i)%quantity == quantity_reaction) then
+        if (histories(i)%quantity == quantity_reaction .and. len(histories(i)%surface) == 0) then
           if (find_set(model%mesh%node_sets, histories(i)%set) == 0) call add_diagnostic(diagnostics, &
             histories(i)%where, '*HISTORY', "there is no node set '"//histories(i)%set//"'")
         end if
-        if (any(histories(i)%quantity == [quantity_stress, quantity_state])) then
+        if (is_taken_at(histories(i)%quantity, at_point)) then
           model%history_point(i) = nearest_point(model%state%points, histories(i)%at(:model%mesh%dimension))
           call note_point(model, histories(i), model%history_point(i))
         end if
+        if (histories(i)%quantity == quantity_strain .and. .not. model%analysis%output%strains) &
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
+          '*FIELD, STRAIN gives them')
         if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
         if (.not. traced(i)) cycle
         n = n + 1

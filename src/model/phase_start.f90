@@ -11,6 +11,8 @@ module qsmpm_phase_start
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_limit_load, only: limit_load_type
+  use qsmpm_load_path, only: between
+  use qsmpm_phase_ends, only: fraction_reached
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
@@ -41,6 +43,8 @@ contains
       return
     end if
     associate (progress => model%state%progress)
+      progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
+      progress%stopped = .false.
       progress%fraction = 0.0_wp
       progress%load_factor = 0.0_wp
       progress%next_step = 0.0_wp
@@ -104,12 +108,24 @@ contains
     allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
     do i = 1, model%state%progress%phase
       call apply_phase(model, model%analysis%phases(i), loading)
+      if (i < model%state%progress%phase) call end_early(fraction_reached(model%state%progress, i), loading)
     end do
     allocate (loading%open_edge(model%mesh%cell_count))
     call find_open_edges(model%mesh, loading%held, loading%open_edge)
     if (allocated(model%loading%point_force)) call move_alloc(model%loading%point_force, loading%point_force)
     model%loading = loading
   end subroutine resume_phase
+
+  !> Loads of a phase that has ended at a load fraction.
+  pure subroutine end_early(fraction, loading)
+    real(wp), intent(in) :: fraction
+    type(loading_type), intent(inout) :: loading
+
+    if (.not. fraction < 1.0_wp) return
+    loading%gravity_final = between(loading%gravity_start, loading%gravity_final, fraction)
+    loading%traction_final = between(loading%traction_start, loading%traction_final, fraction)
+    loading%pressure_final = between(loading%pressure_start, loading%pressure_final, fraction)
+  end subroutine end_early
 
   !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
   !> rollers of a slice or of a column hold every node, but not its top.

@@ -5,10 +5,10 @@
 !> state it starts from.
 module qsmpm_curves
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: analysis_type, history_type, axisymmetric, three_dimensional, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+  use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
+  use qsmpm_history_quantities, only: unit_of_history
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, real_text
@@ -136,7 +136,7 @@ contains
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &
-          history_unit(analysis, analysis%histories(i)))
+          unit_of_history(analysis, analysis%histories(i)))
       end do
     end if
     header = header//','//column('external_work', work_unit(analysis))//','// &
@@ -158,25 +158,6 @@ contains
       if (scan(text(i:i), ',"'//newline) > 0) text(i:i) = ' '
     end do
   end function column
-
-  !> Unit of a history: the one it was given, or the one of its quantity.
-  pure function history_unit(analysis, history) result(unit)
-    type(analysis_type), intent(in) :: analysis
-    type(history_type), intent(in) :: history
-    character(len=:), allocatable :: unit
-
-    unit = ''
-    if (allocated(history%unit)) unit = trim(history%unit)
-    if (len(unit) > 0 .or. .not. has_units(analysis)) return
-    select case (history%quantity)
-    case (quantity_displacement, quantity_position)
-      unit = analysis%length_unit
-    case (quantity_stress)
-      unit = analysis%force_unit//'/'//analysis%length_unit//'^2'
-    case (quantity_reaction)
-      unit = analysis%force_unit//per_thickness(analysis)
-    end select
-  end function history_unit
 
   !> Unit of work.
   pure function work_unit(analysis) result(unit)

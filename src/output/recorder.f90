@@ -16,8 +16,8 @@ module qsmpm_recorder
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
-  use qsmpm_analysis, only: mesh_grid
-  use qsmpm_limit_load, only: is_found, limit_loads
+  use qsmpm_analysis, only: analysis_type, mesh_grid
+  use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: grid_text
   use qsmpm_number_text, only: integer_text, numbered, real_text, without_last_newline
@@ -30,6 +30,7 @@ module qsmpm_recorder
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_standard_terms, only: standard_shares
+  use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -155,9 +156,9 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(10) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
+    character(len=*), parameter :: names(11) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
       'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
-      profile_file]
+      profile_file, summary_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
@@ -324,23 +325,20 @@ contains
     call save_restart(self, model, error)
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
+    if (.not. allocated(error)) call write_summary(self%directory, scene_of(self, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
   end subroutine phase_done
 
-  !> The limit load of the phase that has ended.
-  pure function limit_json(model) result(text)
+  !> The analysis as the deck has it.
+  pure function scene_of(recorder, model) result(analysis)
+    class(recorder_type), intent(in) :: recorder
     type(model_type), intent(in) :: model
-    character(len=:), allocatable :: text
-    real(wp) :: loads(3)
+    type(analysis_type) :: analysis
 
-    associate (progress => model%state%progress)
-      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
-      text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
-        '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
-        '  "knee": '//real_text(loads(3))//newline//'}'//newline
-    end associate
-  end function limit_json
+    analysis = model%analysis
+    if (is_reduced(recorder%options%whole)) analysis = recorder%options%whole%model%analysis
+  end function scene_of
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine report_stress_error(recorder, model)
@@ -431,6 +429,7 @@ contains
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
 
+    call log_summary(recorder, model)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     call repeat_warnings(recorder)
     if (.not. allocated(outcome)) then
@@ -454,6 +453,17 @@ contains
     if (.not. allocated(outcome)) call show_text(recorder%display, last_line(error))
     call end_display(recorder%display)
   end subroutine close
+
+  !> The table of phases; a run that could not write has none.
+  subroutine log_summary(recorder, model)
+    type(recorder_type), intent(inout) :: recorder
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: text
+
+    call summary_table(recorder%directory, scene_of(recorder, model), model, text, error)
+    if (.not. allocated(error)) call write_log(recorder, text)
+  end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.
   pure function last_line(error) result(line)

@@ -12,7 +12,7 @@ module qsmpm_restart
     save_image
   use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, close_reader
   use qsmpm_kept_arrays, only: kept_arrays_type
-  use qsmpm_model, only: model_type, state_type, progress_type
+  use qsmpm_model, only: model_type, state_type, progress_type, phase_end_type
   use qsmpm_field_list, only: field_type, field_list_type
   use qsmpm_point_selection, only: select_points
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
@@ -139,6 +139,8 @@ contains
     call put_attribute(image, '/progress', 'internal_work', progress%internal_work)
     call put_attribute(image, '/progress', 'hold_tests_done', progress%constant_load_tests_done)
     call put_attribute(image, '/progress', 'release_left', progress%release_left)
+    call put_attribute(image, '/progress', 'stopped', merge(1, 0, progress%stopped))
+    call put_ends(image, progress)
     associate (limit => progress%limit)
       call put_attribute(image, '/progress', 'first_compliance', limit%first)
       call put_attribute(image, '/progress', 'last_compliance', limit%last)
@@ -149,6 +151,23 @@ contains
       call put_attribute(image, '/progress', 'knee', limit%knee)
     end associate
   end subroutine put_progress
+
+  !> Put how phases have ended.
+  subroutine put_ends(image, progress)
+    type(image_type), intent(inout) :: image
+    type(progress_type), intent(in) :: progress
+    integer, allocatable :: reason(:)
+    real(wp), allocatable :: fraction(:), displacement(:)
+
+    call put_attribute(image, '/progress', 'ends', merge(1, 0, allocated(progress%ends)))
+    if (.not. allocated(progress%ends)) return
+    reason = progress%ends%reason
+    fraction = progress%ends%fraction
+    displacement = progress%ends%displacement
+    call put_array(image, '/progress/end_reason', reason)
+    call put_array(image, '/progress/end_fraction', fraction)
+    call put_array(image, '/progress/end_displacement', displacement)
+  end subroutine put_ends
 
   !> Put all fields of a carried set.
   subroutine put_carried(image, group, carried)
@@ -321,9 +340,10 @@ contains
     type(reader_type), intent(inout) :: reader
     !> Where the analysis stood.
     type(progress_type), intent(inout) :: progress
-    integer :: whole
+    integer :: whole, stopped
 
     whole = 0
+    stopped = 0
     call get_attribute(reader, '/progress', 'phase', progress%phase)
     call get_attribute(reader, '/progress', 'step', progress%step)
     call get_attribute(reader, '/progress', 'phase_steps', progress%phase_steps)
@@ -337,6 +357,9 @@ contains
     call get_attribute(reader, '/progress', 'internal_work', progress%internal_work)
     call get_attribute(reader, '/progress', 'hold_tests_done', progress%constant_load_tests_done)
     call get_attribute(reader, '/progress', 'release_left', progress%release_left)
+    call get_attribute(reader, '/progress', 'stopped', stopped)
+    progress%stopped = stopped == 1
+    call get_ends(reader, progress)
     associate (limit => progress%limit)
       call get_attribute(reader, '/progress', 'first_compliance', limit%first)
       call get_attribute(reader, '/progress', 'last_compliance', limit%last)
@@ -347,6 +370,25 @@ contains
       call get_attribute(reader, '/progress', 'knee', limit%knee)
     end associate
   end subroutine get_progress
+
+  !> Get how phases have ended.
+  subroutine get_ends(reader, progress)
+    type(reader_type), intent(inout) :: reader
+    type(progress_type), intent(inout) :: progress
+    integer, allocatable :: reason(:)
+    real(wp), allocatable :: fraction(:), displacement(:)
+    integer :: there, i
+
+    there = 0
+    if (allocated(progress%ends)) deallocate (progress%ends)
+    call get_attribute(reader, '/progress', 'ends', there)
+    if (there == 0 .or. allocated(reader%reason)) return
+    call get_array(reader, '/progress/end_reason', reason)
+    call get_array(reader, '/progress/end_fraction', fraction)
+    call get_array(reader, '/progress/end_displacement', displacement)
+    if (allocated(reader%reason)) return
+    progress%ends = [(phase_end_type(reason(i), fraction(i), displacement(i)), i=1, size(reason))]
+  end subroutine get_ends
 
   !> Get all fields of a carried set; their sizes are those of the model.
   subroutine get_carried(reader, group, carried)

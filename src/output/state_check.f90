@@ -2,7 +2,7 @@
 !> reals are finite. A state that fails here would index beyond an array, or hold numbers that no step has written.
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_grid
+  use qsmpm_analysis, only: mesh_grid, not_ended, ended_by_stop
   use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
@@ -85,8 +85,21 @@ contains
       progress%fraction >= 0.0_wp .and. progress%fraction <= 1.0_wp .and. progress%next_step >= 0.0_wp .and. &
       progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
       progress%damping >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%damping, &
-      progress%external_work, progress%internal_work]) .and. limit_good(progress%limit)
+      progress%external_work, progress%internal_work]) .and. limit_good(progress%limit) .and. &
+      ends_good(progress, phases)
   end function progress_good
+
+  !> Whether phases can have ended so.
+  pure logical function ends_good(progress, phases)
+    type(progress_type), intent(in) :: progress
+    integer, intent(in) :: phases
+
+    ends_good = .true.
+    if (.not. allocated(progress%ends)) return
+    ends_good = size(progress%ends) <= phases .and. all(progress%ends%reason >= not_ended) .and. &
+      all(progress%ends%reason <= ended_by_stop) .and. finite(progress%ends%displacement) .and. &
+      all(progress%ends%fraction >= 0.0_wp .and. progress%ends%fraction <= 1.0_wp)
+  end function ends_good
 
   !> Whether compliances and shares can be those of a phase.
   pure logical function limit_good(limit)

@@ -31,7 +31,7 @@ module qsmpm_overburden
 contains
 
   !> Bodies as seen along an axis.
-  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden)
+  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, there)
     type(mesh_type), intent(in) :: mesh
     !> Bounds and unit weight of each body.
     type(body_shape_type), intent(in) :: shapes(:)
@@ -39,6 +39,8 @@ contains
     !> Coordinate along the vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
+    !> Bodies that are there (bodies); all when absent.
+    logical, intent(in), optional :: there(:)
     real(wp), allocatable :: facets(:, :, :)
     integer :: b
 
@@ -46,6 +48,11 @@ contains
     overburden%unit_weight = unit_weight
     allocate (overburden%solid(size(shapes)))
     do b = 1, size(shapes)
+      if (present(there)) then
+        overburden%solid(b)%low = huge(1.0_wp)
+        overburden%solid(b)%high = -huge(1.0_wp)
+        if (.not. there(b)) cycle
+      end if
       call bounds_of(mesh, shapes(b), facets)
       call make_polyhedron(facets(turned(axis), :, :), overburden%solid(b))
     end do

@@ -17,7 +17,7 @@ module qsmpm_analysis
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, body_change_type
+    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, body_change_type, stop_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -71,9 +71,13 @@ module qsmpm_analysis
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1
   !> Who carries a traction: tracked surface points, or the outermost material points (paper, 3.1).
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
-  !> What a history records.
-  integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, &
-    quantity_stress = 3, quantity_reaction = 4, quantity_state = 5
+  !> What a history records: rows of `history_quantities` (qsmpm_history_quantities).
+  integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
+    quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8
+  !> Whether a phase stops where a history rises to a value or falls to it.
+  integer, parameter, public :: stop_above = 1, stop_below = 2
+  !> What has ended a phase: nothing yet, its whole load, its limit load, a stop.
+  integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 
@@ -300,8 +304,12 @@ module qsmpm_analysis
     integer :: component = 1
     !> Start position of the massless tracer, or where the nearest material point is sought.
     real(wp) :: at(3) = 0.0_wp
-    !> quantity_reaction: the node set.
-    character(len=:), allocatable :: set
+    !> quantity_reaction: the node set, or the supported surface.
+    character(len=:), allocatable :: set, surface
+    !> Quantities of a body: its name, empty for all bodies.
+    character(len=:), allocatable :: body
+    !> quantity_runout: the front is where the coordinate is smallest, not largest.
+    logical :: smallest = .false.
     !> quantity_state: name of the state variable as results have it, or its number.
     character(len=:), allocatable :: state
     real(wp) :: scale = 1.0_wp
@@ -333,6 +341,16 @@ module qsmpm_analysis
     integer :: fill = fill_level
   end type body_change_type
 
+  !> A history value at which a phase ends.
+  type :: stop_type
+    character(len=:), allocatable :: history
+    type(source_line_type) :: where
+    !> stop_above or stop_below.
+    integer :: side = stop_above
+    !> Scaled as in curves.csv.
+    real(wp) :: value = 0.0_wp
+  end type stop_type
+
   !> One phase: what changes, and how it is stepped.
   type :: phase_type
     character(len=:), allocatable :: name
@@ -353,6 +371,9 @@ module qsmpm_analysis
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
+    !> Where it ends before its whole load, and by how much a value may be passed, relative to it.
+    type(stop_type), allocatable :: stops(:)
+    real(wp) :: stop_tolerance = 1.0e-2_wp
     logical :: reset_displacements = .false.
   end type phase_type
 

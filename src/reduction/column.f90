@@ -9,7 +9,8 @@ module qsmpm_column
   use qsmpm_analysis, only: analysis_type, set_type, fixity_type, three_dimensional, select_plane, &
     quantity_displacement, quantity_position, quantity_reaction
   use qsmpm_analysis_lists, only: append
-  use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction
+  use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
+    require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
@@ -58,6 +59,8 @@ contains
     integer :: i, s
     logical :: whole
 
+    call require_local_histories(analysis, reason)
+    if (allocated(reason)) return
     call find_members(analysis, members)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i), lines => analysis%mesh%axes(1)%lines)

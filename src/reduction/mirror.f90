@@ -13,7 +13,7 @@ module qsmpm_mirror
   use qsmpm_element, only: element_from_name, element_order
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
-  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_reduction, only: refuse, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
@@ -246,9 +246,10 @@ contains
         axis) /= side_both) call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)// &
         ' is not symmetric')
     end if
+    call require_local_histories(analysis, reason)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
-        if (history%quantity /= quantity_reaction) cycle
+        if (history%quantity /= quantity_reaction .or. allocated(reason)) cycle
         if (set_side(members, set_number(analysis, history%set), axis) == side_mixed) call refuse(reason, &
           "*HISTORY '"//history%name//"'"//place_text(history%where)//" reads a reaction of '"//history%set// &
           "', which is neither symmetric nor in one half")

@@ -5,7 +5,7 @@ module qsmpm_mirror_half
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, set_type, fixity_type, prescription_type, traction_type, support_type, &
     body_type, select_plane, select_box, select_segment, select_outline, body_box, body_polygon, &
-    quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+    quantity_displacement, quantity_position, quantity_stress, quantity_strain, quantity_reaction
   use qsmpm_analysis_lists, only: append
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
@@ -78,7 +78,7 @@ contains
           if (history%component == axis) step%history_factor(i) = -1.0_wp
           if (history%component == axis .and. history%quantity == quantity_position) &
             step%history_offset(i) = 2.0_wp*step%plane
-        case (quantity_stress)
+        case (quantity_stress, quantity_strain)
           if (is_odd(history%component, axis)) step%history_factor(i) = -1.0_wp
         end select
       end associate

@@ -6,9 +6,11 @@
 module qsmpm_prismatic
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, fixity_type, prescription_type, three_dimensional, plane_strain, &
-    basis_fem, quantity_displacement, quantity_position, quantity_stress, quantity_reaction
+    basis_fem, quantity_displacement, quantity_position, quantity_stress, quantity_reaction, quantity_strain, &
+    quantity_volume
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
+  use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
@@ -81,7 +83,10 @@ contains
     call find_members(analysis, members)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i), lines => analysis%mesh%axes(3)%lines)
-        if (history%quantity == quantity_reaction) then
+        if (is_taken_at(history%quantity, at_body) .or. len(history%surface) > 0) then
+          if (has_components(history%quantity, component_vector) .and. history%component == 3) call refuse(reason, &
+            "*HISTORY '"//history%name//"'"//place_text(history%where)//' reads a component along z')
+        else if (history%quantity == quantity_reaction) then
           s = set_number(analysis, history%set)
           if (.not. covers_axis(members, s, 3)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
             place_text(history%where)//" reads a reaction of '"//history%set//"', which depends on z")
@@ -221,12 +226,12 @@ contains
             if (history%quantity == quantity_position) step%history_offset(i) = history%at(3)
             history%component = 1
           end if
-        case (quantity_stress)
+        case (quantity_stress, quantity_strain)
           if (history%component > 4) then
             step%history_factor(i) = 0.0_wp
             history%component = 4
           end if
-        case (quantity_reaction)
+        case (quantity_reaction, quantity_volume)
           step%history_factor(i) = step%factor
         end select
         history%at(3) = 0.0_wp

@@ -4,13 +4,15 @@
 !> the results are expanded to `qsmpm_images`.
 module qsmpm_reduction
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, source_line_type, axis_type
+  use qsmpm_analysis, only: analysis_type, source_line_type, axis_type, stop_above, stop_below
+  use qsmpm_history_quantities, only: is_taken_at, at_body, at_support
   use qsmpm_text, only: integer_text
   implicit none
   private
 
   public :: reduction_type, expansion_type, layers_type, reduction_check_type
-  public :: refuse, place_text, reduction_name, begin_reduction, history_of_scene, append_step
+  public :: require_local_histories, refuse, place_text, reduction_name, begin_reduction, history_of_scene, &
+    append_step, move_stops
 
   !> Kinds of reduction, in the order they are tried.
   integer, parameter, public :: reduce_prismatic = 1, reduce_revolved = 2, reduce_column = 3, reduce_mirror = 4
@@ -70,6 +72,51 @@ contains
 
     if (.not. allocated(reason)) reason = text
   end subroutine refuse
+
+  !> Histories of bodies and supported surfaces are sums or extremes over all of the scene.
+  pure subroutine require_local_histories(analysis, reason)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: i
+
+    do i = 1, size(analysis%histories)
+      associate (history => analysis%histories(i))
+        if (is_taken_at(history%quantity, at_body)) call refuse(reason, "*HISTORY '"//history%name//"'"// &
+          place_text(history%where)//' reads whole bodies')
+        if (is_taken_at(history%quantity, at_support)) then
+          if (len(history%surface) > 0) call refuse(reason, "*HISTORY '"//history%name//"'"// &
+            place_text(history%where)//' reads a whole surface')
+        end if
+      end associate
+    end do
+  end subroutine require_local_histories
+
+  !> Values at which phases stop, as the histories of the smaller scene have them. One that is the same all the time in
+  !> the smaller scene reaches none.
+  pure subroutine move_stops(step, analysis)
+    !> The way back.
+    type(reduction_type), intent(in) :: step
+    !> The smaller scene.
+    type(analysis_type), intent(inout) :: analysis
+    integer :: p, i, h
+
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%stops)
+        associate (place => analysis%phases(p)%stops(i))
+          do h = 1, size(analysis%histories)
+            if (analysis%histories(h)%name /= place%history) cycle
+            if (step%history_factor(h) < 0.0_wp) place%side = merge(stop_below, stop_above, place%side == stop_above)
+            if (abs(step%history_factor(h)) > 0.0_wp) then
+              place%value = (place%value - analysis%histories(h)%scale*step%history_offset(h)) &
+                /step%history_factor(h)
+            else
+              place%value = merge(huge(1.0_wp), -huge(1.0_wp), place%side == stop_above)
+            end if
+          end do
+        end associate
+      end do
+    end do
+  end subroutine move_stops
 
   !> The place of a card in the deck in brackets, empty when it is not known.
   pure function place_text(where) result(text)

@@ -9,11 +9,12 @@
 module qsmpm_revolved
   use qsmpm_kinds, only: wp, pi
   use qsmpm_analysis, only: analysis_type, body_type, fixity_type, three_dimensional, basis_fem, body_polyhedron, &
-    body_polygon, select_outline, select_plane, select_list, quantity_stress, quantity_reaction, mesh_grid, &
+    body_polygon, select_outline, select_plane, select_list, quantity_stress, quantity_strain, &
+    quantity_reaction, mesh_grid, &
     carrier_points
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
-  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_reduction, only: refuse, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_number
@@ -339,6 +340,8 @@ contains
     logical :: good
     integer :: i
 
+    call require_local_histories(analysis, reason)
+    if (allocated(reason)) return
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
         from = history%at([1, 3]) - solid%centre
@@ -346,7 +349,7 @@ contains
         case (quantity_reaction)
           good = is_level(members, set_number(analysis, history%set)) .and. &
             (history%component == 2 .or. .not. any(solid%cut))
-        case (quantity_stress)
+        case (quantity_stress, quantity_strain)
           good = history%component == 2 .or. any(abs(from) <= scene_tolerance(analysis))
         case default
           good = .true.

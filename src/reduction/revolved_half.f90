@@ -3,7 +3,7 @@
 module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, fixity_type, set_type, axisymmetric, select_plane, quantity_position, &
-    quantity_stress, quantity_reaction
+    quantity_stress, quantity_strain, quantity_reaction
   use qsmpm_analysis_lists, only: append
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
@@ -143,7 +143,7 @@ contains
         along = 0.0_wp
         if (radius > 0.0_wp) along = from/radius
         history%at = [radius, history%at(2), 0.0_wp]
-        if (history%quantity == quantity_stress) then
+        if (any(history%quantity == [quantity_stress, quantity_strain])) then
           call round_stress(history%component, abs(from(2)) <= scene_tolerance(analysis), along, step%history_factor(i))
         else if (history%component /= 2) then
           step%history_factor(i) = along((history%component + 1)/2)

@@ -6,7 +6,7 @@
 module qsmpm_scene
   use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
-    reduce_column, reduce_mirror, append_step, refuse
+    reduce_column, reduce_mirror, append_step, move_stops, refuse
   use qsmpm_prismatic, only: require_prismatic, make_plane
   use qsmpm_revolved, only: revolved_solid_type, require_revolved
   use qsmpm_revolved_half, only: make_revolved
@@ -52,6 +52,7 @@ contains
       ! Where the deck wants no reduction the verdicts go on as if it did.
       if (.not. (checks(i)%used .or. .not. scene%reduce)) cycle
       call apply(checks(i), figure, smaller, step)
+      call move_stops(step, smaller)
       if (.not. checks(i)%used) cycle
       call append_step(expansion, step)
       model = smaller

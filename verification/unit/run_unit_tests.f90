@@ -52,6 +52,7 @@ program run_unit_tests
   use test_step_control, only: collect_step_control
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
+  use test_phase_stops, only: collect_phase_stops
   use test_energy, only: collect_energy
   use test_accepted_steps, only: collect_accepted_steps
   use test_stages, only: collect_stages
@@ -167,6 +168,7 @@ program run_unit_tests
   call register('step_control', collect_step_control)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
+  call register('phase_stops', collect_phase_stops)
   call register('energy', collect_energy)
   call register('accepted_steps', collect_accepted_steps)
   call register('stages', collect_stages)

@@ -6,7 +6,7 @@
 module state_samples
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp
-  use qsmpm_model, only: state_type, progress_type
+  use qsmpm_model, only: state_type, progress_type, phase_end_type
   use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type
   implicit none
@@ -70,6 +70,8 @@ contains
     call alter(progress%limit%refused_compliance)
     call alter(progress%limit%refused_middle)
     call alter(progress%limit%knee)
+    progress%stopped = .not. progress%stopped
+    progress%ends = [phase_end_type(3, 0.25_wp, 0.125_wp)]
   end subroutine alter_progress
 
   !> Change all fields of a carried set; the number of its places stays.
@@ -153,6 +155,17 @@ contains
     names = names//progress_differences(a%progress, b%progress)
   end function state_differences
 
+  !> Whether phases have ended alike.
+  logical function same_ends(a, b)
+    type(progress_type), intent(in) :: a, b
+
+    same_ends = allocated(a%ends) .eqv. allocated(b%ends)
+    if (.not. (same_ends .and. allocated(a%ends))) return
+    same_ends = size(a%ends) == size(b%ends)
+    if (same_ends) same_ends = all(a%ends%reason == b%ends%reason) .and. same_reals(a%ends%fraction, b%ends%fraction) &
+      .and. same_reals(a%ends%displacement, b%ends%displacement)
+  end function same_ends
+
   !> Components of the progress that differ.
   function progress_differences(a, b) result(names)
     type(progress_type), intent(in) :: a, b
@@ -178,6 +191,8 @@ contains
     call note(names, 'limit%refused_compliance', same_reals([a%limit%refused_compliance], [b%limit%refused_compliance]))
     call note(names, 'limit%refused_middle', same_reals([a%limit%refused_middle], [b%limit%refused_middle]))
     call note(names, 'limit%knee', same_reals([a%limit%knee], [b%limit%knee]))
+    call note(names, 'stopped', a%stopped .eqv. b%stopped)
+    call note(names, 'ends', same_ends(a, b))
   end function progress_differences
 
   !> Fields of a carried set that differ.

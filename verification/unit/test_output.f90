@@ -226,7 +226,7 @@ contains
     call read_text(directory//'/whole/curves.csv', whole, error)
     header = whole(:index(whole, newline) - 1)
     call tests%check('columns carry units', header == 'phase,step,load_factor,iterations,'// &
-      'out_of_balance,damping_share,stabilisation_share,inaccurate_points,step_error,compliance,top [mm],sigma [kN/m^2],'// &
+      'out_of_balance,damping_share,stabilisation_share,inaccurate_points,step_error,compliance,top [mm],sigma [kN/m2],'// &
       'external_work [kN m/m],internal_work [kN m/m]')
     call tests%check('six steps have six rows', line_count(whole) == 7)
     call tests%check('the log ends with the word that the run finished', &

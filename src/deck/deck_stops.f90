@@ -1,0 +1,121 @@
+!> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
+module qsmpm_deck_stops
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: stop_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_words, only: bar_list, side_words
+  use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_text, only: string_type, add_word
+  implicit none
+  private
+
+  public :: add_stop_keyword, check_histories, check_stops
+
+contains
+
+  !> *STOP.
+  subroutine add_stop_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('STOP', in_phase, once, 'The phase ends where a *HISTORY reaches a value, the first of those '// &
+      'given. Its loads are then those reached; the next phase goes on from there.', stop_fields, &
+      '*STOP| crest, BELOW, -0.5| force, ABOVE, 200')
+  end subroutine add_stop_keyword
+
+  !> *STOP.
+  subroutine stop_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (phase => deck%analysis%phases(deck%phase))
+      call stop_rows(fields, phase%stop_tolerance, phase%stops)
+    end associate
+  end subroutine stop_fields
+
+  !> Parameter and rows of the card.
+  subroutine stop_rows(fields, tolerance, list)
+    class(card_fields_type), intent(inout) :: fields
+    real(wp), intent(inout) :: tolerance
+    type(stop_type), allocatable, intent(inout) :: list(:)
+    logical :: given
+    integer :: i, n
+
+    n = size(list)
+    given = n > 0
+    call fields%given(given)
+    call fields%number('TOLERANCE', tolerance, 'by how much a value may be passed, relative to it: a step that '// &
+      'goes further is taken again, shorter', range='(0, 1)')
+    call fields%data('history and value', 1, huge(1), rows=n)
+    if (.not. fields%writing) then
+      deallocate (list)
+      allocate (list(n))
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%line(list(i)%where)
+      call fields%name('history', list(i)%history, 'name of a *HISTORY')
+      call fields%choice('side', list(i)%side, bar_list(side_words), 'reached from below, or from above')
+      call fields%number('value', list(i)%value, 'as it stands in curves.csv, SCALE in it')
+    end do
+  end subroutine stop_rows
+
+  !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
+  subroutine check_histories(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: bodies(:), surfaces(:)
+    integer :: i
+
+    allocate (bodies(0), surfaces(0))
+    do i = 1, size(state%analysis%bodies)
+      call add_word(bodies, state%analysis%bodies(i)%name)
+    end do
+    do i = 1, size(state%analysis%surfaces)
+      call add_word(surfaces, state%analysis%surfaces(i)%name)
+    end do
+    do i = 1, size(state%analysis%histories)
+      associate (history => state%analysis%histories(i))
+        call check_name(state, history%body, bodies, history%where, 'HISTORY', 'body')
+        if (len(history%surface) == 0) cycle
+        call check_name(state, history%surface, surfaces, history%where, 'HISTORY', 'surface')
+        if (.not. is_supported(state, history%surface)) call state%error_from(history%where, 'HISTORY', &
+          "no *SUPPORT holds the surface '"//history%surface//"': it has no reaction")
+      end associate
+    end do
+  end subroutine check_histories
+
+  !> Whether a phase holds a surface.
+  pure logical function is_supported(state, surface)
+    type(deck_state_type), intent(in) :: state
+    character(len=*), intent(in) :: surface
+    integer :: p, i
+
+    is_supported = .false.
+    do p = 1, size(state%analysis%phases)
+      associate (supports => state%analysis%phases(p)%supports)
+        do i = 1, size(supports)
+          is_supported = is_supported .or. supports(i)%surface == surface
+        end do
+      end associate
+    end do
+  end function is_supported
+
+  !> Histories of stops exist.
+  subroutine check_stops(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: names(:)
+    integer :: i, p
+
+    allocate (names(0))
+    do i = 1, size(state%analysis%histories)
+      call add_word(names, state%analysis%histories(i)%name)
+    end do
+    do p = 1, size(state%analysis%phases)
+      associate (stops => state%analysis%phases(p)%stops)
+        do i = 1, size(stops)
+          call check_name(state, stops(i)%history, names, stops(i)%where, 'STOP', '*HISTORY')
+        end do
+      end associate
+    end do
+  end subroutine check_stops
+end module qsmpm_deck_stops

@@ -1,0 +1,94 @@
+!> A phase that ends where a history reaches a value (*STOP): whether an accepted step has reached it, or went past it
+!> and is taken again, shorter. The rule is that of qsmpm_phase_stops.
+module qsmpm_stop_watch
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type, stop_type
+  use qsmpm_histories, only: take_histories
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_phase_stops, only: is_reached, stop_share
+  use qsmpm_step_length, only: length_to_stop
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
+
+  !> The start of a step; nothing is kept for a phase without stops.
+  type :: stop_watch_type
+    type(state_type) :: before
+    !> Histories of the stops (stops).
+    real(wp), allocatable :: values(:)
+  end type stop_watch_type
+
+contains
+
+  !> Remember the start of a step.
+  subroutine begin_stop_watch(model, phase, watch)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    type(stop_watch_type), intent(out) :: watch
+
+    if (size(phase%stops) == 0) return
+    watch%before = model%state
+    watch%values = values_of(model, phase%stops)
+  end subroutine begin_stop_watch
+
+  !> Whether an accepted step went past the value of a stop: then the state is that before it again, and the next step
+  !> is planned to end there. Where it ends there the phase is stopped.
+  logical function must_be_shorter(model, phase, watch, length) result(shorter)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    type(stop_watch_type), intent(in) :: watch
+    !> Of the step, as a load fraction.
+    real(wp), intent(in) :: length
+    real(wp) :: share, next
+
+    shorter = .false.
+    if (size(phase%stops) == 0) return
+    share = stop_share(phase%stops, phase%stop_tolerance, watch%values, values_of(model, phase%stops))
+    if (share > 1.0_wp) return
+    next = 0.0_wp
+    if (share < 1.0_wp) next = length_to_stop(phase%controls, length, share)
+    shorter = next > 0.0_wp
+    if (shorter) then
+      call restore(watch%before, model)
+      model%state%progress%next_step = next
+    else
+      model%state%progress%stopped = .true.
+    end if
+  end function must_be_shorter
+
+  !> Values of the histories that stops name.
+  function values_of(model, stops) result(values)
+    type(model_type), intent(in) :: model
+    type(stop_type), intent(in) :: stops(:)
+    real(wp) :: values(size(stops))
+    real(wp), allocatable :: all_values(:)
+    integer :: i, h
+
+    values = 0.0_wp
+    call take_histories(model, all_values)
+    do i = 1, size(stops)
+      do h = 1, size(all_values)
+        if (model%analysis%histories(h)%name == stops(i)%history) values(i) = all_values(h)
+      end do
+    end do
+  end function values_of
+
+  !> Which history has ended a phase, and where.
+  function text_of_stop(model, phase) result(text)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    character(len=:), allocatable :: text
+    real(wp) :: values(size(phase%stops))
+    integer :: i
+
+    values = values_of(model, phase%stops)
+    text = "phase '"//phase%name//"' stops at load factor "//real_text(model%state%progress%load_factor)//':'
+    do i = 1, size(values)
+      if (is_reached(phase%stops(i), values(i))) &
+        text = text//" '"//phase%stops(i)%history//"' is "//real_text(values(i))
+    end do
+  end function text_of_stop
+end module qsmpm_stop_watch

@@ -1,0 +1,188 @@
+!> The phases of a run in a table at the end of the log, and for programs in `summary.json`: how each has ended, the
+!> load factor it reached, steps, iterations, the worst residual, the largest displacement and the histories at its end.
+!>
+!> Steps, iterations, residuals and histories are those of `curves.csv`; how phases have ended is part of the state.
+!> So the summary of a run that was interrupted and continued has the same bytes. The limit load of the last phase that
+!> has one stands in `limit_load.json`.
+module qsmpm_summary
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_error, only: error_type
+  use qsmpm_file, only: read_text, write_text
+  use qsmpm_limit_load, only: limit_loads
+  use qsmpm_model, only: model_type, phase_end_type
+  use qsmpm_number_text, only: integer_text, real_text, short_text
+  use qsmpm_phase_ends, only: end_of_phase
+  use qsmpm_text, only: string_type, json_string, read_real, split
+  implicit none
+  private
+
+  public :: write_summary, summary_table, limit_json, summary_file
+
+  character(len=*), parameter :: summary_file = 'summary.json'
+  character(len=1), parameter :: newline = new_line('a')
+  !> How a phase has ended, by the ended_* values from 0.
+  character(len=10), parameter :: reasons(0:3) = [character(len=10) :: 'not ended', 'whole load', 'limit load', 'stop']
+
+  !> A phase by the rows of the curves.
+  type :: phase_row_type
+    integer :: steps = 0, iterations = 0
+    real(wp) :: load_factor = 0.0_wp
+    !> Largest out of balance of its steps.
+    real(wp) :: out_of_balance = 0.0_wp
+    !> Histories in its last row.
+    real(wp), allocatable :: histories(:)
+  end type phase_row_type
+
+contains
+
+  !> Write summary.json.
+  subroutine write_summary(directory, analysis, model, error)
+    !> Of the run, with its curves.
+    character(len=*), intent(in) :: directory
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+    type(phase_row_type), allocatable :: rows(:)
+    character(len=:), allocatable :: text
+    integer :: p
+
+    call read_rows(directory, analysis, rows, error)
+    if (allocated(error)) return
+    text = '{'//newline//'  "job": '//json_string(analysis%job)//','//newline//'  "phases": ['
+    do p = 1, size(rows)
+      if (p > 1) text = text//','
+      text = text//newline//phase_json(analysis, p, rows(p), end_of_phase(model%state%progress, p))
+    end do
+    text = text//newline//'  ]'//newline//'}'//newline
+    call write_text(directory//'/'//summary_file, text, error)
+  end subroutine write_summary
+
+  !> A phase as an object.
+  pure function phase_json(analysis, phase, row, ended) result(text)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: phase
+    type(phase_row_type), intent(in) :: row
+    type(phase_end_type), intent(in) :: ended
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = '    {"name": '//json_string(analysis%phases(phase)%name)//', "ended_by": '// &
+      json_string(trim(reasons(ended%reason)))//', "load_factor": '//real_text(row%load_factor)//','//newline// &
+      '     "steps": '//integer_text(row%steps)//', "iterations": '//integer_text(row%iterations)// &
+      ', "out_of_balance": '//real_text(row%out_of_balance)//', "largest_displacement": '// &
+      real_text(ended%displacement)//','//newline//'     "histories": {'
+    if (allocated(row%histories)) then
+      do i = 1, size(row%histories)
+        if (i > 1) text = text//', '
+        text = text//json_string(analysis%histories(i)%name)//': '//real_text(row%histories(i))
+      end do
+    end if
+    text = text//'}}'
+  end function phase_json
+
+  !> The limit load of the phase that has ended.
+  pure function limit_json(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: loads(3)
+
+    associate (progress => model%state%progress)
+      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+      text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
+        '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
+        '  "knee": '//real_text(loads(3))//newline//'}'//newline
+    end associate
+  end function limit_json
+
+  !> The table for the log, a line a phase.
+  subroutine summary_table(directory, analysis, model, text, error)
+    !> Of the run, with its curves.
+    character(len=*), intent(in) :: directory
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable, intent(out) :: text
+    type(error_type), allocatable, intent(out) :: error
+    type(phase_row_type), allocatable :: rows(:)
+    type(phase_end_type) :: ended
+    integer :: p
+
+    text = line_of('phase', 'ended by', 'load factor', 'steps', 'iterations', 'residual', 'displacement')
+    call read_rows(directory, analysis, rows, error)
+    if (allocated(error)) return
+    do p = 1, size(rows)
+      ended = end_of_phase(model%state%progress, p)
+      text = text//newline//line_of(analysis%phases(p)%name, reasons(ended%reason), &
+        short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
+        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))
+    end do
+  end subroutine summary_table
+
+  !> A line of the table.
+  pure function line_of(name, ended, load, steps, iterations, residual, displacement) result(line)
+    character(len=*), intent(in) :: name, ended, load, steps, iterations, residual, displacement
+    character(len=:), allocatable :: line
+    character(len=max(16, len(name))) :: first
+
+    first = name
+    line = first//'  '//padded(ended, 10)//padded(load, 13)//padded(steps, 7)//padded(iterations, 12)// &
+      padded(residual, 11)//padded(displacement, 14)
+  end function line_of
+
+  !> A word at the right of so many places.
+  pure function padded(word, places) result(text)
+    character(len=*), intent(in) :: word
+    integer, intent(in) :: places
+    character(len=:), allocatable :: text
+
+    text = repeat(' ', max(1, places - len_trim(word)))//trim(word)
+  end function padded
+
+  !> The phases by the rows of the curves.
+  subroutine read_rows(directory, analysis, rows, error)
+    character(len=*), intent(in) :: directory
+    type(analysis_type), intent(in) :: analysis
+    type(phase_row_type), allocatable, intent(out) :: rows(:)
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    integer :: start, last
+
+    allocate (rows(size(analysis%phases)))
+    call read_text(directory//'/curves.csv', text, error)
+    if (allocated(error)) return
+    start = index(text, newline) + 1
+    do while (start <= len(text))
+      last = index(text(start:), newline) + start - 2
+      if (last < start) exit
+      call add_row(text(start:last), size(analysis%histories), rows)
+      start = last + 2
+    end do
+  end subroutine read_rows
+
+  !> Take a row of the curves to its phase: phase, step, load factor, iterations and residual come first, histories
+  !> before the two works that come last.
+  subroutine add_row(line, histories, rows)
+    character(len=*), intent(in) :: line
+    !> Their number.
+    integer, intent(in) :: histories
+    type(phase_row_type), intent(inout) :: rows(:)
+    type(string_type), allocatable :: cells(:)
+    real(wp), allocatable :: values(:)
+    integer :: i, outcome
+
+    call split(line, ',', cells)
+    allocate (values(size(cells)))
+    do i = 1, size(cells)
+      call read_real(cells(i)%text, values(i), outcome)
+    end do
+    associate (row => rows(nint(values(1))))
+      row%steps = row%steps + 1
+      row%load_factor = values(3)
+      row%iterations = row%iterations + nint(values(4))
+      row%out_of_balance = max(row%out_of_balance, values(5))
+      row%histories = values(size(values) - 1 - histories:size(values) - 2)
+    end associate
+  end subroutine add_row
+end module qsmpm_summary

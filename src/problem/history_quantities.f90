@@ -1,0 +1,101 @@
+!> What a *HISTORY can record: a row a quantity, with where it is taken, of which components and in which unit. The
+!> number of a row is the quantity of the analysis; those that others know by name are constants of qsmpm_analysis.
+module qsmpm_history_quantities
+  use qsmpm_analysis, only: analysis_type, history_type, axisymmetric, plane_strain
+  implicit none
+  private
+
+  public :: history_quantity_type, is_taken_at, has_components, component_number, unit_of_history
+
+  !> Where a quantity is taken: at a massless tracer, at the nearest material point, as a sum over a node set or a held
+  !> surface, over the points of a body or of all.
+  integer, parameter, public :: at_tracer = 1, at_point = 2, at_support = 3, at_body = 4
+  !> Which components a quantity has.
+  integer, parameter, public :: component_none = 0, component_vector = 1, component_tensor = 2
+
+  type :: history_quantity_type
+    character(len=12) :: word
+    integer :: place
+    integer :: components
+    !> L length, F force, V volume, S stress; blank for a number.
+    character(len=1) :: unit
+  end type history_quantity_type
+
+  type(history_quantity_type), parameter, public :: history_quantities(8) = [ &
+    history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L'), &
+    history_quantity_type('POSITION', at_tracer, component_vector, 'L'), &
+    history_quantity_type('STRESS', at_point, component_tensor, 'S'), &
+    history_quantity_type('REACTION', at_support, component_vector, 'F'), &
+    history_quantity_type('STATE', at_point, component_none, ' '), &
+    history_quantity_type('STRAIN', at_point, component_tensor, ' '), &
+    history_quantity_type('VOLUME', at_body, component_none, 'V'), &
+    history_quantity_type('RUNOUT', at_body, component_vector, 'L')]
+
+contains
+
+  !> Whether a quantity is taken at a kind of place.
+  elemental logical function is_taken_at(quantity, place)
+    !> Row of the list, 0 for none; one of the at_* values.
+    integer, intent(in) :: quantity, place
+
+    is_taken_at = .false.
+    if (quantity >= 1 .and. quantity <= size(history_quantities)) &
+      is_taken_at = history_quantities(quantity)%place == place
+  end function is_taken_at
+
+  !> Whether a quantity has components of a kind.
+  elemental logical function has_components(quantity, components)
+    !> Row of the list, 0 for none; one of the component_* values.
+    integer, intent(in) :: quantity, components
+
+    has_components = .false.
+    if (quantity >= 1 .and. quantity <= size(history_quantities)) &
+      has_components = history_quantities(quantity)%components == components
+  end function has_components
+
+  !> Largest number of a component in a model of 2 or 3 dimensions.
+  elemental integer function component_number(quantity, dimension) result(number)
+    integer, intent(in) :: quantity, dimension
+
+    number = 0
+    if (has_components(quantity, component_vector)) number = dimension
+    if (has_components(quantity, component_tensor)) number = merge(6, 4, dimension == 3)
+  end function component_number
+
+  !> Unit of a history: the one it was given, else that of its quantity.
+  pure function unit_of_history(analysis, history) result(unit)
+    type(analysis_type), intent(in) :: analysis
+    type(history_type), intent(in) :: history
+    character(len=:), allocatable :: unit
+
+    unit = ''
+    if (allocated(history%unit)) unit = history%unit
+    if (len(unit) == 0) unit = default_unit(analysis, history%quantity)
+  end function unit_of_history
+
+  !> Unit of a quantity by the units of the analysis, forces and volumes those of a slice of unit thickness or of a
+  !> radian in the plane; '-' when it has none or the analysis declares none.
+  pure function default_unit(analysis, quantity) result(unit)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: quantity
+    character(len=:), allocatable :: unit
+
+    unit = '-'
+    if (.not. (allocated(analysis%length_unit) .and. allocated(analysis%force_unit))) return
+    if (analysis%force_unit == '-' .or. quantity < 1) return
+    select case (history_quantities(quantity)%unit)
+    case ('L')
+      unit = analysis%length_unit
+    case ('S')
+      unit = analysis%force_unit//'/'//analysis%length_unit//'2'
+    case ('F')
+      unit = analysis%force_unit
+      if (analysis%model == axisymmetric) unit = unit//'/rad'
+      if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
+    case ('V')
+      unit = analysis%length_unit//'3'
+      if (analysis%model == axisymmetric) unit = unit//'/rad'
+      if (analysis%model == plane_strain) unit = analysis%length_unit//'2'
+    end select
+  end function default_unit
+end module qsmpm_history_quantities
