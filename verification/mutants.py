@@ -395,6 +395,11 @@ def write_copy(sources: dict[pathlib.Path, bytes], mutants: list[Mutant]) -> dic
     for mutant in mutants:
         by_file.setdefault(mutant.statement.path, []).append(mutant)
     where: dict[str, list[tuple[int, int, int]]] = {}
+    # A file that has moved or gone since the last run would be built beside its heir.
+    switches = {pathlib.Path("src/base/mutant_switch.f90"), pathlib.Path("src/base/mutant_switch.c")}
+    for old in tree.rglob("*"):
+        if old.is_file() and old.relative_to(tree) not in sources.keys() | switches:
+            old.unlink()
     for path, content in sources.items():
         inside = str(path.relative_to("src")) if path.parts[0] == "src" else ""
         to = tree / path

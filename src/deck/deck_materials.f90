@@ -8,6 +8,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_objects, only: list_materials
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
+  use qsmpm_deck_undrained, only: add_undrained_keyword
   use qsmpm_deck_user_material, only: add_user_material_keywords
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
   implicit none
@@ -32,6 +33,7 @@ contains
       'in degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
     call add_softening_keyword(table)
     call add_soil_law_keywords(table)
+    call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 20')
     call table%add('K0', in_material, once, 'Horizontal over vertical stress of the material at the start, in the '// &

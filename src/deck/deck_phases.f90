@@ -10,6 +10,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_stages, only: add_stage_keywords
   use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_undrained, only: add_drain_keyword
   use qsmpm_deck_words, only: bar_list, initial_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
   implicit none
@@ -34,6 +35,7 @@ contains
       '*INITIAL, TYPE=K0| 10, 0.5', check_initial)
     call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start of this phase.', &
       reset_fields, '*RESET DISPLACEMENTS')
+    call add_drain_keyword(table)
     call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or freed again.', fix_fields, &
       '*FIX| base, ALL| sides, X', check_fixities)
     call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load factor.', &

@@ -148,7 +148,7 @@ contains
     end associate
   end subroutine read_table
 
-  !> What a stage leads can be led together in this kind of test.
+  !> What a stage prescribes can be prescribed together in this kind of test.
   subroutine check_stage(state, number)
     type(deck_state_type), intent(inout) :: state
     integer, intent(in) :: number
@@ -159,11 +159,11 @@ contains
       if (any(driven_components == 0)) return
       do i = 1, size(driven_components)
         if (.not. may_drive(test%kind, test%dimension, driven_components(i))) then
-          call report_error("'"//trim(driven_words(driven_components(i)))//"' is not led in "// &
+          call report_error("'"//trim(driven_words(driven_components(i)))//"' is not prescribed in "// &
             trim(test_words(test%kind))// &
             trim(merge(' of two dimensions', repeat(' ', 18), test%kind == test_path .and. test%dimension == 2)))
         else if (driven_components(i) == driven_normal_stress .and. test%fixed_height) then
-          call report_error("'NORMAL STRESS' is not led at HEIGHT=FIXED")
+          call report_error("'NORMAL STRESS' is not prescribed at HEIGHT=FIXED")
         else if (.not. in_reach(driven_components(i), test%strain, stage%targets(i, :))) then
           call report_error("'"//trim(driven_words(driven_components(i)))//"' leaves the point without volume")
         end if
@@ -185,7 +185,7 @@ contains
     end subroutine report_error
   end subroutine check_stage
 
-  !> Whether a kind of test leads a quantity.
+  !> Whether a kind of test prescribes a quantity.
   pure logical function may_drive(kind, dimension, driven)
     integer, intent(in) :: kind
     !> 2 or 3.

@@ -14,6 +14,7 @@ module qsmpm_deck_references
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
+  use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
   implicit none
@@ -30,6 +31,7 @@ contains
     call check_point_deck(state)
     if (state%analysis%point_test%given) then
       call check_materials(state)
+      call check_undrained(state)
       return
     end if
     call check_presence(state)
@@ -37,6 +39,7 @@ contains
     call check_bodies(state)
     call check_materials(state)
     call check_softening(state)
+    call check_undrained(state)
     call check_node_sets(state)
     call check_surfaces(state)
     call check_prescriptions(state)
@@ -286,7 +289,7 @@ contains
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
             + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
-            phase%gravity%given .or. size(phase%constant_load_test%at) > 0)) then
+            phase%gravity%given .or. size(phase%constant_load_test%at) > 0 .or. phase%drain_state%given)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate

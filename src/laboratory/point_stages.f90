@@ -1,5 +1,5 @@
-!> From a test of the laboratory to controls of a point: what is held, what is led, and how it goes from its value at
-!> the start of a stage to its target.
+!> From a test of the laboratory to controls of a point: what is held, what is prescribed, and how it goes from its
+!> value at the start of a stage to its target.
 !>
 !> Every test has as many controls as the gradient has components. Those of shear hold the gradient's components (no
 !> rotation about y); what a stage does not name keeps the value it has. Signs of the laboratory become those of
@@ -85,7 +85,7 @@ contains
   !> Aim the controls at the targets of a stage.
   subroutine aim_ramps(test, driven_components, targets, point, ramps)
     type(point_test_type), intent(in) :: test
-    !> Quantities led and their values at the end.
+    !> Quantities prescribed and their values at the end.
     integer, intent(in) :: driven_components(:)
     real(wp), intent(in) :: targets(:)
     !> The point at the start of the stage.
@@ -93,75 +93,76 @@ contains
     !> The controls.
     type(ramp_type), intent(inout) :: ramps(:)
     real(wp) :: unmoved(size(ramps))
-    logical :: led(size(ramps))
+    logical :: prescribed(size(ramps))
     integer :: i
 
     unmoved = 0.0_wp
-    led = .false.
+    prescribed = .false.
     ! An axial quantity of the stage before is let go: the deviator is kept, unless the stage names another.
     if (any(test%kind == [test_drained, test_biaxial]) .and. all(driven_components == driven_cell_pressure)) &
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
     do i = 1, size(driven_components)
-      call lead_ramps(test, driven_components(i), targets(i), ramps, led)
+      call prescribe_ramps(test, driven_components(i), targets(i), ramps, prescribed)
     end do
     do i = 1, size(ramps)
       associate (ramp => ramps(i))
-        if (.not. led(i)) ramp%logarithmic = .false.
+        if (.not. prescribed(i)) ramp%logarithmic = .false.
         ramp%from = control_value(ramp%control, unmoved, point%deformation, point%stress)
         if (ramp%logarithmic) ramp%from = log(ramp%from)
-        if (.not. led(i)) ramp%to = ramp%from
+        if (.not. prescribed(i)) ramp%to = ramp%from
       end associate
     end do
   end subroutine aim_ramps
 
   !> Aim the controls that a quantity leads.
-  subroutine lead_ramps(test, driven, target, ramps, led)
+  subroutine prescribe_ramps(test, driven, target, ramps, prescribed)
     type(point_test_type), intent(in) :: test
     !> The quantity.
     integer, intent(in) :: driven
     !> Its value at the end.
     real(wp), intent(in) :: target
     type(ramp_type), intent(inout) :: ramps(:)
-    !> Which of them are led.
-    logical, intent(inout) :: led(:)
+    !> Which of them are prescribed.
+    logical, intent(inout) :: prescribed(:)
     integer :: i
 
     select case (driven)
     case (driven_axial_strain)
-      call aim(test, 2, 2, control_gradient, -target, .true., ramps, led)
+      call prescribe(test, 2, 2, control_gradient, -target, .true., ramps, prescribed)
     case (driven_axial_stress, driven_normal_stress)
-      call aim(test, 2, 2, control_stress, -target, .false., ramps, led)
+      call prescribe(test, 2, 2, control_stress, -target, .false., ramps, prescribed)
     case (driven_deviator)
-      call aim(test, 2, 2, control_stress, target, .false., ramps, led)
+      call prescribe(test, 2, 2, control_stress, target, .false., ramps, prescribed)
       call weigh_deviator(test, ramps(component(test, 2, 2))%control)
     case (driven_cell_pressure)
-      call aim(test, 1, 1, control_stress, -target, .false., ramps, led)
-      if (test%kind == test_drained) call aim(test, 3, 3, control_stress, -target, .false., ramps, led)
+      call prescribe(test, 1, 1, control_stress, -target, .false., ramps, prescribed)
+      if (test%kind == test_drained) call prescribe(test, 3, 3, control_stress, -target, .false., ramps, prescribed)
     case (driven_shear_strain)
-      call aim(test, 1, 2, control_gradient, target, .false., ramps, led)
+      call prescribe(test, 1, 2, control_gradient, target, .false., ramps, prescribed)
     case (driven_shear_stress)
-      call aim(test, 1, 2, control_stress, target, .false., ramps, led)
+      call prescribe(test, 1, 2, control_stress, target, .false., ramps, prescribed)
     case (driven_pressure)
       do i = 1, 3
-        call aim(test, i, i, control_stress, -target, .false., ramps, led)
+        call prescribe(test, i, i, control_stress, -target, .false., ramps, prescribed)
       end do
     case (driven_volumetric_strain)
-      call aim(test, 1, 1, control_volume, -target, .true., ramps, led)
+      call prescribe(test, 1, 1, control_volume, -target, .true., ramps, prescribed)
       do i = 2, 3
         call keep_difference(component(test, i, i), component(test, 1, 1), ramps(component(test, i, i)))
       end do
     case default
       if (driven > driven_stress) then
-        call aim(test, driven_row(driven), driven_column(driven), control_stress, target, .false., ramps, led)
+        call prescribe(test, driven_row(driven), driven_column(driven), control_stress, target, .false., ramps, &
+          prescribed)
       else
-        call aim(test, driven_row(driven), driven_column(driven), control_gradient, target, &
-          driven > driven_strain .and. driven_row(driven) == driven_column(driven), ramps, led)
+        call prescribe(test, driven_row(driven), driven_column(driven), control_gradient, target, &
+          driven > driven_strain .and. driven_row(driven) == driven_column(driven), ramps, prescribed)
       end if
     end select
-  end subroutine lead_ramps
+  end subroutine prescribe_ramps
 
   !> Lead one component.
-  subroutine aim(test, row, column, kind, value, strain, ramps, led)
+  subroutine prescribe(test, row, column, kind, value, strain, ramps, prescribed)
     type(point_test_type), intent(in) :: test
     integer, intent(in) :: row, column
     !> Kind of the control.
@@ -171,7 +172,7 @@ contains
     !> The value is a strain of the test's measure, and the control a ratio of lengths or volumes.
     logical, intent(in) :: strain
     type(ramp_type), intent(inout) :: ramps(:)
-    logical, intent(inout) :: led(:)
+    logical, intent(inout) :: prescribed(:)
     integer :: k
 
     k = component(test, row, column)
@@ -181,8 +182,8 @@ contains
     ramps(k)%logarithmic = strain .and. test%strain == strain_logarithmic
     ramps(k)%to = value
     if (strain .and. .not. ramps(k)%logarithmic) ramps(k)%to = 1.0_wp + value
-    led(k) = .true.
-  end subroutine aim
+    prescribed(k) = .true.
+  end subroutine prescribe
 
   !> Keep the difference of a length from the first one.
   pure subroutine keep_difference(own, first, ramp)

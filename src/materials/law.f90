@@ -120,7 +120,13 @@ module qsmpm_law
     procedure(to_fields_interface), deferred :: to_fields
     !> And back.
     procedure(from_fields_interface), deferred :: from_fields
-    !> Elastic shear compliance of a step, by which results tell elastic from plastic strain.
+    !> Set the share of the elastic tangent.
+    procedure :: blend => set_blend
+    !> Stress that the material bears, where that of a point holds something else as well (pore water).
+    procedure :: effective_stress => whole_stress
+    !> Elastic shear modulus of a step.
+    procedure :: shear_modulus => usual_shear
+    !> Elastic shear compliance of a step at effective stress, by which results tell elastic from plastic strain.
     procedure :: shear_compliance => usual_compliance
   end type law_type
 
@@ -203,6 +209,37 @@ contains
     end associate
     call self%start(stress, state)
   end subroutine start_anywhere
+
+  !> Take the share of the elastic tangent.
+  subroutine set_blend(self, share)
+    class(law_type), intent(inout) :: self
+    real(wp), intent(in) :: share
+
+    self%elastic_blend = share
+  end subroutine set_blend
+
+  !> All of the stress is borne by the material.
+  pure function whole_stress(self, stress, state) result(effective)
+    class(law_type), intent(in) :: self
+    !> Cauchy stress (4 or 6), and state (state_count).
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp) :: effective(size(stress))
+
+    associate (unused => self, neither => state)
+    end associate
+    effective = stress
+  end function whole_stress
+
+  !> G of a step that starts from a stress and a state: the one that scales stabilisation.
+  pure real(wp) function usual_shear(self, stress, state) result(shear)
+    class(law_type), intent(in) :: self
+    !> Effective stress (4 or 6), and state (state_count).
+    real(wp), intent(in) :: stress(:), state(:)
+
+    associate (unused => stress, neither => state)
+    end associate
+    shear = self%shear_scale
+  end function usual_shear
 
   !> c at the start and at the end of a step, for which c s' is the deviator of the elastic strain of the Cauchy stress
   !> s: 1/2G of linear elasticity in Cauchy stress; of a user's model with the G that scales stabilisation.

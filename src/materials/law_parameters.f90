@@ -38,6 +38,8 @@ module qsmpm_law_parameters
     logical :: associated_flow = .true.
     !> The volume change of failure is tied to its shear strain for good; and is none.
     logical :: failure_ties_volume = .false., failure_keeps_volume = .false.
+    !> Dilatancy angle of failure in degrees.
+    real(wp) :: dilatancy_angle = 0.0_wp
     !> Stiffness comes of the stress, so that a point should start with one.
     logical :: needs_stress = .false.
   end type law_description_type

@@ -1,4 +1,5 @@
-!> The law of a material of the deck: of the user's model, of a soil law's card, or of elasticity and strength.
+!> The law of a material of the deck: of the user's model, of a soil law's card, or of elasticity and strength;
+!> with pore water around it where it is undrained.
 module qsmpm_material_law
   use qsmpm_analysis, only: material_type, method_type, stress_rate_cauchy
   use qsmpm_error, only: error_type
@@ -6,6 +7,8 @@ module qsmpm_material_law
   use qsmpm_law, only: law_type
   use qsmpm_law_factory, only: new_law, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
   use qsmpm_soil_parameters, only: parameters_of
+  use qsmpm_undrained_law, only: make_undrained
+  use qsmpm_undrained_parameters, only: undrained_c
   use qsmpm_user_material_law, only: new_user_law
   implicit none
   private
@@ -41,5 +44,9 @@ contains
         rate == rate_paper)
       call new_law(parameters_of(material), dimension, method%kinematics, rate, law, error)
     end if
+    if (allocated(error)) return
+    ! What scales with stiffness is the same for a material in total as in effective stress.
+    if (material%undrained%given .and. material%undrained%kind == undrained_c) law%stiffness_scale = material%young
+    call make_undrained(material%undrained, law, error)
   end subroutine make_material_law
 end module qsmpm_material_law

@@ -9,6 +9,7 @@ module qsmpm_model_builder
     basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_grid
   use qsmpm_basis_traits, only: usual_factor
   use qsmpm_body_stages, only: part_bodies
+  use qsmpm_drainage, only: set_drainage
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_finite, only: is_usable, unusable
   use qsmpm_model, only: model_type
@@ -28,6 +29,7 @@ module qsmpm_model_builder
   use qsmpm_soil_parameters, only: check_softening_cells
   use qsmpm_mesh_measure, only: cell_size, mesh_volume
   use qsmpm_element, only: element_order
+  use qsmpm_undrained_law, only: make_undrained
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -86,6 +88,7 @@ contains
       if (method%stabilisation_factor < 0.0_wp) &
         method%stabilisation_factor = usual_factor(method)
     end associate
+    call set_drainage(model%analysis)
     if (.not. allocated(model%analysis%node_sets)) allocate (model%analysis%node_sets(0))
     if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))
     if (.not. allocated(model%analysis%surfaces)) allocate (model%analysis%surfaces(0))
@@ -108,6 +111,9 @@ contains
       if (present(own)) then
         if (allocated(own(m)%law)) then
           allocate (model%laws(m)%law, source=own(m)%law)
+          call make_undrained(model%analysis%materials(m)%undrained, model%laws(m)%law, error)
+          if (allocated(error)) call add_diagnostic(diagnostics, model%analysis%materials(m)%where, '*UNDRAINED', &
+            error%message, error%code)
           cycle
         end if
       end if
@@ -120,7 +126,7 @@ contains
             error%message, error%code)
         else
           traits = traits_of(material)
-          if (traits%has_strength) law%elastic_blend = elastic_blend
+          if (traits%has_strength) call law%blend(elastic_blend)
           if (allocated(law%advice)) model%notes = model%notes//"material '"//material%name//"': "//law%advice// &
             new_line('a')
           allocate (model%laws(m)%law, source=law)

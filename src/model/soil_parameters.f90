@@ -10,6 +10,7 @@ module qsmpm_soil_parameters
   use qsmpm_softening, only: band_ratio
   use qsmpm_softening_model, only: softening_model_type, set_softening, largest_band_ratio
   use qsmpm_text, only: real_text
+  use qsmpm_undrained_parameters, only: undrained_c, undrained_ratio
   implicit none
   private
 
@@ -17,7 +18,7 @@ module qsmpm_soil_parameters
 
 contains
 
-  !> Parameters of a material.
+  !> Parameters of a material; in analysis of total stress the skeleton's shear modulus with nu_u.
   pure function parameters_of(material) result(parameters)
     !> As described.
     type(material_type), intent(in) :: material
@@ -27,6 +28,9 @@ contains
       mohr_coulomb=material%mohr_coulomb, cohesion=material%cohesion, friction_angle=material%friction_angle, &
       dilatancy_angle=material%dilatancy_angle, tensile_strength=material%tensile_strength, &
       softening=material%softening)
+    if (.not. (material%undrained%given .and. material%undrained%kind == undrained_c)) return
+    parameters%poisson = undrained_ratio(material%undrained, material%poisson)
+    parameters%young = material%young*(1.0_wp + parameters%poisson)/(1.0_wp + material%poisson)
   end function parameters_of
 
   !> Refuse cells in which a softening point would snap back without any confinement; with friction that falls,

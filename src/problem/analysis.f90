@@ -9,15 +9,18 @@ module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_undrained_parameters, only: undrained_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
+  use qsmpm_text, only: string_type
   implicit none
   private
 
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, output_request_type, source_line_type, body_change_type, stop_type
+    moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, body_change_type, &
+    stop_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -186,6 +189,9 @@ module qsmpm_analysis
     type(softening_parameters_type) :: softening
     !> The law is given by the program that embeds the library; nothing is known of it.
     logical :: own_law = .false.
+    !> Pore water that cannot leave.
+    type(undrained_type) :: undrained
+    type(source_line_type) :: undrained_where
     !> A law of qsmpm_standard_laws, instead of elasticity and strength.
     class(law_parameters_type), allocatable :: soil_law
     !> One of cure_*, and its factor; negative asks for the default of the mesh.
@@ -341,6 +347,18 @@ module qsmpm_analysis
     integer :: fill = fill_level
   end type body_change_type
 
+  !> What becomes of the excess pore pressure of undrained materials in a phase, and after it.
+  type :: drain_state_type
+    logical :: given = .false.
+    type(source_line_type) :: where
+    !> The pressure stays as it is, and only new one does not come about.
+    logical :: keeps = .false.
+    !> The material is drained in later phases too.
+    logical :: stays_drained = .false.
+    !> Bodies it is about; none: all.
+    type(string_type), allocatable :: bodies(:)
+  end type drain_state_type
+
   !> A history value at which a phase ends.
   type :: stop_type
     character(len=:), allocatable :: history
@@ -375,6 +393,7 @@ module qsmpm_analysis
     type(stop_type), allocatable :: stops(:)
     real(wp) :: stop_tolerance = 1.0e-2_wp
     logical :: reset_displacements = .false.
+    type(drain_state_type) :: drain_state
   end type phase_type
 
   !> Which results are written, and how often (in accepted steps; 0 means at phase ends only).

@@ -5,6 +5,7 @@ module qsmpm_material_traits
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: material_type
   use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_undrained_parameters, only: undrained_ratio
   implicit none
   private
 
@@ -27,7 +28,9 @@ contains
       traits%associated_flow = .not. (material%mohr_coulomb .and. material%dilatancy_angle < material%friction_angle)
       traits%failure_ties_volume = material%mohr_coulomb
       traits%failure_keeps_volume = material%mohr_coulomb .and. .not. material%friction_angle > 0.0_wp
+      traits%dilatancy_angle = material%dilatancy_angle
     end if
+    if (material%undrained%given) traits%poisson = undrained_ratio(material%undrained, traits%poisson)
   end function traits_of
 
   !> Whether the law may be another than elastic.

@@ -1,6 +1,6 @@
-!> Tables of targets for a point: a CSV file whose first line names what is led, `e22 [%],s11 [kPa]`, and whose other
-!> lines are targets one after the other. A column named `time` says when each is reached; `step` and `phase` are not
-!> read.
+!> Tables of targets for a point: a CSV file whose first line names what is prescribed, `e22 [%],s11 [kPa]`, and whose
+!> other lines are targets one after the other. A column named `time` says when each is reached; `step` and `phase` are
+!> not read.
 module qsmpm_point_table
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
@@ -38,7 +38,7 @@ contains
     character(len=*), intent(in) :: text
     !> Unit of stress of the deck, FORCE/LENGTH^2.
     character(len=*), intent(in) :: stress_unit
-    !> What is led, one of lead_* a column.
+    !> What is prescribed, one of driven_* a column.
     integer, allocatable, intent(out) :: driven_components(:)
     !> Targets in the deck's units (column, row).
     real(wp), allocatable, intent(out) :: targets(:, :)

@@ -47,7 +47,7 @@ module qsmpm_point_test
     real(wp), allocatable :: times(:)
     !> Table of targets by its full path; empty for data lines.
     character(len=:), allocatable :: table
-    !> Quantities led, and their targets (quantity, row).
+    !> Quantities prescribed, and their targets (quantity, row).
     integer, allocatable :: driven_components(:)
     real(wp), allocatable :: targets(:, :)
   end type point_stage_type

@@ -14,7 +14,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Increment:
-    """What a model is told of a step of a point; components 11, 22, 33, 12, 13, 23, shear gamma = 2 eps."""
+    """What a model gets of a step of a point; components 11, 22, 33, 12, 13, 23, shear gamma = 2 eps."""
 
     strain: Array
     strain_start: Array
@@ -80,14 +80,14 @@ class SoilModel:
                 begun = self.start(np.ctypeslib.as_array(stress, (6,)).copy())
                 if n:
                     np.ctypeslib.as_array(state, (n,))[:] = begun
-            except Exception as fault:  # noqa: BLE001 - whatever the model raises is told by the call
+            except Exception as fault:  # noqa: BLE001 - whatever the model raises is reported by the call
                 self.fault = fault
                 if n:
                     np.ctypeslib.as_array(state, (n,))[:] = np.nan
 
-        def update(_user, told, stress, state, answer):
+        def update(_user, step, stress, state, answer):
             try:
-                return self._update(told.contents, stress, state, answer.contents)
+                return self._update(step.contents, stress, state, answer.contents)
             except Exception as fault:  # noqa: BLE001 - whatever the model raises is its message
                 self.fault = fault
                 answer.contents.message = f"{type(fault).__name__}: {fault}".encode()[:255]
@@ -95,18 +95,18 @@ class SoilModel:
 
         return START(start), UPDATE(update)
 
-    def _update(self, told, stress, state, answer) -> int:
+    def _update(self, step, stress, state, answer) -> int:
         """Call the model and copy its answer."""
         matrix = lambda values: np.array(values).reshape(3, 3).T  # noqa: E731 - column by column in C
-        given = Increment(np.array(told.strain), np.array(told.strain_start), matrix(told.rotation),
-                          matrix(told.gradient_start), matrix(told.gradient_end), told.phase, told.step, told.start,
-                          told.duration, told.point, told.cell, np.array(told.place), told.cell_size,
-                          bool(told.wants_tangent), bool(told.elastic_tangent), told.time,
-                          told.time_increment)
+        increment = Increment(np.array(step.strain), np.array(step.strain_start), matrix(step.rotation),
+                          matrix(step.gradient_start), matrix(step.gradient_end), step.phase, step.step, step.start,
+                          step.duration, step.point, step.cell, np.array(step.place), step.cell_size,
+                          bool(step.wants_tangent), bool(step.elastic_tangent), step.time,
+                          step.time_increment)
         old = np.ctypeslib.as_array(stress, (6,))
         n = self.state_count
         old_state = np.ctypeslib.as_array(state, (n,)) if n else np.zeros(0)
-        new = self.update(given, old.copy(), old_state.copy())
+        new = self.update(increment, old.copy(), old_state.copy())
         old[:] = new.stress
         if n:
             old_state[:] = new.state

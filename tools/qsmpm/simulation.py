@@ -78,12 +78,12 @@ class Simulation:
         for material, model in self._models.items():
             fault, model.fault = model.fault, None
             if fault is not None:
-                told = f"material '{material}': {type(fault).__name__}: {fault}"
+                report = f"material '{material}': {type(fault).__name__}: {fault}"
                 if message and str(fault) not in message:
-                    told = f"{message} ({told})"
+                    report = f"{message} ({report})"
                 elif message:
-                    told = message
-                raise CLASSES.get(status or UserMaterialError.code, Error)(told, status or UserMaterialError.code) from fault
+                    report = message
+                raise CLASSES.get(status or UserMaterialError.code, Error)(report, status or UserMaterialError.code) from fault
         if status == 0:
             return
         if status == DeckError.code:

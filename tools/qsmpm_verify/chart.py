@@ -55,7 +55,7 @@ def write_csv(study: Study, samples: Sequence[Sample], path: Path) -> None:
 
 
 def size_text(size: float) -> str:
-    """A size, empty where another program's is not told."""
+    """A size, empty where another program's is not known."""
     return f"{size:g}" if math.isfinite(size) else ""
 
 

@@ -154,7 +154,7 @@ def map_part(words: Namespace) -> str:
         limits = [f"{t.good:g}", f"{t.fair:g}"] if t.figure else ["-", "-"]
         rows.append(("", [t.id, t.title, t.asks, *limits]))
     silent = [f for f in matrix.values() if f.outcome == stability_map.SILENT]
-    told = [f for f in matrix.values() if f.outcome == stability_map.TOLD]
+    reported = [f for f in matrix.values() if f.outcome == stability_map.TOLD]
     lists = "".join(
         f"<details><summary>{text(title)}</summary>"
         + table(
@@ -162,7 +162,7 @@ def map_part(words: Namespace) -> str:
             [("", [f.test, f.method, stability_map.cell_text(f), f.note]) for f in kind],
         )
         + "</details>\n"
-        for title, kind in (("What fails silently", silent), ("What the failures say", told))
+        for title, kind in (("What fails silently", silent), ("What the failures say", reported))
     )
     return (
         "<h2 id=map>Where methods fail</h2>\n" + figure(inline_svg(picture), stability_map.count_line(matrix))

@@ -21,7 +21,7 @@ STATED = re.compile(
     re.MULTILINE,
 )
 HONEST = 0.5
-"""Share of a true error that a run must state to have told it."""
+"""Share of a true error that a run must state to have stated it."""
 PASS, DEGRADED, TOLD, SILENT, NONE = "pass", "degraded", "fails and says so", "fails silently", "not for it"
 TELLING = re.compile(
     r"^(?!phase \d).*(?:warning|increment cut back|stopped|inaccurate|not converged).*$", re.IGNORECASE | re.MULTILINE
@@ -73,11 +73,11 @@ def warns_of_stress(log: str) -> bool:
     return bool(re.search(r"^warning: .*stresses ", log, re.MULTILINE))
 
 
-def outcome_of(test: Test, figure: float, told: str, stated: float = math.nan) -> str:
+def outcome_of(test: Test, figure: float, message: str, stated: float = math.nan) -> str:
     """The field's word for a run that ended as the test allows.
 
     Where runs estimate what the test measures, the estimate must be half of the figure or more: a warning with a
-    figure that is far too small has told nothing.
+    figure that is far too small has stated nothing.
     """
     if abs(figure) <= test.good:
         return PASS
@@ -85,7 +85,7 @@ def outcome_of(test: Test, figure: float, told: str, stated: float = math.nan) -
         return DEGRADED
     if test.states and not stated >= HONEST * abs(figure):
         return SILENT
-    return TOLD if told else SILENT
+    return TOLD if message else SILENT
 
 
 def deck_field(test: Test, trial: Trial, program: Path, root: Path, fresh: bool) -> tuple[Field, bool]:
@@ -105,12 +105,12 @@ def deck_field(test: Test, trial: Trial, program: Path, root: Path, fresh: bool)
     figure = verdict.value if test.figure.reference is None else verdict.error
     if verdict.note or figure is None:
         return Field(test.id, trial.method, SILENT, math.nan, code, verdict.note, run.wall_seconds), run.reused
-    told = run.message if code != 0 else log_tells(run)
+    message = run.message if code != 0 else log_tells(run)
     stated = stated_error(log_text(run), test.states)
     if test.states and code == 0:
-        told = told if warns_of_stress(log_text(run)) else ""
-    outcome = outcome_of(test, figure, told, stated)
-    return Field(test.id, trial.method, outcome, figure, code, told, run.wall_seconds, stated), run.reused
+        message = message if warns_of_stress(log_text(run)) else ""
+    outcome = outcome_of(test, figure, message, stated)
+    return Field(test.id, trial.method, outcome, figure, code, message, run.wall_seconds, stated), run.reused
 
 
 class Commands:

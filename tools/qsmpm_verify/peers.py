@@ -1,7 +1,7 @@
 """`peers`: QSMPM held against other programs, CalculiX and Kratos, where they are installed.
 
 The scenes are verification/peers/*.toml. A mesh, its supports and its loads are taken from QSMPM's own results and given
-to the other program. Exit code 1 when a figure missed; a program that is not installed is told and fails nothing.
+to the other program. Exit code 1 when a figure missed; a program that is not installed is named and fails nothing.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def versions() -> list[str]:
         "CalculiX (package calculix-ccx)": peers_calculix.version(),
         "Kratos (tools/setup --peers)": peers_kratos.version(),
     }
-    return [told or f"not installed: {name}; its comparisons are left out" for name, told in found.items()]
+    return [text or f"not installed: {name}; its comparisons are left out" for name, text in found.items()]
 
 
 def scene_page(scene: Scene, findings: list[Finding]) -> list[str]:

@@ -35,10 +35,10 @@ def version() -> str:
     if program is None:
         return ""
     try:
-        told = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout
+        answer = subprocess.run([program, "-v"], capture_output=True, text=True, timeout=20, check=False).stdout
     except (OSError, subprocess.TimeoutExpired):
         return ""
-    hit = re.search(r"[Vv]ersion\s+(\S+)", told)
+    hit = re.search(r"[Vv]ersion\s+(\S+)", answer)
     return f"CalculiX {hit[1]}" if hit else ""
 
 

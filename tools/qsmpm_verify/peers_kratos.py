@@ -34,10 +34,10 @@ def version() -> str:
     """`Kratos 10.4.4`; empty when it is not installed with both applications."""
     ask = "from importlib.metadata import version; print(*[version(name) for name in {!r}])".format(PACKAGES)
     try:
-        told = subprocess.run([str(PYTHON), "-c", ask], capture_output=True, text=True, timeout=60, check=True).stdout
+        answer = subprocess.run([str(PYTHON), "-c", ask], capture_output=True, text=True, timeout=60, check=True).stdout
     except (OSError, subprocess.SubprocessError):
         return ""
-    return f"Kratos {told.split()[0]}"
+    return f"Kratos {answer.split()[0]}"
 
 
 def scene_text(model: Model, element: str, steps: int) -> str:

@@ -81,7 +81,7 @@ def run_peer(
     code, cpu = measure(command, folder, seconds)
     missing = [name for name in needed if not (folder / name).is_file()]
     if code != 0 or missing:
-        told = last_line(folder / "terminal.txt")
-        raise RunFailed(f"{folder.name}: exit code {code}{', no ' + missing[0] if missing else ''}: {told[:120]}")
+        line = last_line(folder / "terminal.txt")
+        raise RunFailed(f"{folder.name}: exit code {code}{', no ' + missing[0] if missing else ''}: {line[:120]}")
     (folder / "peer.json").write_text(json.dumps({"key": key, "cpu_seconds": cpu}) + "\n", encoding="utf-8")
     return Finished(folder, cpu)

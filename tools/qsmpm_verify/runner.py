@@ -61,7 +61,7 @@ def run_case(
 ) -> Run:
     """Run one case under root/NAME, or take the run that is there when nothing has changed since.
 
-    A crash, a missing deck or a run out of time is told, not raised.
+    A crash, a missing deck or a run out of time is reported, not raised.
     """
     directory = root / case.name
     results = directory / "results"

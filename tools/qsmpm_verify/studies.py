@@ -65,7 +65,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Other:
-    """Figures of another code, stored or run here: size (NaN where it is not told), error, seconds."""
+    """Figures of another code, stored or run here: size (NaN where it is not known), error, seconds."""
 
     label: str
     points: tuple[tuple[float, float, float], ...]

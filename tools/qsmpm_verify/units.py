@@ -61,7 +61,7 @@ def read_unit(text: str) -> Unit | None:
 
 
 def mismatch(own: str, other: str) -> str:
-    """Why values in two units cannot be compared as they are; empty when they can or when one is not told."""
+    """Why values in two units cannot be compared as they are; empty when they can or when one is not known."""
     if not own or not other or own == other:
         return ""
     first, second = read_unit(own), read_unit(other)
@@ -82,8 +82,8 @@ def kind_of(function: Callable[..., object]) -> str:
     """
     text = inspect.getdoc(function) or ""
     entry = re.search(r"^Units:(.*(?:\n[ \t]+.*)*)", text, re.MULTILINE)
-    told = entry[1].rpartition("result")[2] if entry else text.split("\n\n")[0].replace("\n", " ")
-    found = re.findall(r"\[([^\[\]]+)\]", told)
+    sentence = entry[1].rpartition("result")[2] if entry else text.split("\n\n")[0].replace("\n", " ")
+    found = re.findall(r"\[([^\[\]]+)\]", sentence)
     return found[0 if entry else -1] if found else ""
 
 

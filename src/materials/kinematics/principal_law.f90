@@ -57,6 +57,7 @@ module qsmpm_principal_law
     procedure :: fit_count
     procedure :: to_fields
     procedure :: from_fields
+    procedure :: shear_modulus
     procedure :: shear_compliance
   end type principal_law_type
 
@@ -212,6 +213,20 @@ contains
     stress(1:3) = stress(1:3) + 0.5_wp*self%model%trial_lame*sum(fields(1:3))
     stress = stress/volume_ratio
   end subroutine from_fields
+
+  !> G of the model at a stress.
+  pure real(wp) function shear_modulus(self, stress, state) result(shear)
+    class(principal_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp) :: values(3), vectors(3, 3)
+
+    associate (unused => state)
+    end associate
+    shear = self%model%shear
+    if (self%model%hookean) return
+    call spectral(unpack_symmetric(stress), values, vectors)
+    shear = self%model%shear_modulus(values)
+  end function shear_modulus
 
   !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from
   !> the start of the step, or Cauchy stress.

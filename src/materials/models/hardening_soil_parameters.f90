@@ -46,14 +46,13 @@ contains
     class(hardening_soil_data_type), intent(in) :: self
     type(law_description_type) :: law
 
-    associate (unused => self)
-    end associate
     law%keyword = 'HARDENING SOIL'
     law%sentence = 'Hardening soil instead of *ELASTIC and *MOHR COULOMB: a hyperbola in shear, a cap in '// &
       'compression, stiffness that follows the smallest stress. Angles in degrees.'
     law%example = '*HARDENING SOIL, OCR=2| 3e4, 3e4, 9e4, 0.5, 0.2, 100, 1, 35, 5'
     law%has_strength = .true.
     law%associated_flow = .false.
+    law%dilatancy_angle = self%dilatancy_angle
   end function describe
 
   !> Its fields.

@@ -68,11 +68,11 @@ class Stepping(unittest.TestCase):
             self.assertEqual(one.points.position.tobytes(), two.points.position.tobytes())
 
     def test_stages_last_as_long_as_they_are_told(self) -> None:
-        told: list[tuple[float, float]] = []
+        times: list[tuple[float, float]] = []
 
         class Timed(Hooke):
             def update(self, increment: qsmpm.Increment, stress: np.ndarray, state: np.ndarray) -> qsmpm.Update:
-                told.append((increment.time, increment.time_increment))
+                times.append((increment.time, increment.time_increment))
                 return super().update(increment, stress, state)
 
         with qsmpm.Simulation(BLOCK, materials={"soil": Timed()}) as run:
@@ -81,10 +81,10 @@ class Stepping(unittest.TestCase):
             self.assertEqual(run.time, 8.0)
             run.add_stage("later", steps=2)
             run.set_time(4.0, start=20.0)
-            told.clear()
+            times.clear()
             run.run()
             self.assertEqual(run.time, 24.0)
-            self.assertEqual((told[0], told[-1]), ((20.0, 2.0), (22.0, 2.0)))
+            self.assertEqual((times[0], times[-1]), ((20.0, 2.0), (22.0, 2.0)))
             run.add_stage("never")
             with self.assertRaisesRegex(qsmpm.Error, "lasts longer than 0"):
                 run.set_time(0.0)

@@ -14,7 +14,7 @@ from types import ModuleType
 
 from qsmpm_verify.reference import (
     bar, beam, bearing, cam_clay, cavity, column, element_tests, iteration, oedometer, penetration, points, shear,
-    slope, upsetting,
+    slope, undrained, upsetting,
 )  # fmt: skip
 from qsmpm_verify.reference.beam import cantilever_tip
 from qsmpm_verify.reference.column import column_position_hencky, lambert_w
@@ -23,7 +23,7 @@ from qsmpm_verify.reference.oedometer import van_langen
 Reference = Callable[..., float]
 FAMILIES: tuple[ModuleType, ...] = (
     oedometer, column, beam, bar, shear, element_tests, cam_clay, cavity, bearing, slope, penetration, upsetting,
-    points, iteration,
+    undrained, points, iteration,
 )  # fmt: skip
 """The modules, in the order of the page."""
 

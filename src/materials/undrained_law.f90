@@ -1,0 +1,271 @@
+!> A law of effective stress with pore water that cannot leave: undrained soil.
+!>
+!> With the excess pore pressure p, positive in compression, K = K_w/n and J = det F of the step
+!>   p_end = p - K ln J,   sigma = sigma' - p,   Q = Q' - p_end cof F,   cof F = J F^-T,
+!>   A = A' + J (K - p_end) F^-T x F^-T + p_end J (F^-T)_il (F^-T)_kj   for (ij, kl),
+!> Q' and A' those of the law for sigma' = sigma + p at the start. K is in proportion to the soil's G of the step
+!> (nu and nu_u stay). Sums of ln J do not depend on the steps. p is the
+!> last state variable. The stress of points is sigma: the equations of motion know nothing of pore water.
+!>
+!> In a phase that lets the excess pressure out (drainage_dissipates) it falls in proportion to the load fraction,
+!>   p_end = p (1 - t_end)/(1 - t_start),
+!> whatever the soil does, so that the skeleton takes over what the water carried step by step, in equilibrium.
+module qsmpm_undrained_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_law, only: law_type, batch_type, step_info_type, status_ok, tangent_none
+  use qsmpm_tensor, only: determinant, inverse, unpack_gradient, gradient_row, gradient_column, gradient_size
+  use qsmpm_text, only: real_text
+  use qsmpm_undrained_parameters, only: undrained_type, water_stiffness, undrained_ratio, undrained_c, drainage_none, &
+    drainage_dissipates
+  implicit none
+  private
+
+  public :: undrained_law_type, make_undrained
+
+  !> Name of the state variable.
+  character(len=*), parameter, public :: excess_pressure_name = 'excess_pore_pressure'
+  !> Load fraction below which nothing of a phase is left.
+  real(wp), parameter :: end_of_phase = 1.0e-12_wp
+
+  !> The law.
+  type, extends(law_type) :: undrained_law_type
+    !> Of the effective stress.
+    class(law_type), allocatable :: law
+    !> K_w/n over G.
+    real(wp) :: ratio = 0.0_wp
+    !> One of drainage_* of each phase; unallocated: undrained in all of them (phases).
+    integer, allocatable :: drainage(:)
+  contains
+    procedure :: start
+    procedure :: start_at
+    procedure :: update
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+    procedure :: blend
+    procedure :: effective_stress
+    procedure :: shear_modulus
+    procedure :: shear_compliance
+  end type undrained_law_type
+
+contains
+
+  !> Put pore water into a law of effective stress; total stress analysis (TYPE=C) has none.
+  subroutine make_undrained(undrained, law, error)
+    type(undrained_type), intent(in) :: undrained
+    class(law_type), allocatable, intent(inout) :: law
+    !> Set when the water would have no stiffness.
+    type(error_type), allocatable, intent(out) :: error
+    type(undrained_law_type), allocatable :: wet
+    real(wp) :: poisson
+
+    if (.not. undrained%given .or. undrained%kind == undrained_c) return
+    allocate (wet)
+    poisson = law%stiffness_scale/(2.0_wp*law%shear_scale) - 1.0_wp
+    wet%ratio = water_stiffness(undrained, 1.0_wp, poisson)
+    if (.not. wet%ratio > 0.0_wp) then
+      call fail(error, error_deck, 'NU='//real_text(undrained_ratio(undrained, poisson))//" of *UNDRAINED is not "// &
+        "above Poisson's ratio of the soil, "//real_text(real(nint(poisson*1.0e6_wp), wp)/1.0e6_wp))
+      return
+    end if
+    if (allocated(undrained%drainage)) wet%drainage = undrained%drainage
+    call take_description(law, wet)
+    call move_alloc(law, wet%law)
+    call move_alloc(wet, law)
+  end subroutine make_undrained
+
+  !> What others ask of the law, with one state variable more.
+  subroutine take_description(law, wet)
+    class(law_type), intent(in) :: law
+    type(undrained_law_type), intent(inout) :: wet
+    integer :: i
+
+    wet%dimension = law%dimension
+    wet%state_count = law%state_count + 1
+    allocate (wet%state_names(wet%state_count))
+    do i = 1, law%state_count
+      wet%state_names(i)%text = ''
+      if (allocated(law%state_names)) wet%state_names(i)%text = law%state_names(i)%text
+    end do
+    wet%state_names(wet%state_count)%text = excess_pressure_name
+    wet%asks_where = law%asks_where
+    if (allocated(law%advice)) wet%advice = law%advice
+    wet%tells_yield = law%tells_yield
+    wet%of_user = law%of_user
+    wet%symmetric = law%symmetric
+    wet%stiffness_scale = law%stiffness_scale
+    wet%shear_scale = law%shear_scale
+    wet%elastic_blend = law%elastic_blend
+  end subroutine take_description
+
+  !> The share of the elastic tangent is that of the law inside.
+  subroutine blend(self, share)
+    class(undrained_law_type), intent(inout) :: self
+    real(wp), intent(in) :: share
+
+    self%elastic_blend = share
+    call self%law%blend(share)
+  end subroutine blend
+
+  !> A given stress is effective: no excess pressure.
+  subroutine start(self, stress, state)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(out) :: state(:)
+
+    call self%law%start(stress, state(:self%law%state_count))
+    state(self%state_count) = 0.0_wp
+  end subroutine start
+
+  !> The same at a place.
+  subroutine start_at(self, stress, place, state)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), place(3)
+    real(wp), intent(out) :: state(:)
+
+    call self%law%start_at(stress, place, state(:self%law%state_count))
+    state(self%state_count) = 0.0_wp
+  end subroutine start_at
+
+  !> Update a batch: the law inside works on it with effective stresses, which become total again.
+  subroutine update(self, batch, tangent)
+    class(undrained_law_type), intent(in) :: self
+    type(batch_type), intent(inout) :: batch
+    integer, intent(in) :: tangent
+    real(wp) :: total(size(batch%stress_start, 1), batch%count)
+    integer :: p
+
+    total = batch%stress_start(:, :batch%count)
+    associate (pressure_start => batch%state_start(self%state_count, :), pressure => batch%state(self%state_count, :))
+      do p = 1, batch%count
+        batch%stress_start(:3, p) = total(:3, p) + pressure_start(p)
+        pressure(p) = pressure_start(p)
+      end do
+      call self%law%update(batch, tangent)
+      do p = 1, batch%count
+        if (batch%status(p) == status_ok) call add_water(self, batch, p, tangent)
+        batch%stress(:3, p) = batch%stress(:3, p) - pressure(p)
+      end do
+      batch%stress_start(:, :batch%count) = total
+    end associate
+  end subroutine update
+
+  !> Excess pressure of the end, its share of Q and A; the stress of the start is effective.
+  pure subroutine add_water(self, batch, p, tangent)
+    class(undrained_law_type), intent(in) :: self
+    type(batch_type), intent(inout) :: batch
+    !> Number of the point, and which tangent is wanted.
+    integer, intent(in) :: p, tangent
+    real(wp) :: f(3, 3), back(3, 3), det, stiffness
+    integer :: i, j, d
+
+    d = self%dimension
+    f = unpack_gradient(batch%gradient(:, p))
+    det = determinant(f)
+    back = transpose(inverse(f, det))
+    stiffness = self%ratio*self%law%shear_modulus(batch%stress_start(:, p), &
+      batch%state_start(:self%law%state_count, p))
+    call find_pressure(self, batch%step_info, log(det), batch%state_start(self%state_count, p), stiffness, &
+      batch%state(self%state_count, p))
+    associate (pressure => batch%state(self%state_count, p))
+      do i = 1, gradient_size(d)
+        batch%piola(i, p) = batch%piola(i, p) - pressure*det*back(gradient_row(i, d), gradient_column(i, d))
+      end do
+      if (tangent == tangent_none) return
+      do j = 1, gradient_size(d)
+        do i = 1, gradient_size(d)
+          associate (r => gradient_row(i, d), c => gradient_column(i, d), k => gradient_row(j, d), &
+            l => gradient_column(j, d))
+            batch%tangent(i, j, p) = batch%tangent(i, j, p) + det*((stiffness - pressure)*back(r, c)*back(k, l) &
+              + pressure*back(r, l)*back(k, c))
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine add_water
+
+  !> Excess pressure at the end of a step.
+  pure subroutine find_pressure(self, step_info, logarithm, before, stiffness, after)
+    class(undrained_law_type), intent(in) :: self
+    type(step_info_type), intent(in) :: step_info
+    !> ln J of the step, excess pressure at its start.
+    real(wp), intent(in) :: logarithm, before
+    !> K_w/n; nothing where the water can leave.
+    real(wp), intent(inout) :: stiffness
+    real(wp), intent(out) :: after
+    real(wp) :: left
+    integer :: drainage
+
+    drainage = drainage_none
+    if (allocated(self%drainage)) then
+      if (step_info%phase <= size(self%drainage)) drainage = self%drainage(step_info%phase)
+    end if
+    if (drainage /= drainage_none) stiffness = 0.0_wp
+    after = before - stiffness*logarithm
+    if (drainage /= drainage_dissipates) return
+    left = 1.0_wp - step_info%start - step_info%duration
+    after = 0.0_wp
+    if (left > end_of_phase) after = before*left/(1.0_wp - step_info%start)
+  end subroutine find_pressure
+
+  !> Fields of the law inside, and the excess pressure.
+  pure integer function fit_count(self)
+    class(undrained_law_type), intent(in) :: self
+
+    fit_count = self%law%fit_count() + 1
+  end function fit_count
+
+  !> Fields of the effective stress, and the excess pressure.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp), intent(out) :: fields(:)
+    integer :: n
+
+    n = self%fit_count()
+    call self%law%to_fields(self%effective_stress(stress, state), state(:self%law%state_count), fields(:n - 1))
+    fields(n) = state(self%state_count)
+  end subroutine to_fields
+
+  !> And back.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: fields(:)
+    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(out) :: stress(:), state(:)
+    integer :: n
+
+    n = self%fit_count()
+    call self%law%from_fields(fields(:n - 1), volume_ratio, stress, state(:self%law%state_count))
+    state(self%state_count) = fields(n)
+    stress(:3) = stress(:3) - fields(n)
+  end subroutine from_fields
+
+  !> sigma' = sigma + p.
+  pure function effective_stress(self, stress, state) result(effective)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp) :: effective(size(stress))
+
+    effective = self%law%effective_stress(stress, state(:self%law%state_count))
+    effective(:3) = effective(:3) + state(self%state_count)
+  end function effective_stress
+
+  !> That of the law inside.
+  pure real(wp) function shear_modulus(self, stress, state) result(shear)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+
+    shear = self%law%shear_modulus(stress, state(:self%law%state_count))
+  end function shear_modulus
+
+  !> That of the law inside, of effective stress.
+  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+    class(undrained_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+
+    compliance = self%law%shear_compliance(stress, volume_ratio, volume_change)
+  end function shear_compliance
+end module qsmpm_undrained_law
