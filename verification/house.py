@@ -75,13 +75,14 @@ def unnamed_state() -> list[str]:
     altering, comparing = samples.split("function state_differences", 1)
     # The number of places and the part of the grid belong to the arrays and to the mesh: compared, not altered.
     apart, found = {"count", "window"}, []
-    for path, kind in [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type")]:
+    for path, kind in [("src/model/model.f90", "state_type"), ("src/model/model.f90", "progress_type"),
+                       ("src/model/model.f90", "phase_end_type"), ("src/model/limit_load.f90", "limit_load_type")]:
         names = components_of(path, kind)
         found += [] if names else [f"{path}: no type {kind}"]
         found += [f"{path}: {kind}%{name} is not altered" for name in names
                   if name not in apart and not re.search(rf"%{name}\b", altering)]
         found += [f"{path}: {kind}%{name} is not compared" for name in names
-                  if len(re.findall(rf"\b[ab]%{name}\b", comparing)) < 2]
+                  if len(re.findall(rf"\b[ab]%(?:\w+%)*{name}\b", comparing)) < 2]
     for kind in ("carried_type", "points_type", "surface_points_type", "watched_points_type"):
         names = components_of("src/points/points.f90", kind)
         found += [] if names else [f"src/points/points.f90: no type {kind}"]

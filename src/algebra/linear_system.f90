@@ -1,13 +1,13 @@
-!> The equations of an iteration as a solver sees them: which solver is in charge of the pattern, when
-!> it factorises and when it lives on an older factor, and what happens when it meets a matrix it cannot
-!> take. The matrix itself is built by the terms of the step, the pattern by `equations`, the choice of solver is
-!> that of `solver_choice`.
+!> The equations of an iteration as a solver sees them: which solver is in charge of the pattern, when it factorises
+!> and when it keeps an older factor as a preconditioner, and what happens when it meets a matrix it cannot take. The
+!> matrix itself is built by the terms of the step, the pattern by `equations`, the choice of solver is that of
+!> `solver_choice`.
 !>
-!> A direct solver of double precision solves by itself. Everything else is a preconditioner of CG or
-!> GMRES: factors of single precision, incomplete factors, and any factor of an older matrix of the same
-!> pattern. Whether an older factor stays is decided by counted operations and sweeps, never by a clock,
-!> so that a run repeats to the last bit. What cannot precondition gives way to a direct solver of
-!> double precision: a stale factor to a new one, the others for the rest of the run, with a note.
+!> A direct solver of double precision solves by itself. Everything else is a preconditioner of CG or GMRES: factors of
+!> single precision, incomplete factors, and any factor of an older matrix of the same pattern. A sweep is one product
+!> with the matrix and one solution with the factor. Whether an older factor stays is decided by counted operations and
+!> sweeps, never by a clock, so that a run repeats to the last bit. What cannot precondition gives way to a direct
+!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note.
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -48,7 +48,7 @@ module qsmpm_linear_system
     integer :: dimension = 0
     !> Largest distance of an entry from the diagonal.
     integer :: bandwidth = 0
-    !> The equations are numbered for a small band, not for elimination.
+    !> With Krylov methods: the equations are numbered for a small band, not for elimination.
     logical, private :: banded = .false.
     !> The factor is that of an older matrix.
     logical, private :: stale = .false.

@@ -52,7 +52,7 @@ contains
     call fields%answer('LINE SEARCH', c%line_search, 'shorten an iteration that does not help')
     call fields%number('SMALLEST STEP', c%smallest_step, 'smallest step, as a share of the first one, before the '// &
       'phase stops', range='(0, 1]')
-    call fields%whole('DESIRED MIN ITERATIONS', c%few_iterations, 'with fewer the next step grows back', &
+    call fields%whole('DESIRED MIN ITERATIONS', c%few_iterations, 'with so many or fewer the next step grows back', &
       range='[1, inf)')
     call fields%whole('DESIRED MAX ITERATIONS', c%many_iterations, 'with more the next step shrinks', range='[1, inf)')
     call fields%number('STEP ERROR', c%step_error, 'steps as long as this error allows: the share of stresses, or '// &

@@ -4,7 +4,7 @@
 !> The law works with the incremental deformation gradient F and returns Q, the first
 !> Piola-Kirchhoff stress with respect to the start of the step, and A = dQ/dF; so the internal
 !> force of a point of start volume V is V Q : grad0 N and its stiffness V grad0 N : A : grad0 N,
-!> which holds K^E and K^G of the paper (eqs. 15-18) and needs no knowledge of the law.
+!> which holds K^E and K^G of the paper (eqs. 15-17) and needs no knowledge of the law.
 !>
 !> Packing. Gradient-like tensors are packed column by column: in 3D (11,21,31,12,22,32,13,23,33),
 !> nine components; in 2D (11,21,12,22,33), five components, the last used by axisymmetry only.
@@ -21,7 +21,7 @@ module qsmpm_law
   !> of order, so that the run must end.
   integer, parameter, public :: status_ok = 0, status_cut = 1, status_failed = 2, status_unrecoverable = 3
 
-  !> Which tangent is asked for: none, the consistent one, or the elastic one (K_E + K_G at F).
+  !> Which tangent is asked for: none, the consistent one, or the elastic one (K^E + K^G at F).
   integer, parameter, public :: tangent_none = 0, tangent_consistent = 1, tangent_elastic = 2
 
   !> Load fraction that a step at held load counts as in time: models divide by it.

@@ -1,4 +1,4 @@
-!> Assembly: internal forces (eqs. 20, 25) and the stiffness K^E + K^G (eqs. 16-18) of all groups of
+!> Assembly: internal forces (eqs. 20, 25) and the stiffness K^E + K^G (eqs. 15-17) of all groups of
 !> integration points for a displacement of the step.
 !>
 !> With the law's Q (first Piola-Kirchhoff stress on the start of the step) and A = dQ/dF,

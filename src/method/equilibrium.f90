@@ -1,6 +1,6 @@
 !> The Lagrangian phase (paper, section 3.2): displacements of the step in equilibrium.
 !>
-!>   [K_E + K_G] d(dv) = sum f_external - sum f_internal - sum f_numerical          (eqs. 21-25)
+!>   [K^E + K^G] d(dv) = sum f_external - sum f_internal - sum f_numerical          (eqs. 21-25)
 !>
 !> either with the matrix frozen at the start of the step (modified Newton, eq. 22) or with the
 !> consistent tangent (full Newton) and a line search. It stops by eq. 27. Nothing here is accepted:

@@ -2,7 +2,7 @@
 !> products over all its points at once.
 !>
 !>   u_i,j = sum u_ia N_a,j      f_ia = sum V Q_ij N_a,j
-!>   K_iakb = sum S_aik,l N_b,l,   S_aik,l = V N_a,j A_ijkl      (eqs. 16-18, 20, 25)
+!>   K_iakb = sum S_aik,l N_b,l,   S_aik,l = V N_a,j A_ijkl      (eqs. 15-17, 20, 25)
 !> with the law's Q and A on the start configuration. The gradients of a group are one matrix
 !> G (n, directions * points) (qsmpm_integration), so that each line is one product of matrices; the third
 !> direction of axisymmetry acts on the radial displacement alone. Of a symmetric tangent only the pairs

@@ -1,7 +1,7 @@
 !> One step of the quasi-static Material Point Method, in the order of the paper.
 !>
 !>   3.1  Initialisation phase   activate elements, basis at the points, equations
-!>   3.2  Lagrangian phase       [K_E + K_G] dv = f_load - f_internal  until eq. 27 holds
+!>   3.2  Lagrangian phase       [K^E + K^G] dv = f_load - f_internal  until eq. 27 holds
 !>   3.3  Convective phase       update the points, reset the mesh, find the points again
 !>
 !> Either the whole step is taken, or the state of the model is what it was before.

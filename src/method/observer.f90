@@ -45,7 +45,7 @@ module qsmpm_observer
     procedure(accepted_interface), deferred :: accepted
     !> A phase has ended.
     procedure(phase_done_interface), deferred :: phase_done
-    !> A sentence for the log (rejected step, hold lost, fallback, hold test, ...).
+    !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
     procedure(note_interface), deferred :: note
     !> True when the run should stop after the current iteration (signal).
     procedure(stop_interface), deferred :: stop_requested

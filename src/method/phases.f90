@@ -21,7 +21,7 @@ module qsmpm_phases
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_stop_watch, only: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
+  use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: take_step
@@ -213,10 +213,10 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
     type(outcome_type) :: outcome
-    type(stop_watch_type) :: watch
+    type(step_before_type) :: before
     real(wp) :: length, last
 
-    call begin_stop_watch(model, phase, watch)
+    call remember_start(model, phase, before)
     do
       if (observer%stop_requested()) then
         call fail(error, error_stopped, 'stopped on request')
@@ -228,7 +228,7 @@ contains
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
       if (allocated(error)) return
       if (outcome%accepted) then
-        if (.not. must_be_shorter(model, phase, watch, last - record%start)) exit
+        if (.not. must_be_shorter(model, phase, before, last - record%start)) exit
         call observer%note('step shortened to end where the phase stops')
         cycle
       end if

@@ -6,7 +6,8 @@
 !> times the size of a cell; C, C_1: compliance of a step and of the first one (qsmpm_limit_load); e: error of a step by
 !> its length (qsmpm_step_error). Capitals: *CONTROLS.
 !>
-!>   converged    eq. 27 holds; no node moves beyond d, in a damped sub-step 1.5 d; e <= STEP ERROR or ds the smallest
+!>   converged    eq. 27 holds; no node moves beyond d, in a damped sub-step 1.5 d; e <= STEP ERROR or ds the smallest;
+!>                no point leaves the mesh, and no carried mesh is tangled (qsmpm_convection)
 !>   retried      once with the line search switched, where the iterations fail and nothing yields (retries_line_search)
 !>   damped       in sub-steps, where a static solve is rejected, ds <= ds_1 (0.3 ds_1 under prescribed displacements)
 !>                and nothing asks for a shorter step (may_be_damped); the damping alpha is |f_int|/(d |W|) at first,
@@ -17,11 +18,12 @@
 !>   accepted     residual without damping <= TOLERANCE, stabilisation <= STABILISATION SHARE, C <= LIMIT COMPLIANCE C_1
 !>                (is_balanced, judge_stabilisation, reject_compliant); otherwise the step is rejected and the state
 !>                before it restored
-!>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection)
+!>   cut back     to ds/2, to what a law asks for, or to 0.7 STEP ERROR/e ds (length_after_rejection); an accepted step
+!>                that went past a value of *STOP to where it is reached (length_to_stop, qsmpm_phase_stop)
 !>   grown        x 2 up to ds_1 after few iterations, x 1/2 after many; x 0.7 STEP ERROR/e (length_after_step)
 !>   limit load   a load rejected for C is bisected; found where ds would be below SMALLEST STEP ds_1 (plan_step)
 !>   given up     ds below SMALLEST STEP ds_1 otherwise; a body without support, a law that cannot go on (is_given_up)
-!>   phase ends   with its whole load or its limit load (phase_is_complete)
+!>   phase ends   with its whole load, its limit load, or a value of *STOP (phase_is_complete)
 !>
 !> Not here: the iterations (qsmpm_equilibrium), and what ends a run as an error of the model (qsmpm_pushed_material,
 !> qsmpm_initial_balance, qsmpm_usable_state).
@@ -90,7 +92,7 @@ module qsmpm_step_control
     real(wp) :: value = 0.0_wp
     !> Share of the load that it carried in the last sub-step that converged, and below which it is left out.
     real(wp) :: share = huge(1.0_wp)
-    real(wp) :: quiet = 0.0_wp
+    real(wp) :: static_share = 0.0_wp
   end type substep_damping_type
 
 contains
@@ -213,7 +215,7 @@ contains
     !> Internal force (dimension, nodes), lumped volume of the nodes (nodes), d.
     real(wp), intent(in) :: force(:, :), lumped(:), move
 
-    damping = substep_damping_type(before, quiet=controls%damping_share)
+    damping = substep_damping_type(before, static_share=controls%damping_share)
     if (.not. before > 0.0_wp) damping%value = norm2(force)/(move*max(norm2(lumped), tiny(move)))
   end function first_damping
 
@@ -221,7 +223,7 @@ contains
   pure logical function is_static(damping)
     type(substep_damping_type), intent(in) :: damping
 
-    is_static = damping%share < damping%quiet
+    is_static = damping%share < damping%static_share
   end function is_static
 
   !> Whether no damping helps: without a force there is nothing to damp, and beyond the largest nothing moves.
@@ -236,7 +238,7 @@ contains
     type(substep_damping_type), intent(inout) :: damping
 
     if (is_static(damping)) then
-      damping%quiet = next_static*damping%share
+      damping%static_share = next_static*damping%share
     else
       damping%value = damping_on_failure*damping%value
     end if
@@ -267,12 +269,12 @@ contains
   end function is_balanced
 
   !> Whether the stabilisation carries little.
-  pure logical function is_quiet(controls, shares)
+  pure logical function is_within_share(controls, shares)
     type(controls_type), intent(in) :: controls
     type(step_share_type), allocatable, intent(in) :: shares(:)
 
-    is_quiet = share_named(shares, stabilisation_share) <= controls%stabilisation_share
-  end function is_quiet
+    is_within_share = share_named(shares, stabilisation_share) <= controls%stabilisation_share
+  end function is_within_share
 
   !> Whether a step needs another re-equilibration at constant load and may have it.
   pure logical function must_equilibrate(controls, shares, taken)
@@ -281,7 +283,7 @@ contains
     !> Re-equilibrations so far.
     integer, intent(in) :: taken
 
-    must_equilibrate = .not. is_quiet(controls, shares) .and. taken < controls%max_reequilibrations
+    must_equilibrate = .not. is_within_share(controls, shares) .and. taken < controls%max_reequilibrations
   end function must_equilibrate
 
   !> Reject a step whose stabilisation carries too much.
@@ -291,7 +293,7 @@ contains
     type(outcome_type), intent(inout) :: outcome
     character(len=120) :: text
 
-    if (is_quiet(controls, shares)) return
+    if (is_within_share(controls, shares)) return
     write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(shares, stabilisation_share), &
       ' of the forces and re-equilibration does not bring it below ', controls%stabilisation_share
     call reject(trim(text), outcome)

@@ -1,6 +1,6 @@
 !> The model: everything that exists between two steps, and nothing that can be derived from it.
 !>
-!> `state_type` is what a step changes and what a rejected step, a hold test or a restart puts back
+!> `state_type` is what a step changes and what a rejected step, a constant-load test or a restart puts back
 !> as a whole; the rest is fixed after the model is built.
 module qsmpm_model
   use qsmpm_kinds, only: wp
@@ -50,7 +50,7 @@ module qsmpm_model
     !> Work of external loads and of stresses so far.
     real(wp) :: external_work = 0.0_wp
     real(wp) :: internal_work = 0.0_wp
-    !> Hold tests of this phase already done.
+    !> Constant-load tests of this phase already done.
     integer :: constant_load_tests_done = 0
     !> Share of the released forces that a phase ended early has left at its end.
     real(wp) :: release_left = 0.0_wp

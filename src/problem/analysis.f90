@@ -68,7 +68,7 @@ module qsmpm_analysis
   integer, parameter, public :: precision_auto = 0, precision_double = 1, precision_single = 2
   !> Whether a factor serves later matrices of the same pattern as a preconditioner.
   integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
-  !> Newton variants: the paper's frozen [K_E + K_G]^0, or the consistent tangent.
+  !> Newton variants: the paper's frozen [K^E + K^G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
   !> How a phase starts its stresses.
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1
@@ -271,7 +271,7 @@ module qsmpm_analysis
     logical :: line_search = .true.
     !> Smallest step as a share of the first one before the phase stops.
     real(wp) :: smallest_step = 1.0e-3_wp
-    !> Iterations below which a cut step grows again, above which the next one shrinks.
+    !> Iterations up to which a cut step grows again, and above which the next one shrinks.
     integer :: few_iterations = 8
     integer :: many_iterations = 16
     !> Error that the length of a step may cause, as a share of stresses and displacements; 0 leaves the
@@ -281,14 +281,14 @@ module qsmpm_analysis
     real(wp) :: largest_step = 1.0_wp
     !> Largest nodal displacement of a step in cell sizes; a larger one is rejected.
     real(wp) :: largest_move = 0.5_wp
-    !> Share of the load that stabilisation may carry; a step is held until it is below.
+    !> Share of the load that stabilisation may carry; a step is re-equilibrated until it is below.
     real(wp) :: stabilisation_share = 5.0e-3_wp
     integer :: max_reequilibrations = 30
-    !> Factor on the stabilisation from hold to hold; 1 keeps it.
+    !> Factor on the stabilisation from one re-equilibration to the next; 1 keeps it.
     real(wp) :: stabilisation_fade = 1.0_wp
     !> The phase ends where a step is so many times as compliant as its first one; 0 for no such end.
     real(wp) :: limit_compliance = 0.0_wp
-    !> Proximal sub-steps when the static step is lost, and the drag they may leave.
+    !> Proximal sub-steps where the static step is rejected, and the share of damping below which it is tried again.
     logical :: damping = .true.
     real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400

@@ -71,7 +71,10 @@ contains
     call alter(progress%limit%refused_middle)
     call alter(progress%limit%knee)
     progress%stopped = .not. progress%stopped
-    progress%ends = [phase_end_type(3, 0.25_wp, 0.125_wp)]
+    progress%ends = [phase_end_type()]
+    progress%ends(1)%reason = 3
+    progress%ends(1)%fraction = 0.25_wp
+    progress%ends(1)%displacement = 0.125_wp
   end subroutine alter_progress
 
   !> Change all fields of a carried set; the number of its places stays.

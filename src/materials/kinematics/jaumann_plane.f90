@@ -119,7 +119,7 @@ contains
         end = from_principal(result%stress, turn(2), turn(3))
         map = frame_map(result%derivative, result%quotient(1), turn(2), turn(3))
       end if
-      ! [K_E + K_G]^0 is that of the rate of J sigma.
+      ! [K^E + K^G]^0 is that of the rate of J sigma.
       if (tangent == tangent_elastic .and. model%hookean) step%volume = .true.
       call point_tangent(step, principal, map, end, gradient(:, p), a(:, :, p))
     end do

@@ -66,7 +66,7 @@ contains
         call blend_elastic(model, modulus, trial, elastic_share(tangent, blend), result)
         call end_stress(increment, principal, result%stress, n, stress)
       end if
-      ! [K_E + K_G]^0 is that of the rate of J sigma.
+      ! [K^E + K^G]^0 is that of the rate of J sigma.
       if (tangent == tangent_elastic .and. model%hookean .and. is_cauchy(rate)) &
         increment%volume_stress = increment%start
       call point_tangent(model, increment, principal, result, n, stress, inverse, det, batch%tangent(:, :, p))

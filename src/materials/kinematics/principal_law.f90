@@ -9,13 +9,14 @@
 !> of b
 !>   dtau_aa = sum_b C_ab d_bb,  C = d tau/d eps,   dtau_ab = 2 s_ab d_ab + (tau_b - tau_a) w_ab,
 !>   s_ab = (tau_a - tau_b)/(eps_a - eps_b)/2 artanh(x)/x,  x = (b_a - b_b)/(b_a + b_b),
-!> and dQ = (dtau - tau l^T) F^-T / J_n; it is K_E + K_G of the paper's eq. 15 in Kirchhoff stress (Beuth et al. 2008).
+!> and dQ = (dtau - tau l^T) F^-T / J_n; it is K^E + K^G of the paper's eqs. 15-17
+!> in Kirchhoff stress (Beuth et al. 2008).
 !>
 !> Jaumann rate of the paper. The stress is the state. The trial comes from qsmpm_jaumann_increment, a stress of Hookean
 !> models and an elastic strain of the others, which know no term -sigma tr(d eps): the parameters of soils are measured
 !> in Cauchy stress. The model bounds the Cauchy stress,
 !>   Q = det(F) sigma F^-T,   A dF = det(F) d(sigma) F^-T + tr(l) Q - Q dF^T F^-T,
-!> d(sigma) the derivative of the whole update. At F = I the elastic tangent is [K_E + K_G]^0 of eqs. 12 and 15-17.
+!> d(sigma) the derivative of the whole update. At F = I the elastic tangent is [K^E + K^G]^0, the form of eq. 12.
 !>
 !> The elastic tangent is that of the same material without strength; it is made symmetric for models that are not
 !> Hookean, as it is asked for where an approximation will do. The points are worked out by the four kernels

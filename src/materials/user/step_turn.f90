@@ -92,7 +92,7 @@ contains
     !> C = d stress / d strain (6,6).
     real(wp), intent(in) :: modulus(6, 6)
     !> Take the symmetric part of C, and the stress it gives as J times the Cauchy stress: A is symmetric at F = I
-    !> then, [K_E + K_G]^0 of the paper's eqs. 15-17.
+    !> then, [K^E + K^G]^0 of the paper's eqs. 15-17.
     logical, intent(in) :: symmetric
     !> F^-1 and det(F).
     real(wp), intent(in) :: inverse(3, 3)

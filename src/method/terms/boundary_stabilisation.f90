@@ -5,7 +5,7 @@
 !>   background   a soft material in each boundary cell (`qsmpm_background`),
 !>   ghost        a penalty on the jumps of derivatives over the faces of boundary cells
 !>                (`qsmpm_element_ghost`, `qsmpm_spline_ghost`).
-!> Either resists the step and is no load: its share is reported and a step is held until the
+!> Either resists the step and is no load: its share is reported and a step is re-equilibrated until the
 !> share is below its bound.
 module qsmpm_boundary_stabilisation
   use qsmpm_kinds, only: wp

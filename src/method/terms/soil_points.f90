@@ -1,4 +1,4 @@
-!> The soil: internal force and stiffness K^E + K^G of the material points, eqs. 16-20 and 25.
+!> The soil: internal force and stiffness K^E + K^G of the material points, eqs. 15-17, 20 and 25.
 !>
 !>   f_ia = sum V Q_ij N_a,j      K_iakb = sum V N_a,j A_ijkl N_b,l
 !>

@@ -239,9 +239,8 @@ contains
     end associate
   end subroutine add_no_sizes
 
-  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at patch first_stencil + k
-  !> - 1.
-  !> Nothing, unless extended.
+  !> Add the derivatives of the resistance, of a load with a minus, to the matrix: block k at the node list
+  !> first_stencil + k - 1. Nothing, unless extended.
   subroutine add_no_blocks(self, displacement, equations, matrix)
     class(term_type), intent(in) :: self
     !> (components, nodes)

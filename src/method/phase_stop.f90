@@ -1,6 +1,6 @@
 !> A phase that ends where a history reaches a value (*STOP): whether an accepted step has reached it, or went past it
 !> and is taken again, shorter. The rule is that of qsmpm_phase_stops.
-module qsmpm_stop_watch
+module qsmpm_phase_stop
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, stop_type
   use qsmpm_histories, only: take_histories
@@ -12,47 +12,47 @@ module qsmpm_stop_watch
   implicit none
   private
 
-  public :: stop_watch_type, begin_stop_watch, must_be_shorter, text_of_stop
+  public :: step_before_type, remember_start, must_be_shorter, text_of_stop
 
   !> The start of a step; nothing is kept for a phase without stops.
-  type :: stop_watch_type
-    type(state_type) :: before
+  type :: step_before_type
+    type(state_type) :: state
     !> Histories of the stops (stops).
     real(wp), allocatable :: values(:)
-  end type stop_watch_type
+  end type step_before_type
 
 contains
 
   !> Remember the start of a step.
-  subroutine begin_stop_watch(model, phase, watch)
+  subroutine remember_start(model, phase, before)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
-    type(stop_watch_type), intent(out) :: watch
+    type(step_before_type), intent(out) :: before
 
     if (size(phase%stops) == 0) return
-    watch%before = model%state
-    watch%values = values_of(model, phase%stops)
-  end subroutine begin_stop_watch
+    before%state = model%state
+    before%values = values_of(model, phase%stops)
+  end subroutine remember_start
 
   !> Whether an accepted step went past the value of a stop: then the state is that before it again, and the next step
   !> is planned to end there. Where it ends there the phase is stopped.
-  logical function must_be_shorter(model, phase, watch, length) result(shorter)
+  logical function must_be_shorter(model, phase, before, length) result(shorter)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
-    type(stop_watch_type), intent(in) :: watch
+    type(step_before_type), intent(in) :: before
     !> Of the step, as a load fraction.
     real(wp), intent(in) :: length
     real(wp) :: share, next
 
     shorter = .false.
     if (size(phase%stops) == 0) return
-    share = stop_share(phase%stops, phase%stop_tolerance, watch%values, values_of(model, phase%stops))
+    share = stop_share(phase%stops, phase%stop_tolerance, before%values, values_of(model, phase%stops))
     if (share > 1.0_wp) return
     next = 0.0_wp
     if (share < 1.0_wp) next = length_to_stop(phase%controls, length, share)
     shorter = next > 0.0_wp
     if (shorter) then
-      call restore(watch%before, model)
+      call restore(before%state, model)
       model%state%progress%next_step = next
     else
       model%state%progress%stopped = .true.
@@ -91,4 +91,4 @@ contains
         text = text//" '"//phase%stops(i)%history//"' is "//real_text(values(i))
     end do
   end function text_of_stop
-end module qsmpm_stop_watch
+end module qsmpm_phase_stop
