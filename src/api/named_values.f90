@@ -99,7 +99,7 @@ contains
         rows = field%component_count()
         columns = field%point_count()
         if (columns /= model%state%points%count) call fail(error, error_other, &
-          "'"//name//"' is not carried: *FIELD, STRAIN=YES asks for strains")
+          "'"//name//"' is not carried: *FIELD, STRAIN=YES asks for strains, *WATER LEVEL for pore pressures")
       end select
     end associate
   end subroutine value_shape

@@ -101,7 +101,8 @@ contains
         call fail(error, error_other, 'no stage is under way')
         return
       end if
-      call cut_stage(self%scene, progress%phase, progress%fraction)
+      call cut_stage(self%scene, progress%phase, progress%fraction, error)
+      if (allocated(error)) return
       call self%take_over(error)
       if (allocated(error)) return
       progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)

@@ -45,7 +45,7 @@ contains
       end if
     end do
     phase%name = trim(name)
-    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+    allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), phase%water_levels(0), &
       phase%activations(0), phase%deactivations(0), phase%materials(0), &
       phase%constant_load_test%at(0), phase%stops(0))
     if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
@@ -198,15 +198,24 @@ contains
     call append(phase%fixities, fixity)
   end subroutine change_fixity
 
-  !> Let a stage end where it stands: its loads become those reached, its displacements those done.
-  subroutine cut_stage(scene, number, share)
+  !> Let a stage end where it stands: its loads become those reached, its displacements those done. A water level that
+  !> is half way is not a level, nor is the pressure of one.
+  subroutine cut_stage(scene, number, share, error)
     type(analysis_type), intent(inout) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Share of the stage that is done.
     real(wp), intent(in) :: share
+    !> The stage moves a water level; it is then as it was.
+    type(error_type), allocatable, intent(out) :: error
     real(wp) :: factor, kept
     integer :: i
+
+    if (share < 1.0_wp .and. moves_water(scene, number)) then
+      call fail(error, error_other, "stage '"//scene%phases(number)%name//"' moves a water level, which has no "// &
+        'form half way: it cannot end before its time')
+      return
+    end if
 
     ! A stage of which nothing is done keeps its load factor, which must not be 0.
     kept = merge(share, 1.0_wp, share > 0.0_wp)
@@ -223,10 +232,11 @@ contains
         associate (traction => phase%tractions(i))
           if (phase%initial%kind == initial_k0) then
             traction%pressure = traction%pressure/kept
+            traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
           else if (traction%follows) then
-            traction%pressure = reached(pressure_before(scene, number, traction%surface), &
-              phase%load_factor*traction%pressure, share)/factor
+            call reach_pressure(pressure_before(scene, number, traction%surface), share, phase%load_factor, factor, &
+              traction)
           else
             traction%vector = reached(traction_before(scene, number, traction%surface), &
               phase%load_factor*traction%vector, share)/factor
@@ -239,6 +249,40 @@ contains
       phase%load_factor = factor
     end associate
   end subroutine cut_stage
+
+  !> Whether a stage that does not start from K0 stresses gives a water level or a pressure of water.
+  pure logical function moves_water(scene, number)
+    type(analysis_type), intent(in) :: scene
+    !> Number of the stage.
+    integer, intent(in) :: number
+    type(traction_type) :: before
+    integer :: i
+
+    moves_water = .false.
+    associate (phase => scene%phases(number))
+      if (phase%initial%kind == initial_k0) return
+      moves_water = size(phase%water_levels) > 0
+      do i = 1, size(phase%tractions)
+        moves_water = moves_water .or. phase%tractions(i)%of_water
+        before = pressure_before(scene, number, phase%tractions(i)%surface)
+        moves_water = moves_water .or. (phase%tractions(i)%follows .and. before%of_water)
+      end do
+    end associate
+  end function moves_water
+
+  !> The pressure that is reached in the place of that of the end of a stage; both vary with height all along.
+  pure subroutine reach_pressure(before, share, load_factor, factor, traction)
+    !> At the end of the stages before.
+    type(traction_type), intent(in) :: before
+    !> Share of the stage that is done, its load factor as it was and as it is.
+    real(wp), intent(in) :: share, load_factor, factor
+    type(traction_type), intent(inout) :: traction
+    real(wp) :: start
+
+    start = before%pressure + before%gradient*(before%height - traction%height)
+    traction%pressure = reached(start, load_factor*traction%pressure, share)/factor
+    traction%gradient = reached(before%gradient, load_factor*traction%gradient, share)/factor
+  end subroutine reach_pressure
 
   !> Linear between two values.
   elemental function reached(start, final, share) result(value)
@@ -283,22 +327,23 @@ contains
     end do
   end function traction_before
 
-  !> Pressure at the end of the stages before one.
+  !> Pressure at the end of the stages before one, with its load factor in it.
   pure function pressure_before(scene, number, surface) result(pressure)
     type(analysis_type), intent(in) :: scene
     !> Number of the stage.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
-    real(wp) :: pressure
+    type(traction_type) :: pressure
     integer :: p, i
 
-    pressure = 0.0_wp
     do p = 1, number - 1
       do i = 1, size(scene%phases(p)%tractions)
-        associate (traction => scene%phases(p)%tractions(i))
-          if (traction%surface == surface .and. traction%follows) &
-            pressure = scene%phases(p)%load_factor*traction%pressure
+        associate (traction => scene%phases(p)%tractions(i), factor => scene%phases(p)%load_factor)
+          if (traction%surface /= surface .or. .not. traction%follows) cycle
+          pressure = traction
+          pressure%pressure = factor*traction%pressure
+          pressure%gradient = factor*traction%gradient
         end associate
       end do
     end do

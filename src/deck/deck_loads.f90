@@ -1,4 +1,5 @@
-!> Cards of what acts on a phase: *GRAVITY, *TRACTION, *PRESSURE, and *SUPPORT, which holds a surface.
+!> Cards of what acts on a phase: *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL (qsmpm_deck_water), and *SUPPORT, which
+!> holds a surface.
 module qsmpm_deck_loads
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: traction_type, support_none
@@ -6,6 +7,7 @@ module qsmpm_deck_loads
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_tractions, list_supports
   use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_water, only: add_water_keyword
   use qsmpm_deck_words, only: bar_list, carrier_words, support_words
   use qsmpm_keyword_table, only: table_type, in_phase, once, many
   implicit none
@@ -15,7 +17,7 @@ module qsmpm_deck_loads
 
 contains
 
-  !> *GRAVITY, *TRACTION, *PRESSURE, *SUPPORT.
+  !> *GRAVITY, *TRACTION, *PRESSURE, *WATER LEVEL, *SUPPORT.
   subroutine add_load_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -25,8 +27,10 @@ contains
       'area per unit of load factor.', traction_fields, '*TRACTION, SURFACE=top| 0, -10', check_load, &
       list=list_tractions, opens='traction')
     call table%add('PRESSURE', in_phase, many, 'Pressure on a surface per unit of load factor; it '// &
-      'follows area and normal of the surface.', pressure_fields, '*PRESSURE, SURFACE=wall| 50', check_load, &
+      'follows area and normal of the surface and may grow with depth.', pressure_fields, &
+      '*PRESSURE, SURFACE=wall| 50|*PRESSURE, SURFACE=face, LEVEL=3, UNIT WEIGHT=9.81', check_pressure, &
       list=list_tractions, opens='pressure')
+    call add_water_keyword(table)
     call table%add('SUPPORT', in_phase, many, 'Surface held at zero displacement wherever it '// &
       'cuts the grid; stays until changed.', support_fields, '*SUPPORT, SURFACE=rock, TYPE=NORMAL', check_support, &
       list=list_supports, opens='support')
@@ -80,10 +84,41 @@ contains
     associate (traction => deck%analysis%phases(deck%phase)%tractions(deck%item))
       call fields%given(traction%follows)
       call surface_field(fields, traction)
+      call water_fields(fields, traction)
+      call fields%data('nothing: the level says it', 0, 0, when='LEVEL')
       call fields%data('pressure')
       call fields%number('p', traction%pressure, 'force per current area, positive against the body')
+      call fields%number('gradient', traction%gradient, 'what it grows by per length downwards, 0 when not given', &
+        required=.false.)
+      call fields%number('y', traction%height, 'height at which it is p, 0 when not given: the coordinate along '// &
+        'which gravity acts, y without gravity', required=.false.)
+      if (fields%reading .and. traction%of_water) traction%pressure = 0.0_wp
     end associate
   end subroutine pressure_fields
+
+  !> Level and unit weight of the water that presses.
+  subroutine water_fields(fields, traction)
+    class(card_fields_type), intent(inout) :: fields
+    type(traction_type), intent(inout) :: traction
+    real(wp) :: weight
+
+    call fields%number('LEVEL', traction%height, 'height of the water that stands against the surface, in place of '// &
+      'the data line: the pressure is UNIT WEIGHT times the depth below it', given=traction%of_water)
+    weight = 0.0_wp
+    if (traction%of_water) weight = traction%gradient
+    call fields%number('UNIT WEIGHT', weight, 'weight of the water per volume', range='(0, inf)', needs='LEVEL')
+    if (fields%reading .and. traction%of_water) traction%gradient = weight
+  end subroutine water_fields
+
+  !> A pressure of water has its weight.
+  subroutine check_pressure(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    call check_load(card, state)
+    if (card%has('LEVEL') .and. .not. card%has('UNIT WEIGHT')) call state%report_error(card, &
+      'LEVEL wants the parameter UNIT WEIGHT, the weight of the water per volume')
+  end subroutine check_pressure
 
   !> The surface of a load.
   subroutine surface_field(fields, traction)

@@ -35,7 +35,7 @@ contains
     call add_soil_law_keywords(table)
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
-      'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 20')
+      'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
     call table%add('K0', in_material, once, 'Horizontal over vertical stress of the material at the start, in the '// &
       'place of that of *INITIAL, TYPE=K0.', ratio_fields, '*K0| 0.5')
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
@@ -113,6 +113,8 @@ contains
     associate (material => deck%analysis%materials(deck%material))
       call fields%data('weight')
       call fields%number('gamma', material%unit_weight, 'weight per volume', range='[0, inf)')
+      call fields%number('gamma_sat', material%saturated_weight, 'the same below the water level; gamma when not '// &
+        'given', range='[0, inf)', required=.false.)
     end associate
   end subroutine weight_fields
 

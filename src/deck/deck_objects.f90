@@ -2,7 +2,7 @@
 !> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
 module qsmpm_deck_objects
   use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
-    traction_type, support_type, mesh_none
+    traction_type, support_type, water_level_type, mesh_none
   use qsmpm_analysis_lists, only: append
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
@@ -16,8 +16,8 @@ module qsmpm_deck_objects
   !> Lists; none is the analysis as a whole, of which the mesh is a part that only one card may bring.
   integer, parameter, public :: list_none = 0, list_mesh = 1, list_node_sets = 2, list_element_sets = 3, &
     list_surfaces = 4, list_bodies = 5, list_points = 6, list_materials = 7, list_histories = 8, list_stages = 9, &
-    list_phases = 10, list_tractions = 11, list_supports = 12
-  integer, parameter :: last_list = list_supports
+    list_phases = 10, list_tractions = 11, list_supports = 12, list_water_levels = 13
+  integer, parameter :: last_list = list_water_levels
 
 contains
 
@@ -84,23 +84,26 @@ contains
     end associate
   end subroutine open_item
 
-  !> A new phase, or a new load or support of the last one.
+  !> A new phase, or a new load, support or water level of the last one.
   pure subroutine open_phase_item(analysis, list)
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: list
     type(phase_type) :: phase
     type(traction_type) :: traction
     type(support_type) :: support
+    type(water_level_type) :: level
 
     select case (list)
     case (list_tractions)
       call append(analysis%phases(size(analysis%phases))%tractions, traction)
     case (list_supports)
       call append(analysis%phases(size(analysis%phases))%supports, support)
+    case (list_water_levels)
+      call append(analysis%phases(size(analysis%phases))%water_levels, level)
     case default
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
         phase%activations(0), phase%deactivations(0), phase%materials(0), &
-        phase%constant_load_test%at(0), phase%stops(0))
+        phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0))
       call append(analysis%phases, phase)
     end select
   end subroutine open_phase_item
@@ -163,6 +166,8 @@ contains
         count = size(analysis%phases(state%phase)%tractions)
       case (list_supports)
         count = size(analysis%phases(state%phase)%supports)
+      case (list_water_levels)
+        count = size(analysis%phases(state%phase)%water_levels)
       end select
     end associate
   end function count_items

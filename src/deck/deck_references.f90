@@ -14,6 +14,7 @@ module qsmpm_deck_references
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
+  use qsmpm_deck_water, only: check_water
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -45,6 +46,7 @@ contains
     call check_prescriptions(state)
     call check_stages(state)
     call check_starts(state)
+    call check_water(state)
     call check_limit_compliance(state)
     call check_histories(state)
     call check_stops(state)
@@ -289,7 +291,8 @@ contains
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
             + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
-            phase%gravity%given .or. size(phase%constant_load_test%at) > 0 .or. phase%drain_state%given)) then
+            phase%gravity%given .or. phase%drain_state%given .or. &
+            size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
       end associate
@@ -306,7 +309,8 @@ contains
 
     acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
     do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) > 0.0_wp
+      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
+        + abs(phase%tractions(i)%gradient) > 0.0_wp
     end do
   end function acts
 

@@ -18,6 +18,8 @@ module qsmpm_stress_error
   use qsmpm_element, only: element_order
   use qsmpm_model, only: model_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at, &
     stress_norm
   implicit none
@@ -205,7 +207,7 @@ contains
     integer, intent(in) :: i
     !> Traction (dimension) [stress].
     real(wp), intent(out) :: traction(:)
-    real(wp) :: area, pressure
+    real(wp) :: area, height, pressure
     integer :: s
 
     traction = 0.0_wp
@@ -216,7 +218,9 @@ contains
     associate (load => model%loading, share => model%state%progress%fraction, d => size(traction))
       if (load%carrier(s) == carrier_surface) traction = model%state%surface%area(i)/area &
         *(load%traction_start(:d, s) + share*(load%traction_final(:d, s) - load%traction_start(:d, s)))
-      pressure = load%pressure_start(s) + share*(load%pressure_final(s) - load%pressure_start(s))
+      height = model%state%surface%position(vertical_of(model%analysis), i)
+      pressure = pressure_at(load%pressure_start(s), height)
+      pressure = pressure + share*(pressure_at(load%pressure_final(s), height) - pressure)
       traction = traction - pressure*model%state%surface%area_vector(:, i)/area
     end associate
   end subroutine applied_traction

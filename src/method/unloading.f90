@@ -14,10 +14,12 @@ module qsmpm_unloading
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
   use qsmpm_point_selection, only: append_points
+  use qsmpm_pore_water, only: water_forces, vertical_of
   use qsmpm_points, only: points_type
   use qsmpm_soil_points, only: soil_type, new_soil, integration_of
   use qsmpm_space, only: shape_values_type
   use qsmpm_stress_force, only: internal_force
+  use qsmpm_surface_pressure, only: pressure_at
   use qsmpm_term, only: term_type
   implicit none
   private
@@ -48,7 +50,7 @@ contains
     configuration%unloading_weight = configuration%unloading_weight - weight
   end subroutine measure_unloading
 
-  !> Sums over the points of the model: -V sigma grad N, and weights.
+  !> Sums over the points of the model: -V sigma grad N with the force of the water in them, and weights.
   subroutine sum_points(model, configuration, force, weight)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in), target :: configuration
@@ -56,6 +58,7 @@ contains
     real(wp), allocatable, intent(out) :: force(:, :), weight(:)
     class(term_type), allocatable, target :: term
     type(integration_type), pointer :: integration
+    real(wp), allocatable :: by_water(:, :)
     integer :: g, q, a, first, place
 
     allocate (force(model%mesh%dimension, model%space%node_count))
@@ -68,6 +71,7 @@ contains
       call internal_force(integration, model%state%points, force)
     end select
     force = -force
+    call water_forces(model, 0.0_wp, by_water)
     associate (at_points => configuration%at_points)
       do g = 1, at_points%group_count
         first = at_points%node_first(g) - 1
@@ -76,6 +80,8 @@ contains
           do a = 1, at_points%node_first(g + 1) - 1 - first
             associate (node => at_points%nodes(first + a))
               weight(node) = weight(node) + at_points%shape(place + a)*model%state%points%start_weight( &
+                at_points%source(q))
+              if (allocated(by_water)) force(:, node) = force(:, node) + at_points%shape(place + a)*by_water(:, &
                 at_points%source(q))
             end associate
           end do
@@ -98,7 +104,8 @@ contains
     associate (surface => model%state%inactive%unloading_surface, loading => model%loading)
       do i = 1, surface%count
         s = surface%surface(i)
-        load = surface%reaction(:, i) - loading%pressure_start(s)*surface%area_vector(:, i)
+        load = surface%reaction(:, i) - pressure_at(loading%pressure_start(s), surface%position( &
+        vertical_of(model%analysis), i))*surface%area_vector(:, i)
         if (loading%carrier(s) == carrier_surface) &
           load = load + surface%area(i)*loading%traction_start(:size(load), s)
         if (.not. any(abs(load) > 0.0_wp)) cycle

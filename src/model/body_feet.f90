@@ -9,12 +9,13 @@ module qsmpm_body_feet
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden
   use qsmpm_points, only: allocate_carried
+  use qsmpm_pore_water, only: vertical_of
   use qsmpm_polyhedron, only: find_crossings
   use qsmpm_sorting, only: order_columns
   implicit none
   private
 
-  public :: find_tracer_bodies, plant_feet, upright_axis
+  public :: find_tracer_bodies, plant_feet
 
   !> Lines nearer than this share of a cell are one; bodies whose bounds are so near touch.
   real(wp), parameter :: same_line = 1.0e-4_wp, touching = 1.0e-3_wp
@@ -24,19 +25,6 @@ module qsmpm_body_feet
 
 contains
 
-  !> Axis along which gravity acts first; y where it never does.
-  pure integer function upright_axis(model) result(axis)
-    type(model_type), intent(in) :: model
-    integer :: p
-
-    axis = 2
-    do p = size(model%analysis%phases), 1, -1
-      associate (gravity => model%analysis%phases(p)%gravity%vector(:model%mesh%dimension))
-        if (any(abs(gravity) > 0.0_wp)) axis = maxloc(abs(gravity), dim=1)
-      end associate
-    end do
-  end function upright_axis
-
   !> All bodies as vertical lines see them; their weight does not matter.
   pure subroutine see_bodies(model, seen)
     type(model_type), intent(in) :: model
@@ -44,7 +32,7 @@ contains
     real(wp) :: nothing(size(model%shapes))
 
     nothing = 0.0_wp
-    call make_overburden(model%mesh, model%shapes, nothing, upright_axis(model), seen)
+    call make_overburden(model%mesh, model%shapes, nothing, vertical_of(model%analysis), seen)
   end subroutine see_bodies
 
   !> Heights at which the vertical line through a place crosses the bounds of a body.
@@ -140,7 +128,7 @@ contains
     line(2:, :) = 0
     k = 1
     do a = 1, size(places, 1)
-      if (a == upright_axis(model)) cycle
+      if (a == vertical_of(model%analysis)) cycle
       k = k + 1
       line(k, :) = nint((places(a, :) - model%mesh%bounds(a, 1))/(same_line*model%cell_size))
     end do

@@ -1,8 +1,9 @@
 !> Stresses that a phase starts from by *INITIAL, TYPE=K0: level ground under its own weight.
 !>
-!>   sigma_v = -|g| W(x),   sigma_h = K0 sigma_v,   W the weight above the point (qsmpm_overburden)
+!>   sigma_v = -|g| W(x) + u(x),   sigma_h = K0 sigma_v,   W the weight above the point (qsmpm_overburden)
 !>
-!> along the coordinate in which gravity acts. K0 is the material's own or that of the phase. Only level layers are in
+!> effective stresses with u the pressure of the water at rest (qsmpm_pore_water), along the coordinate in which gravity
+!> acts. K0 is the material's own or that of the phase. Only level layers are in
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
@@ -10,6 +11,7 @@ module qsmpm_initial_stress
   use qsmpm_analysis, only: initial_stress_type, material_type
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
+  use qsmpm_pore_water, only: steady_pressure
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top
   implicit none
   private
@@ -33,6 +35,7 @@ contains
       do p = 1, points%count
         vertical = model%loading%gravity_final(axis) &
           *weight_above(overburden, points%body(p), points%position(:, p), initial%surface_level)
+        vertical = vertical - sign(steady_pressure(model, p), model%loading%gravity_final(axis))
         k0 = initial%k0
         if (model%analysis%materials(points%material(p))%k0 > 0.0_wp) &
           k0 = model%analysis%materials(points%material(p))%k0
@@ -63,18 +66,23 @@ contains
     !> The vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
-    real(wp) :: unit_weight(size(model%shapes))
+    real(wp), dimension(size(model%shapes)) :: unit_weight, saturated
     integer :: b, m
 
     unit_weight = 0.0_wp
+    saturated = 0.0_wp
     do b = 1, size(model%shapes)
       do m = 1, size(model%analysis%materials)
-        if (model%analysis%materials(m)%name == model%analysis%bodies(b)%material) &
-          unit_weight(b) = model%analysis%materials(m)%unit_weight
+        associate (material => model%analysis%materials(m))
+          if (material%name /= model%analysis%bodies(b)%material) cycle
+          unit_weight(b) = material%unit_weight
+          saturated(b) = material%unit_weight
+          if (material%saturated_weight >= 0.0_wp) saturated(b) = material%saturated_weight
+        end associate
       end do
     end do
-    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, &
-      bodies_active(model%analysis, model%state%progress%phase))
+    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
+      model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase))
   end subroutine bodies_from_the_side
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.

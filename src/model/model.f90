@@ -15,6 +15,8 @@ module qsmpm_model
   use qsmpm_law, only: law_slot_type
   use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_surface_pressure, only: surface_pressure_type
+  use qsmpm_water_table, only: water_table_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
   private
@@ -100,8 +102,10 @@ module qsmpm_model
     !> along its normal (dimension, node_count), (cell_count).
     logical, allocatable :: held(:, :), open_edge(:)
     !> Pressure and kind of support of each surface (surfaces).
-    real(wp), allocatable :: pressure_start(:), pressure_final(:)
+    type(surface_pressure_type), allocatable :: pressure_start(:), pressure_final(:)
     integer, allocatable :: support(:)
+    !> Water level of each body (bodies); unallocated before the first phase.
+    type(water_table_type), allocatable :: water_start(:), water_final(:)
     !> Forces an embedding program puts on the material points, as they stand (dimension, points);
     !> unallocated without. Set them before each step.
     real(wp), allocatable :: point_force(:, :)

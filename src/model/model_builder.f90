@@ -21,7 +21,9 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
-  use qsmpm_points, only: allocate_watched, start_strains
+  use qsmpm_points, only: allocate_watched, start_strains, start_water
+  use qsmpm_pore_water, only: has_pore_pressure
+  use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -70,6 +72,7 @@ contains
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
+    if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_histories(model, diagnostics)
     if (diagnostics%count > 0) then
       call fail(error, diagnostics%code, diagnostics%text)
@@ -233,6 +236,7 @@ contains
     call allocate_watched(model%state%watched, model%mesh%dimension, 0)
     call start_domains(model)
     if (model%analysis%output%strains) call start_strains(model%state%points)
+    if (has_pore_pressure(model)) call start_water(model%state%points)
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
       model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))

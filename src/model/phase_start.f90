@@ -13,6 +13,8 @@ module qsmpm_phase_start
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
+  use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
+  use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals, reset_strains
   use qsmpm_pushed_material, only: watch_sets
@@ -63,6 +65,7 @@ contains
       end if
       if (phase%initial%kind == initial_k0) call set_k0_stresses(model, phase%initial)
     end associate
+    call update_pore_pressure(model)
   end subroutine start_phase
 
   !> What fixities and supports that this phase frees have carried becomes a load that falls to zero; supports that it
@@ -103,7 +106,8 @@ contains
     allocate (loading%traction_start(3, size(model%analysis%surfaces)), &
       loading%traction_final(3, size(model%analysis%surfaces)), source=0.0_wp)
     allocate (loading%pressure_start(size(model%analysis%surfaces)), &
-      loading%pressure_final(size(model%analysis%surfaces)), source=0.0_wp)
+      loading%pressure_final(size(model%analysis%surfaces)))
+    call dry_tables(model%analysis, loading%water_final)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
     allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
     do i = 1, model%state%progress%phase
@@ -116,7 +120,7 @@ contains
     model%loading = loading
   end subroutine resume_phase
 
-  !> Loads of a phase that has ended at a load fraction.
+  !> Loads of a phase that has ended at a load fraction; it does not move water (qsmpm_deck_water).
   pure subroutine end_early(fraction, loading)
     real(wp), intent(in) :: fraction
     type(loading_type), intent(inout) :: loading
@@ -124,7 +128,7 @@ contains
     if (.not. fraction < 1.0_wp) return
     loading%gravity_final = between(loading%gravity_start, loading%gravity_final, fraction)
     loading%traction_final = between(loading%traction_start, loading%traction_final, fraction)
-    loading%pressure_final = between(loading%pressure_start, loading%pressure_final, fraction)
+    loading%pressure_final = reached_pressure(loading%pressure_start, loading%pressure_final, fraction)
   end subroutine end_early
 
   !> Cells with a face on the outside of the mesh of which a corner is not held along the normal. The
@@ -190,11 +194,13 @@ contains
     if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector
     loading%traction_start = loading%traction_final
     loading%pressure_start = loading%pressure_final
+    loading%water_start = loading%water_final
+    call take_levels(model%analysis, phase, loading%water_final)
     do s = 1, size(model%analysis%surfaces)
       do i = 1, size(phase%tractions)
         if (model%analysis%surfaces(s)%name /= phase%tractions(i)%surface) cycle
         if (phase%tractions(i)%follows) then
-          loading%pressure_final(s) = phase%load_factor*phase%tractions(i)%pressure
+          loading%pressure_final(s) = final_pressure(phase, i)
         else
           loading%traction_final(:, s) = phase%load_factor*phase%tractions(i)%vector
           loading%carrier(s) = phase%tractions(i)%carrier
@@ -209,5 +215,18 @@ contains
     loading%gravity_start = loading%gravity_final
     loading%traction_start = loading%traction_final
     loading%pressure_start = loading%pressure_final
+    loading%water_start = loading%water_final
   end subroutine apply_phase
+
+  !> Pressure that a phase ends with on a surface.
+  pure type(surface_pressure_type) function final_pressure(phase, number) result(pressure)
+    type(phase_type), intent(in) :: phase
+    !> Number of the load.
+    integer, intent(in) :: number
+
+    associate (load => phase%tractions(number))
+      pressure = surface_pressure_type(phase%load_factor*load%pressure, phase%load_factor*load%gradient, load%height, &
+        load%of_water)
+    end associate
+  end function final_pressure
 end module qsmpm_phase_start

@@ -1,8 +1,9 @@
 !> What moves when a step is taken, to restore it when something is found to have left the mesh.
 !>
-!> Stress, state, volume, deformation gradient and strains of the material points are updated last
-!> (`qsmpm_convection`) and are not copied, nor is what the model is built with: a static step holds one copy of the
-!> large arrays, the state that `qsmpm_stepping` saves by assignment and `restore` of `qsmpm_model_window` brings back.
+!> Stress, state, volume, deformation gradient, strains and pore pressures of the material points are updated last
+!> (`qsmpm_convection`, `qsmpm_pore_water`) and are not copied, nor is what the model is built with: a static step
+!> holds one copy of the large arrays, the state that `qsmpm_stepping` saves by assignment and `restore` of
+!> `qsmpm_model_window` brings back.
 module qsmpm_saved_places
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, progress_type

@@ -14,7 +14,7 @@ module qsmpm_whole_scene
   use qsmpm_mesh, only: mesh_type
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_field_list, only: field_list_type, kind_internal
-  use qsmpm_points, only: allocate_points, points_type, start_strains, carries_strains
+  use qsmpm_points, only: allocate_points, points_type, carry_as
   use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
@@ -180,7 +180,7 @@ contains
     associate (points => scene%state%points, d => scene%mesh%dimension)
       if (points%count /= images%count) then
         call allocate_points(points, d, images%count, merge(4, 6, d == 2), 0)
-        if (carries_strains(images)) call start_strains(points)
+        call carry_as(points, images)
       end if
       call images%list_fields(from)
       call points%list_fields(to)

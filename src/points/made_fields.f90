@@ -1,9 +1,10 @@
-!> Fields of the material points that are made from those they carry: the way they have gone, and strains where the
-!> deformation is carried.
+!> Fields of the material points that are made from those they carry: the way they have gone, strains where the
+!> deformation is carried, and the total stress where pore pressures are.
 module qsmpm_made_fields
   use qsmpm_kinds, only: wp
-  use qsmpm_field_list, only: field_list_type, kind_number, kind_tensor, kind_vector, shown_everywhere, unit_length
-  use qsmpm_points, only: points_type
+  use qsmpm_field_list, only: field_list_type, kind_number, kind_tensor, kind_vector, shown_everywhere, unit_length, &
+    unit_stress
+  use qsmpm_points, only: points_type, carries_water
   use qsmpm_strain, only: logarithmic_strain, shear_strain, volume_strain
   implicit none
   private
@@ -12,11 +13,11 @@ module qsmpm_made_fields
 
 contains
 
-  !> Add displacement and strains; strains have no columns where none are carried.
+  !> Add displacement, strains and total stress; what is not carried has no columns.
   subroutine list_made_fields(points, list)
     type(points_type), intent(in) :: points
     type(field_list_type), intent(inout) :: list
-    real(wp), allocatable :: displacement(:, :), strain(:, :), volume(:, :), shear(:, :)
+    real(wp), allocatable :: displacement(:, :), strain(:, :), volume(:, :), shear(:, :), total(:, :)
     integer :: p
 
     allocate (displacement, source=points%position - points%initial_position)
@@ -34,5 +35,12 @@ contains
     call list%add_made('volume_strain', volume, kind_number, shown_everywhere, meaning='ln J, trace of the strain')
     call list%add_made('shear_strain', shear, kind_number, shown_everywhere, meaning='(2 e:e)^1/2, e the deviator '// &
       'of the strain; 3^1/2 times the triaxial eps_q')
+    allocate (total(size(points%stress, 1), merge(points%count, 0, carries_water(points))))
+    do p = 1, size(total, 2)
+      total(:, p) = points%stress(:, p)
+      total(1:3, p) = total(1:3, p) - points%steady_pore_pressure(p)
+    end do
+    call list%add_made('total_stress', total, kind_tensor, shown_everywhere, unit_stress, &
+      'stress of soil and water together, tension positive')
   end subroutine list_made_fields
 end module qsmpm_made_fields

@@ -2,6 +2,9 @@
 !>
 !>   W(x) = integral of gamma from x upwards = sum over the pieces of the line of gamma (top - bottom)
 !>
+!> where gamma is that of saturated soil below the water level of the body; water that stands above the highest body
+!> of the line, by the level of that body, weighs gamma_w.
+!>
 !> The pieces end where the line crosses the bounds of a body: its outline, its facets, or the faces of the cells
 !> it fills, so the integral is that of the drawing, whatever the points and cells are. A gap of the line below the
 !> level of the ground (soil that is not modelled, or has been dug out) weighs like the body below it. Bounds of
@@ -11,12 +14,13 @@ module qsmpm_overburden
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_body_shape, only: body_shape_type
-  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings
+  use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, find_crossings, polyhedron_contains, facet_normal
   use qsmpm_prism_facets, only: prism_caps, prism_walls
+  use qsmpm_water_table, only: water_table_type, level_at
   implicit none
   private
 
-  public :: overburden_type, make_overburden, weight_above, ground_top
+  public :: overburden_type, make_overburden, weight_above, ground_top, ground_over, body_holds, facet_places
 
   !> Bodies as vertical lines see them.
   type :: overburden_type
@@ -24,14 +28,15 @@ module qsmpm_overburden
     integer :: axis = 2
     !> Bounds of each body, turned so that the vertical comes last (bodies).
     type(polyhedron_type), allocatable :: solid(:)
-    !> Unit weight of each body (bodies).
-    real(wp), allocatable :: unit_weight(:)
+    !> Unit weight of each body above and below its water level, and the levels (bodies).
+    real(wp), allocatable :: unit_weight(:), saturated_weight(:)
+    type(water_table_type), allocatable :: water(:)
   end type overburden_type
 
 contains
 
   !> Bodies as seen along an axis.
-  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, there)
+  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water, there)
     type(mesh_type), intent(in) :: mesh
     !> Bounds and unit weight of each body.
     type(body_shape_type), intent(in) :: shapes(:)
@@ -39,6 +44,9 @@ contains
     !> Coordinate along the vertical.
     integer, intent(in) :: axis
     type(overburden_type), intent(out) :: overburden
+    !> Unit weight of each body below its water level, and the levels; without them the ground is dry.
+    real(wp), intent(in), optional :: saturated_weight(:)
+    type(water_table_type), intent(in), optional :: water(:)
     !> Bodies that are there (bodies); all when absent.
     logical, intent(in), optional :: there(:)
     real(wp), allocatable :: facets(:, :, :)
@@ -46,6 +54,10 @@ contains
 
     overburden%axis = axis
     overburden%unit_weight = unit_weight
+    overburden%saturated_weight = unit_weight
+    if (present(saturated_weight)) overburden%saturated_weight = saturated_weight
+    allocate (overburden%water(size(shapes)))
+    if (present(water)) overburden%water = water
     allocate (overburden%solid(size(shapes)))
     do b = 1, size(shapes)
       if (present(there)) then
@@ -66,6 +78,18 @@ contains
 
     order = [mod(axis, 3) + 1, mod(axis + 1, 3) + 1, axis]
   end function turned
+
+  !> A place with the vertical last.
+  pure function turned_place(overburden, position) result(x)
+    type(overburden_type), intent(in) :: overburden
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    real(wp) :: x(3)
+
+    x = 0.0_wp
+    x(:size(position)) = position
+    x = x(turned(overburden%axis))
+  end function turned_place
 
   !> Facets of a body; one in the plane reaches from z = -1 to z = 1.
   pure subroutine bounds_of(mesh, shape, facets)
@@ -143,35 +167,52 @@ contains
     real(wp), allocatable :: z(:)
     integer, allocatable :: owner(:)
     logical, allocatable :: looks_up(:)
-    real(wp) :: x(3), last, gamma
-    integer :: i, filled
+    real(wp) :: x(3), last
+    integer :: i, filled, above
 
-    x = 0.0_wp
-    x(:size(position)) = position
-    x = x(turned(overburden%axis))
+    x = turned_place(overburden, position)
     call crossings_above(overburden, x, z, looks_up, owner)
     weight = 0.0_wp
     last = x(3)
-    gamma = overburden%unit_weight(body)
+    above = body
     filled = 1
     do i = 1, size(z)
-      weight = weight + gamma*length_of(last, z(i), filled > 0, level)
+      weight = weight + piece_weight(overburden, above, position, last, top_of(z(i), filled > 0, level))
       last = z(i)
       filled = filled + merge(-1, 1, looks_up(i))
-      if (.not. looks_up(i)) gamma = overburden%unit_weight(owner(i))
+      if (.not. looks_up(i)) above = owner(i)
     end do
-    weight = weight + gamma*length_of(last, level, .false., level)
+    weight = weight + piece_weight(overburden, above, position, last, level)
+    if (overburden%water(above)%present) weight = weight + overburden%water(above)%unit_weight &
+      *max(0.0_wp, level_at(overburden%water(above), position) - max(last, level))
   end function weight_above
 
-  !> Length of a piece of a vertical line that has weight: all of it in a body, in a gap what is below the level.
-  pure real(wp) function length_of(from, to, in_body, level) result(length)
+  !> Weight of a piece of a vertical line in a body, 0 where it ends below its beginning.
+  pure real(wp) function piece_weight(overburden, body, position, from, to) result(weight)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> A place on the line (dimension).
+    real(wp), intent(in) :: position(:)
+    !> Heights.
     real(wp), intent(in) :: from, to
+    real(wp) :: wet
+
+    weight = overburden%unit_weight(body)*max(0.0_wp, to - from)
+    if (.not. overburden%water(body)%present) return
+    wet = max(0.0_wp, min(to, level_at(overburden%water(body), position)) - from)
+    weight = weight + (overburden%saturated_weight(body) - overburden%unit_weight(body))*wet
+  end function piece_weight
+
+  !> Where the part of a piece of a vertical line that has weight ends: all of it in a body, in a gap what is below the
+  !> level.
+  pure real(wp) function top_of(to, in_body, level) result(top)
+    real(wp), intent(in) :: to
     logical, intent(in) :: in_body
     real(wp), intent(in) :: level
 
-    length = to - from
-    if (.not. in_body) length = max(0.0_wp, min(to, level) - from)
-  end function length_of
+    top = to
+    if (.not. in_body) top = min(to, level)
+  end function top_of
 
   !> Crossings of the vertical line above a place with the bounds of all bodies, upwards.
   pure subroutine crossings_above(overburden, x, z, looks_up, owner)
@@ -198,6 +239,62 @@ contains
       end do
     end do
   end subroutine crossings_above
+
+  !> Highest place of the bodies on the vertical line through a place; far below all where there is none.
+  pure real(wp) function ground_over(overburden, position) result(height)
+    type(overburden_type), intent(in) :: overburden
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    real(wp), allocatable :: z(:)
+    integer, allocatable :: owner(:)
+    logical, allocatable :: looks_up(:)
+    real(wp) :: x(3)
+
+    x = turned_place(overburden, position)
+    x(3) = -huge(1.0_wp)
+    call crossings_above(overburden, x, z, looks_up, owner)
+    height = maxval(z)
+  end function ground_over
+
+  !> Whether a body holds a place.
+  pure logical function body_holds(overburden, body, position) result(holds)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+
+    holds = polyhedron_contains(overburden%solid(body), turned_place(overburden, position))
+  end function body_holds
+
+  !> Places all over the bounds of a body, a hair outside.
+  pure subroutine facet_places(overburden, body, hair, places)
+    type(overburden_type), intent(in) :: overburden
+    integer, intent(in) :: body
+    !> How far outside.
+    real(wp), intent(in) :: hair
+    !> (3, n)
+    real(wp), allocatable, intent(out) :: places(:, :)
+    integer, parameter :: rows = 8
+    real(wp) :: x(3), normal(3)
+    integer :: f, i, j, n
+
+    associate (facets => overburden%solid(body)%facets)
+      allocate (places(3, size(facets, 3)*rows*(rows + 1)/2))
+      n = 0
+      do f = 1, size(facets, 3)
+        normal = facet_normal(facets(:, :, f))
+        normal = normal/max(norm2(normal), tiny(1.0_wp))
+        do i = 1, rows
+          do j = 1, rows + 1 - i
+            x = matmul(facets(:, :, f), [i - 2.0_wp/3.0_wp, j - 2.0_wp/3.0_wp, rows + 4.0_wp/3.0_wp - i - j])/rows &
+              + hair*normal
+            n = n + 1
+            places(turned(overburden%axis), n) = x
+          end do
+        end do
+      end do
+    end associate
+  end subroutine facet_places
 
   !> Highest place of the bodies.
   pure real(wp) function ground_top(overburden)

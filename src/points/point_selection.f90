@@ -3,7 +3,7 @@
 module qsmpm_point_selection
   use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_points, allocate_surface_points, &
-    carries_strains, start_strains
+    carry_as
   implicit none
   private
 
@@ -66,7 +66,7 @@ contains
     type(points_type), intent(out) :: points
 
     call allocate_points(points, size(like%position, 1), count, size(like%stress, 1), size(like%state, 1))
-    if (carries_strains(like)) call start_strains(points)
+    call carry_as(points, like)
     if (size(like%deformation_gradient, 2) == 0) return
     deallocate (points%deformation_gradient)
     allocate (points%deformation_gradient(size(like%deformation_gradient, 1), count))

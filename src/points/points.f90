@@ -18,7 +18,7 @@ module qsmpm_points
 
   public :: carried_type, points_type, surface_points_type, watched_points_type
   public :: place_of, allocate_carried, allocate_points, allocate_surface_points, allocate_watched, copy_points, &
-    start_strains, carries_strains, reset_strains, set_normals
+    start_strains, carries_strains, reset_strains, start_water, carries_water, carry_as, set_normals
 
   !> Places that move with the material.
   type :: carried_type
@@ -57,6 +57,9 @@ module qsmpm_points
     !> Left Cauchy-Green tensor of the total deformation in stress order, and accumulated plastic shear strain
     !> (qsmpm_strain); no columns unless results ask for strains (4 or 6, count or 0), (count or 0).
     real(wp), allocatable :: left_cauchy_green(:, :), plastic_strain(:)
+    !> Pressure of the water in the pores, compression positive: of water at rest below a level, and with the excess
+    !> that undrained laws carry; none where no scene has water (count or 0).
+    real(wp), allocatable :: steady_pore_pressure(:), pore_pressure(:)
   contains
     procedure :: list_fields => list_points
   end type points_type
@@ -126,6 +129,10 @@ contains
       'Cauchy-Green tensor b = F F^T of the total deformation')
     call list%add('accumulated_plastic_shear_strain', self%plastic_strain, kind_number, shown_everywhere, &
       meaning='sum over the steps of (2 e:e)^1/2, e the deviator of the plastic strain of a step')
+    call list%add('steady_pore_pressure', self%steady_pore_pressure, kind_number, shown_by_name, unit_stress, &
+      'pressure of the water at rest below the water level, compression positive')
+    call list%add('pore_pressure', self%pore_pressure, kind_number, shown_everywhere, unit_stress, &
+      'pressure of the water in the pores, steady and excess, compression positive')
   end subroutine list_points
 
   !> Fields of the surface points.
@@ -200,7 +207,8 @@ contains
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
       source=0.0_wp)
     allocate (points%half_size(dimension, count), points%deformation_gradient(4*dimension - 3, 0), &
-      points%left_cauchy_green(stress_components, 0), points%plastic_strain(0), source=0.0_wp)
+      points%left_cauchy_green(stress_components, 0), points%plastic_strain(0), points%steady_pore_pressure(0), &
+      points%pore_pressure(0), source=0.0_wp)
   end subroutine allocate_points
 
   !> Carry strains from now on, none yet.
@@ -227,6 +235,30 @@ contains
     points%left_cauchy_green = 0.0_wp
     points%left_cauchy_green(1:3, :) = 1.0_wp
   end subroutine reset_strains
+
+  !> Carry pore pressures from now on, none yet.
+  pure subroutine start_water(points)
+    type(points_type), intent(inout) :: points
+
+    deallocate (points%steady_pore_pressure, points%pore_pressure)
+    allocate (points%steady_pore_pressure(points%count), points%pore_pressure(points%count), source=0.0_wp)
+  end subroutine start_water
+
+  !> Whether pore pressures are carried.
+  pure logical function carries_water(points)
+    type(points_type), intent(in) :: points
+
+    carries_water = size(points%pore_pressure) > 0
+  end function carries_water
+
+  !> Carry what other points carry.
+  pure subroutine carry_as(points, like)
+    type(points_type), intent(inout) :: points
+    type(points_type), intent(in) :: like
+
+    if (carries_strains(like)) call start_strains(points)
+    if (carries_water(like)) call start_water(points)
+  end subroutine carry_as
 
   !> Copy material points: arrays of the same size stay where they are in memory, which an assignment of the whole
   !> does not promise.

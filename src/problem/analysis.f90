@@ -20,7 +20,7 @@ module qsmpm_analysis
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
     moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, body_change_type, &
-    stop_type
+    stop_type, water_level_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -176,6 +176,8 @@ module qsmpm_analysis
     real(wp) :: poisson = 0.0_wp
     !> Weight per volume at load factor 1 (multiplied by the gravity vector).
     real(wp) :: unit_weight = 0.0_wp
+    !> The same below the water level; negative: no other.
+    real(wp) :: saturated_weight = -1.0_wp
     !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
     real(wp) :: k0 = -1.0_wp
     logical :: mohr_coulomb = .false.
@@ -243,6 +245,10 @@ module qsmpm_analysis
     logical :: follows = .false.
     real(wp) :: vector(3) = 0.0_wp
     real(wp) :: pressure = 0.0_wp
+    !> Pressure: what it grows by per length downwards, and the height at which it is `pressure`.
+    real(wp) :: gradient = 0.0_wp, height = 0.0_wp
+    !> It is that of water: none above the height.
+    logical :: of_water = .false.
     integer :: carrier = carrier_surface
   end type traction_type
 
@@ -258,6 +264,19 @@ module qsmpm_analysis
     logical :: given = .false.
     real(wp) :: vector(3) = 0.0_wp
   end type gravity_type
+
+  !> Level of the ground water from a phase on, of one body or of all that have none of their own.
+  type :: water_level_type
+    !> Empty for all.
+    character(len=:), allocatable :: body
+    type(source_line_type) :: where
+    !> There is none any more.
+    logical :: none = .false.
+    !> Weight of water per volume; *GRAVITY multiplies it. Negative: not given.
+    real(wp) :: unit_weight = -1.0_wp
+    !> Horizontal coordinate and height of the corners of the line, (2,n).
+    real(wp), allocatable :: line(:, :)
+  end type water_level_type
 
   !> Step control and stopping rules of a phase.
   type :: controls_type
@@ -387,6 +406,7 @@ module qsmpm_analysis
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
+    type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test
     !> Where it ends before its whole load, and by how much a value may be passed, relative to it.

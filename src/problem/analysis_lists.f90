@@ -1,7 +1,7 @@
 !> Lists of an analysis that grow while the deck is read: put one more item at the end.
 module qsmpm_analysis_lists
   use qsmpm_analysis, only: set_type, surface_type, body_type, material_type, history_type, &
-    phase_type, fixity_type, prescription_type, traction_type, support_type
+    phase_type, fixity_type, prescription_type, traction_type, support_type, water_level_type
   implicit none
   private
 
@@ -19,6 +19,7 @@ module qsmpm_analysis_lists
     module procedure append_prescription
     module procedure append_traction
     module procedure append_support
+    module procedure append_water_level
   end interface append
 
 contains
@@ -192,4 +193,21 @@ contains
     longer(size(longer)) = item
     call move_alloc(longer, list)
   end subroutine append_support
+
+  !> One more water level.
+  pure subroutine append_water_level(list, item)
+    !> The list, allocated.
+    type(water_level_type), allocatable, intent(inout) :: list(:)
+    !> What is put at its end.
+    type(water_level_type), intent(in) :: item
+    type(water_level_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_water_level
 end module qsmpm_analysis_lists

@@ -15,6 +15,7 @@ module qsmpm_column
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
   use qsmpm_uniform_axis, only: require_uniform
+  use qsmpm_water_symmetry, only: require_level_water
   implicit none
   private
 
@@ -37,6 +38,7 @@ contains
       return
     end if
     call require_uniform(analysis, 1, reason)
+    call require_level_water(analysis, reason)
     if (allocated(reason)) return
     if (size(analysis%mesh%axes(1)%lines) <= 2) then
       call refuse(reason, 'the grid is one cell wide already')

@@ -9,7 +9,7 @@ module qsmpm_images
   use qsmpm_field_list, only: field_type, field_list_type, kind_amount, kind_position, kind_vector, kind_tensor, &
     kind_internal
   use qsmpm_grid_window, only: window_type
-  use qsmpm_points, only: points_type, allocate_points, start_strains, carries_strains
+  use qsmpm_points, only: points_type, allocate_points, carry_as
   use qsmpm_reduction, only: reduction_type, expansion_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
   implicit none
@@ -88,7 +88,7 @@ contains
     type(image_list_type), intent(inout) :: images
 
     call allocate_points(images%points, 3, count, 6, 0)
-    if (carries_strains(like)) call start_strains(images%points)
+    call carry_as(images%points, like)
     allocate (images%origin(count), images%sign(3, count))
   end subroutine allocate_images
 

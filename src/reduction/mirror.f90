@@ -17,7 +17,9 @@ module qsmpm_mirror
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
+  use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
+  use qsmpm_water_symmetry, only: require_mirrored_water
   implicit none
   private
 
@@ -48,7 +50,9 @@ contains
       if (body_partner(analysis, b, axis) == 0) call refuse(reason, "*BODY '"//analysis%bodies(b)%name//"'"// &
         place_text(analysis%bodies(b)%where)//' has no mirror image')
     end do
+    if (.not. allocated(reason)) call prove_stages(analysis, axis, reason)
     call require_loads(analysis, axis, reason)
+    call require_mirrored_water(analysis, axis, reason)
     call require_sets(analysis, axis, reason)
     if (.not. allocated(reason)) call require_nodes(analysis, axis, reason)
   end subroutine require_mirror
@@ -218,7 +222,8 @@ contains
       if (loads(k)%surface /= analysis%surfaces(s)%name) cycle
       if ((loads(k)%follows .neqv. load%follows) .or. loads(k)%carrier /= load%carrier) cycle
       found = found .or. (all(abs(loads(k)%vector - image) <= 0.0_wp) &
-        .and. abs(loads(k)%pressure - load%pressure) <= 0.0_wp)
+        .and. abs(loads(k)%pressure - load%pressure) + abs(loads(k)%gradient - load%gradient) &
+        + abs(loads(k)%height - load%height) <= 0.0_wp .and. (loads(k)%of_water .eqv. load%of_water))
     end do
   end function load_has_image
 

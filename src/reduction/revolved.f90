@@ -19,6 +19,7 @@ module qsmpm_revolved
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_number
   use qsmpm_revolved_profile, only: find_axis, find_profile
+  use qsmpm_water_symmetry, only: require_level_water
   implicit none
   private
 
@@ -71,6 +72,7 @@ contains
     call require_axis(analysis, members, solid, reason)
     call require_sets(analysis, members, solid, reason)
     call require_loads(analysis, solid, reason)
+    call require_level_water(analysis, reason)
     call require_histories(analysis, members, solid, reason)
   end subroutine require_revolved
 

@@ -22,7 +22,7 @@ module test_checkpoint
   use qsmpm_model_window, only: fit_window, follow_material, place_mesh, restore
   use qsmpm_phase_start, only: start_phase
   use qsmpm_phases, only: step_loop_type
-  use qsmpm_points, only: points_type, start_strains
+  use qsmpm_points, only: points_type, start_strains, start_water
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
@@ -42,8 +42,8 @@ module test_checkpoint
   !> What the checkpoint of places may leave: what convection changes last, and what no step changes.
   character(len=*), parameter :: not_places = 'points%initial_position points%body points%material points%volume '// &
     'points%initial_volume points%weight points%stress points%state points%plastic points%half_size '// &
-    'points%number points%foot points%start_weight points%deformation_gradient '// &
-    'points%left_cauchy_green points%accumulated_plastic_shear_strain kept '
+    'points%number points%foot points%start_weight points%deformation_gradient points%left_cauchy_green '// &
+    'points%accumulated_plastic_shear_strain points%steady_pore_pressure points%pore_pressure kept '
   integer, parameter :: mark(2) = [7, -9]
 
 contains
@@ -83,7 +83,10 @@ contains
     call parse_deck('block.inp', joined(deck(kind)), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the checkpoint suite is broken'
-    if (kind == 'averaged') call start_strains(model%state%points)
+    if (kind == 'averaged') then
+      call start_strains(model%state%points)
+      call start_water(model%state%points)
+    end if
     call lay_array(model%state%kept, 'multipliers', reshape([0.5_wp, 0.25_wp, -2.0_wp, 4.0_wp], [2, 2]))
     call start_phase(model)
     if (kind /= 'staged') return
@@ -322,8 +325,10 @@ contains
     loading%gravity_final = loading%gravity_final + 1.0_wp
     loading%traction_start = loading%traction_start + 1.0_wp
     loading%traction_final = loading%traction_final + 1.0_wp
-    loading%pressure_start = loading%pressure_start + 1.0_wp
-    loading%pressure_final = loading%pressure_final + 1.0_wp
+    loading%pressure_start%value = loading%pressure_start%value + 1.0_wp
+    loading%pressure_final%height = loading%pressure_final%height + 1.0_wp
+    loading%water_start%unit_weight = loading%water_start%unit_weight + 1.0_wp
+    loading%water_final%present = .not. loading%water_final%present
     loading%carrier = loading%carrier + 1
     loading%support = loading%support + 1
     loading%point_force = reshape([1.0_wp, 2.0_wp], [2, 1])
@@ -343,8 +348,10 @@ contains
       names = names//'gravity '
     if (.not. same_reals([a%traction_start, a%traction_final], [b%traction_start, b%traction_final])) &
       names = names//'traction '
-    if (.not. same_reals([a%pressure_start, a%pressure_final], [b%pressure_start, b%pressure_final])) &
-      names = names//'pressure '
+    if (.not. same_reals([a%pressure_start%value, a%pressure_final%height], &
+      [b%pressure_start%value, b%pressure_final%height])) names = names//'pressure '
+    if (.not. same_reals([a%water_start%unit_weight], [b%water_start%unit_weight]) .or. &
+      any(a%water_final%present .neqv. b%water_final%present)) names = names//'water '
     if (any(a%carrier /= b%carrier)) names = names//'carrier '
     if (any(a%support /= b%support)) names = names//'support '
     if (allocated(a%point_force) .neqv. allocated(b%point_force)) names = names//'point_force '

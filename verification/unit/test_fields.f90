@@ -16,7 +16,7 @@ module test_fields
   use deck_samples, only: joined
   use qsmpm_model_builder, only: build_model
   use qsmpm_pictures, only: write_points_picture
-  use qsmpm_points, only: copy_points, start_strains
+  use qsmpm_points, only: copy_points, start_strains, start_water
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_results, only: write_step_results, results_folder
@@ -70,7 +70,9 @@ contains
       '*BODY, NAME=one, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=two, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|'// &
       '*NSET, NSET=base, PLANE=Y|0|*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), 'block.inp', error)
     if (.not. allocated(error)) call run%create(problem, error)
-    if (.not. allocated(error)) call start_strains(run%model%state%points)
+    if (allocated(error)) return
+    call start_strains(run%model%state%points)
+    call start_water(run%model%state%points)
   end subroutine begin
 
   !> A field that is shown says what it is; an internal one cannot be expanded and is in no picture.
@@ -249,6 +251,7 @@ contains
     call tests%check('half a scene is built', .not. allocated(error))
     if (allocated(error)) return
     call start_strains(model%state%points)
+    call start_water(model%state%points)
     call scatter_reals(model, 0.5_wp)
     call make_images(expansion, model%state%points, model%mesh%cell_label(model%state%points%cell), images)
     n = model%state%points%count

@@ -7,7 +7,7 @@ module test_simulation
     value_shape, list_value_names, soil_model_type, soil_increment_type, soil_response_type, error_other, error_deck, &
     error_user_material, status_unrecoverable, law_type, start_time, time_increment
   use qsmpm_field_list, only: field_name_length
-  use qsmpm_points, only: start_strains
+  use qsmpm_points, only: start_strains, start_water
   use qsmpm_posix, only: remove_file
   use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
   use qsmpm_material_parameters, only: material_parameters_type
@@ -381,6 +381,7 @@ contains
 
     call begin(run, '1, 4')
     call start_strains(run%model%state%points)
+    call start_water(run%model%state%points)
     call run%run(error)
     bad = 0
     call list_value_names(names)

@@ -195,7 +195,7 @@ contains
     run%model%loading%traction_final(2, 2) = value
     call refuse(tests, run, 'a traction', value, 'the load at node')
     call begin_and_step(run)
-    run%model%loading%pressure_final(1) = value
+    run%model%loading%pressure_final(1)%value = value
     call refuse(tests, run, 'a pressure', value, 'the load at node')
     call begin_and_step(run)
     allocate (run%model%loading%point_force(2, run%model%state%points%count), source=0.0_wp)

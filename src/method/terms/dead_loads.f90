@@ -1,6 +1,6 @@
-!> Dead loads (eq. 19): the weight of the material points and the tractions, each somewhere
-!> between its value at the start and at the end of the phase. The reactions of fixities and supports that a phase has
-!> freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
+!> Dead loads (eq. 19): the weight of the material points, the force of the water in their pores and the tractions,
+!> each somewhere between its value at the start and at the end of the phase. The reactions of fixities and supports
+!> that a phase has freed are loads of that kind: they fall to zero over the phase, so that it starts from equilibrium.
 module qsmpm_dead_loads
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: carrier_points, carrier_surface
@@ -10,6 +10,7 @@ module qsmpm_dead_loads
   use qsmpm_point_location, only: activation_type
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_model, only: model_type
+  use qsmpm_pore_water, only: water_forces, update_pore_pressure
   use qsmpm_space, only: shape_values_type
   use qsmpm_term, only: term_type, role_external
   implicit none
@@ -24,6 +25,7 @@ module qsmpm_dead_loads
     procedure :: prepare
     procedure :: set_load
     procedure :: add_force
+    procedure :: commit
   end type dead_loads_type
 
 contains
@@ -56,10 +58,12 @@ contains
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
     real(wp) :: gravity(3)
+    real(wp), allocatable :: by_water(:, :)
 
     self%force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
-    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), fraction, self%force)
+    call water_forces(model, fraction, by_water)
+    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), fraction, by_water, self%force)
     self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, configuration%activation, fraction, self%force)
@@ -77,6 +81,17 @@ contains
     force = force + self%force
   end subroutine add_force
 
+  !> The points have moved, the load is that of the end of the step.
+  subroutine commit(self, displacement, model)
+    class(dead_loads_type), intent(inout) :: self
+    real(wp), intent(in) :: displacement(:, :)
+    type(model_type), intent(inout) :: model
+
+    associate (unused => self, unused_displacement => displacement)
+    end associate
+    call update_pore_pressure(model)
+  end subroutine commit
+
   !> Share of the released forces that is still there.
   pure real(wp) function still_held(model, fraction) result(share)
     type(model_type), intent(in) :: model
@@ -86,8 +101,9 @@ contains
     share = max(1.0_wp - fraction, model%state%progress%release_left)
   end function still_held
 
-  !> Weight of the material points (eq. 29 with the mass kept) and the forces of an embedding program.
-  subroutine add_weight(model, at_points, gravity, fraction, force)
+  !> Weight of the material points (eq. 29 with the mass kept), force of the water in them and those of an embedding
+  !> program.
+  subroutine add_weight(model, at_points, gravity, fraction, by_water, force)
     type(model_type), intent(in) :: model
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
@@ -95,6 +111,8 @@ contains
     real(wp), intent(in) :: gravity(:)
     !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
     real(wp), intent(in) :: fraction
+    !> (dimension, points); unallocated without water.
+    real(wp), allocatable, intent(in) :: by_water(:, :)
     !> Force (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: vector(size(gravity))
@@ -104,7 +122,12 @@ contains
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
         p = at_points%source(q)
-        vector = between(model%state%points%start_weight(p), model%state%points%weight(p), fraction)*gravity
+        associate (start => model%state%points%start_weight(p), final => model%state%points%weight(p))
+          vector = between(start, final, fraction)*gravity
+          ! The water comes into a body that comes as its weight does.
+          if (allocated(by_water)) vector = vector + by_water(:, p)*merge(fraction, 1.0_wp, start <= 0.0_wp .and. &
+            final > 0.0_wp)
+        end associate
         if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         place = place_of(at_points, g, q)
         do a = 1, at_points%node_first(g + 1) - 1 - first

@@ -3,7 +3,8 @@
 !>   force on the nodes   -p N_a a,  a = cof(F) a_0                       (Nanson)
 !>   stiffness             p N_a d(cof(F) a_0)/du_b                       (load stiffness)
 !>
-!> with p at the end of the step, the area vector a_0 of a surface point at its start, and F the gradient of the step
+!> with p at the end of the step, where it varies with height at the place of the start of the step, the area vector a_0
+!> of a surface point at its start, and F the gradient of the step
 !> at the surface point itself, F_33 = 1 + u_r/r in axisymmetry. Tangential derivatives of the displacement are all
 !> that enters. The load stiffness is symmetric but for terms on the rim of the surface; beside much stiffer soil
 !> its symmetric part serves, so that the equations stay symmetric. docs/methods/supports.md.
@@ -14,6 +15,8 @@ module qsmpm_pressures
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_surface_pressure, only: pressure_at, acts
   use qsmpm_surface_basis, only: surface_basis_type, find_basis, gradient_of
   use qsmpm_tensor, only: cofactor, cross, identity
   use qsmpm_term, only: term_type, role_external
@@ -29,9 +32,9 @@ module qsmpm_pressures
   !> Surface points under pressure; their node lists are the patches.
   type, extends(term_type) :: pressures_type
     type(surface_basis_type) :: basis
-    !> Surface of each point, and pressure in force (points).
+    !> Surface of each point, its height, and pressure in force (points).
     integer, allocatable :: surface(:)
-    real(wp), allocatable :: pressure(:)
+    real(wp), allocatable :: height(:), pressure(:)
   contains
     procedure :: prepare
     procedure :: set_load
@@ -60,14 +63,15 @@ contains
     integer :: i
 
     associate (load => model%loading, surface => model%state%surface)
-      points = pack([(i, i=1, surface%count)], .not. &
-        abs(load%pressure_start(surface%surface)) + abs(load%pressure_final(surface%surface)) <= 0.0_wp)
+      points = pack([(i, i=1, surface%count)], acts(load%pressure_start(surface%surface)) .or. &
+        acts(load%pressure_final(surface%surface)))
       self%surface = surface%surface(points)
+      self%height = surface%position(vertical_of(model%analysis), points)
     end associate
     call find_basis(model, configuration, points, self%basis)
     self%connectivity = self%basis%connectivity
     self%pressure = spread(0.0_wp, 1, size(points))
-    self%symmetric = is_nearly_symmetric(model)
+    self%symmetric = is_nearly_symmetric(self, model)
   end subroutine prepare
 
   !> Put the pressures of a fraction of the phase in force.
@@ -79,8 +83,10 @@ contains
 
     associate (unused => configuration)
     end associate
-    self%pressure = between(model%loading%pressure_start(self%surface), model%loading%pressure_final(self%surface), &
-      fraction)
+    associate (load => model%loading)
+      self%pressure = between(pressure_at(load%pressure_start(self%surface), self%height), &
+        pressure_at(load%pressure_final(self%surface), self%height), fraction)
+    end associate
   end subroutine set_load
 
   !> Force of the pressures on the areas that a displacement of the step makes.
@@ -180,12 +186,15 @@ contains
   end subroutine add_linear_force
 
   !> Whether the pressures of this phase are so small that the symmetric part of their stiffness serves.
-  pure logical function is_nearly_symmetric(model)
+  pure logical function is_nearly_symmetric(pressures, model)
+    type(pressures_type), intent(in) :: pressures
     type(model_type), intent(in) :: model
     real(wp) :: largest
     integer :: m
 
-    largest = maxval(abs([0.0_wp, model%loading%pressure_start, model%loading%pressure_final]))
+    associate (load => model%loading, s => pressures%surface, y => pressures%height)
+      largest = maxval(abs([0.0_wp, pressure_at(load%pressure_start(s), y), pressure_at(load%pressure_final(s), y)]))
+    end associate
     is_nearly_symmetric = .true.
     do m = 1, size(model%laws)
       is_nearly_symmetric = is_nearly_symmetric .and. largest <= symmetric_ratio*model%laws(m)%law%stiffness_scale

@@ -1,0 +1,160 @@
+!> *WATER LEVEL: the level of the ground water from a phase on.
+module qsmpm_deck_water
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: water_level_type, initial_k0
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_objects, only: list_water_levels
+  use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_keyword_table, only: table_type, in_phase, many
+  use qsmpm_text, only: string_type, add_word
+  implicit none
+  private
+
+  public :: add_water_keyword, check_water
+
+contains
+
+  !> *WATER LEVEL.
+  subroutine add_water_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('WATER LEVEL', in_phase, many, 'Level of the water in the ground and above it; stays until '// &
+      'changed. Below it the pores carry the pressure of water at rest, the laws the effective stress. A level '// &
+      'that is new or moves acts evenly over the phase. A body with a level of its own does not follow the others.', &
+      water_fields, '*WATER LEVEL, UNIT WEIGHT=9.81| 0, 3| 10, 3|*WATER LEVEL, BODY=core, TYPE=NONE', check_level, &
+      list=list_water_levels, opens='water level')
+  end subroutine add_water_keyword
+
+  !> *WATER LEVEL.
+  subroutine water_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    integer :: kind
+
+    associate (level => deck%analysis%phases(deck%phase)%water_levels(deck%item))
+      call fields%line(level%where)
+      kind = merge(2, 1, level%none)
+      call fields%choice('TYPE', kind, 'LINE|NONE', 'LINE: the level is given by its corners, NONE: there is no '// &
+        'water any more')
+      level%none = kind == 2
+      call fields%name('BODY', level%body, 'the body whose level it is; of all bodies without one of their own '// &
+        'when not given')
+      call fields%number('UNIT WEIGHT', level%unit_weight, 'weight of water per volume, in the units of the deck; '// &
+        '*GRAVITY multiplies it. Wanted with TYPE=LINE', range='(0, inf)', needs='TYPE=LINE')
+      call line_fields(fields, level)
+    end associate
+  end subroutine water_fields
+
+  !> Corners of the line.
+  subroutine line_fields(fields, level)
+    class(card_fields_type), intent(inout) :: fields
+    type(water_level_type), intent(inout) :: level
+    integer :: i, n
+
+    n = 0
+    if (allocated(level%line)) n = size(level%line, 2)
+    call fields%data('corners of the line, in order of x; it goes on level beyond them', 1, huge(1), when='TYPE=LINE', &
+      rows=n)
+    if (.not. fields%writing) then
+      if (allocated(level%line)) deallocate (level%line)
+      allocate (level%line(2, n), source=0.0_wp)
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%number('x', level%line(1, i), 'horizontal coordinate: x, or y where gravity acts along x')
+      call fields%number('y', level%line(2, i), 'height: the coordinate along which gravity acts')
+    end do
+  end subroutine line_fields
+
+  !> A line that is one over the horizontal, once for each body.
+  subroutine check_level(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (list => state%analysis%phases(state%phase)%water_levels)
+      associate (level => list(size(list)))
+        if (.not. level%none .and. .not. card%has('UNIT WEIGHT')) call state%report_error(card, &
+          'the parameter UNIT WEIGHT is missing: the weight of water per volume in the units of the deck, 9.81 or '// &
+          '10 for kN and m')
+        do i = 2, size(level%line, 2)
+          if (level%line(1, i) > level%line(1, i - 1) .or. .not. card%is_right()) cycle
+          call state%error_at(card, card%rows(i), 'x does not increase: the level is a line over the horizontal, '// &
+            'from left to right')
+        end do
+        do i = 1, size(list) - 1
+          if (list(i)%body /= level%body) cycle
+          call state%report_error(card, 'the water level '//of_body(level)//' is given in this phase already')
+        end do
+      end associate
+    end associate
+  end subroutine check_level
+
+  !> Whose level it is.
+  pure function of_body(level) result(text)
+    type(water_level_type), intent(in) :: level
+    character(len=:), allocatable :: text
+
+    text = 'of all bodies'
+    if (len(level%body) > 0) text = "of body '"//level%body//"'"
+  end function of_body
+
+  !> The bodies of levels exist; there is gravity that makes water heavy.
+  subroutine check_water(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: bodies(:)
+    logical :: heavy, known
+    integer :: p, i, b
+
+    heavy = .false.
+    call check_stops(state)
+    allocate (bodies(0))
+    do b = 1, size(state%analysis%bodies)
+      call add_word(bodies, state%analysis%bodies(b)%name)
+    end do
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (phase%gravity%given) heavy = any(abs(phase%gravity%vector) > 0.0_wp)
+        do i = 1, size(phase%water_levels)
+          associate (level => phase%water_levels(i))
+            if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
+              'weight: there is no *GRAVITY up to this phase')
+            known = len(level%body) == 0
+            do b = 1, size(bodies)
+              known = known .or. bodies(b)%text == level%body
+            end do
+            if (.not. known) call state%error_from(level%where, 'WATER LEVEL', "there is no body '"//level%body// &
+              "'"//did_you_mean(level%body, bodies))
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine check_water
+
+  !> A phase that may end early does not move water: half way between two levels is no level.
+  subroutine check_stops(state)
+    type(deck_state_type), intent(inout) :: state
+    logical :: moves
+    integer :: p, i, q, k
+
+    do p = 1, size(state%analysis%phases)
+      associate (phase => state%analysis%phases(p))
+        if (size(phase%stops) == 0 .or. phase%initial%kind == initial_k0) cycle
+        moves = size(phase%water_levels) > 0
+        do i = 1, size(phase%tractions)
+          if (.not. phase%tractions(i)%follows) cycle
+          do q = 1, p
+            do k = 1, size(state%analysis%phases(q)%tractions)
+              associate (load => state%analysis%phases(q)%tractions(k))
+                moves = moves .or. (load%of_water .and. load%surface == phase%tractions(i)%surface)
+              end associate
+            end do
+          end do
+        end do
+        if (moves) call state%error_from(phase%where, 'PHASE', "phase '"//phase%name//"' moves water and has a "// &
+          '*STOP: half way between two levels is no level to go on from; move the water in a phase of its own')
+      end associate
+    end do
+  end subroutine check_stops
+end module qsmpm_deck_water

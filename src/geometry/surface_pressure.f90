@@ -1,0 +1,50 @@
+!> A pressure on a surface as it varies with height.
+!>
+!>   p = value + gradient (height - y),   0 above `height` where it is that of water
+module qsmpm_surface_pressure
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: surface_pressure_type, pressure_at, reached_pressure, acts
+
+  type :: surface_pressure_type
+    !> Pressure at the height, and what it grows by per length downwards.
+    real(wp) :: value = 0.0_wp, gradient = 0.0_wp, height = 0.0_wp
+    !> There is none above the height.
+    logical :: of_water = .false.
+  end type surface_pressure_type
+
+contains
+
+  !> Pressure at a height.
+  elemental real(wp) function pressure_at(pressure, y)
+    type(surface_pressure_type), intent(in) :: pressure
+    real(wp), intent(in) :: y
+
+    pressure_at = 0.0_wp
+    if (pressure%of_water .and. y > pressure%height) return
+    pressure_at = pressure%value + pressure%gradient*(pressure%height - y)
+  end function pressure_at
+
+  !> The pressure that is reached between two, neither of which is that of water unless they are the same.
+  elemental type(surface_pressure_type) function reached_pressure(start, final, fraction) result(reached)
+    type(surface_pressure_type), intent(in) :: start, final
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+    real(wp) :: before
+
+    reached = final
+    before = start%value + start%gradient*(start%height - final%height)
+    reached%value = before + fraction*(final%value - before)
+    reached%gradient = start%gradient + fraction*(final%gradient - start%gradient)
+  end function reached_pressure
+
+  !> Whether there is one anywhere.
+  elemental logical function acts(pressure)
+    type(surface_pressure_type), intent(in) :: pressure
+
+    ! Also a value that is no number.
+    acts = .not. abs(pressure%value) + abs(pressure%gradient) <= 0.0_wp
+  end function acts
+end module qsmpm_surface_pressure

@@ -1,0 +1,97 @@
+!> A water level as a line over the horizontal coordinate, and the pressure of water at rest below it.
+!>
+!>   u = gamma_w max(0, level - y),   -grad u = gamma_w (e_y - level' e_x)      below the level
+!>
+!> The line goes on level beyond its ends and is the same all along the third axis. A box that the line passes through
+!> is in the water by the share of its height that lies below the line, so that its force changes evenly when box or
+!> level move.
+module qsmpm_water_table
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: water_table_type, level_at, slope_at, head_at, submerged_share
+
+  !> A water level; none unless it is present.
+  type :: water_table_type
+    logical :: present = .false.
+    !> It is that of one body and not of all.
+    logical :: own = .false.
+    !> Weight of water per volume under unit gravity.
+    real(wp) :: unit_weight = 0.0_wp
+    !> Coordinates along the vertical, and along which the level may vary.
+    integer :: axis = 2, across = 1
+    !> Corners of the line: horizontal coordinate, increasing, and height (n).
+    real(wp), allocatable :: x(:), height(:)
+  end type water_table_type
+
+contains
+
+  !> Level at a place, far below all where there is none.
+  pure real(wp) function level_at(table, position) result(level)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    integer :: i
+    real(wp) :: share
+
+    level = -huge(1.0_wp)
+    if (.not. table%present) return
+    i = piece_at(table, position)
+    share = 0.0_wp
+    if (size(table%x) > i) share = (position(table%across) - table%x(i))/(table%x(i + 1) - table%x(i))
+    share = max(0.0_wp, min(1.0_wp, share))
+    level = table%height(i)
+    if (size(table%x) > i) level = level + share*(table%height(i + 1) - table%height(i))
+  end function level_at
+
+  !> Slope of the level at a place.
+  pure real(wp) function slope_at(table, position) result(slope)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    integer :: i
+
+    slope = 0.0_wp
+    if (.not. table%present) return
+    i = piece_at(table, position)
+    if (i == size(table%x)) return
+    if (position(table%across) < table%x(i) .or. position(table%across) > table%x(i + 1)) return
+    slope = (table%height(i + 1) - table%height(i))/(table%x(i + 1) - table%x(i))
+  end function slope_at
+
+  !> Piece of the line at a place, the first or last one beyond its ends; 1 of a line of one corner.
+  pure integer function piece_at(table, position) result(piece)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+
+    piece = max(1, min(size(table%x) - 1, count(table%x <= position(table%across))))
+  end function piece_at
+
+  !> Height of the level above a place; 0 above the water.
+  pure real(wp) function head_at(table, position) result(head)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+
+    head = 0.0_wp
+    if (table%present) head = max(0.0_wp, level_at(table, position) - position(table%axis))
+  end function head_at
+
+  !> Share of a box around a place that is below the level, 0 to 1.
+  pure real(wp) function submerged_share(table, position, half_height) result(share)
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: position(:)
+    !> Half the height of the box.
+    real(wp), intent(in) :: half_height
+    real(wp) :: above
+
+    share = 0.0_wp
+    if (.not. table%present) return
+    above = level_at(table, position) - position(table%axis)
+    share = merge(1.0_wp, 0.0_wp, above >= 0.0_wp)
+    if (abs(above) < half_height) share = 0.5_wp*(1.0_wp + above/half_height)
+  end function submerged_share
+end module qsmpm_water_table

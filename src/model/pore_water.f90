@@ -1,0 +1,207 @@
+!> Water at rest in the ground: its steady pressure at the material points and the force that it puts on them.
+!>
+!>   u = gamma_w |g| max(0, level - y)
+!>   f = V_0 gamma_w |g| e_up s - V gamma_w |g| level' e_x s  +  V_0 (gamma_sat - gamma) g s         per material point
+!>
+!> with s the share of the point's box below the level. The laws know effective stresses alone. Their divergence is
+!> balanced by weight and -grad u: the integral of u over the body and the pressure of the water on its outline, where
+!> u has no jump, are together the force above, so that no cut cell and no face has to be integrated. Upwards the
+!> volume is that of the start, as in the weight: a soil that is squeezed out of its water loses the weight of that
+!> water and its lift together, so that V_0 (gamma_sat - gamma_w) is left whatever the strain.
+!>
+!> Levels are those of the phase before at its start and those of the phase at its end; pressure and force run evenly
+!> between them. docs/methods/water.md.
+module qsmpm_pore_water
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, phase_type, water_level_type
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: carries_water
+  use qsmpm_water_table, only: water_table_type, head_at, slope_at, submerged_share
+  implicit none
+  private
+
+  public :: has_water, has_pore_pressure, vertical_of, dry_tables, take_levels, water_forces, steady_pressure, &
+    update_pore_pressure
+
+  !> Name of the state variable that is the excess pore pressure of a law.
+  character(len=*), parameter, public :: excess_name = 'excess_pore_pressure'
+
+contains
+
+  !> Whether a phase has a water level.
+  pure logical function has_water(analysis)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p
+
+    has_water = .false.
+    do p = 1, size(analysis%phases)
+      has_water = has_water .or. size(analysis%phases(p)%water_levels) > 0
+    end do
+  end function has_water
+
+  !> Whether the pores may carry a pressure: there is a water level, or a law with an excess pressure.
+  pure logical function has_pore_pressure(model)
+    type(model_type), intent(in) :: model
+    integer :: m
+
+    has_pore_pressure = has_water(model%analysis)
+    do m = 1, size(model%laws)
+      has_pore_pressure = has_pore_pressure .or. excess_place(model, m) > 0
+    end do
+  end function has_pore_pressure
+
+  !> Coordinate along which gravity acts most in any phase; y without gravity.
+  pure integer function vertical_of(analysis) result(axis)
+    type(analysis_type), intent(in) :: analysis
+    real(wp) :: gravity(3)
+    integer :: p
+
+    gravity = 0.0_wp
+    do p = 1, size(analysis%phases)
+      gravity = max(gravity, abs(analysis%phases(p)%load_factor*analysis%phases(p)%gravity%vector))
+    end do
+    axis = 2
+    if (any(gravity > 0.0_wp)) axis = maxloc(gravity, dim=1)
+  end function vertical_of
+
+  !> No water in any body.
+  pure subroutine dry_tables(analysis, tables)
+    type(analysis_type), intent(in) :: analysis
+    !> (bodies)
+    type(water_table_type), allocatable, intent(out) :: tables(:)
+
+    allocate (tables(size(analysis%bodies)))
+    tables%axis = vertical_of(analysis)
+    tables%across = merge(2, 1, tables%axis == 1)
+  end subroutine dry_tables
+
+  !> The levels that a phase gives: that of all bodies to those without one of their own, then those of single bodies.
+  pure subroutine take_levels(analysis, phase, tables)
+    type(analysis_type), intent(in) :: analysis
+    type(phase_type), intent(in) :: phase
+    !> (bodies)
+    type(water_table_type), intent(inout) :: tables(:)
+    integer :: i, b, turn
+
+    do turn = 1, 2
+      do i = 1, size(phase%water_levels)
+        associate (level => phase%water_levels(i))
+          if ((len(level%body) == 0) .neqv. turn == 1) cycle
+          do b = 1, size(tables)
+            if (turn == 2 .and. analysis%bodies(b)%name == level%body) tables(b)%own = .true.
+            if (turn == 1 .and. .not. tables(b)%own) call give_level(level, tables(b))
+            if (turn == 2 .and. analysis%bodies(b)%name == level%body) call give_level(level, tables(b))
+          end do
+        end associate
+      end do
+    end do
+  end subroutine take_levels
+
+  !> A level as a table.
+  pure subroutine give_level(level, table)
+    type(water_level_type), intent(in) :: level
+    type(water_table_type), intent(inout) :: table
+
+    table%present = .not. level%none
+    if (level%none) return
+    table%unit_weight = level%unit_weight
+    table%x = level%line(1, :)
+    table%height = level%line(2, :)
+  end subroutine give_level
+
+  !> Force of the water on the material points at a fraction of the phase, with what they weigh more below the level.
+  pure subroutine water_forces(model, fraction, force)
+    type(model_type), intent(in) :: model
+    !> Load fraction, 0 to 1.
+    real(wp), intent(in) :: fraction
+    !> (dimension, points); unallocated without water.
+    real(wp), allocatable, intent(out) :: force(:, :)
+    integer :: p, b, d
+
+    associate (load => model%loading, points => model%state%points)
+      if (.not. allocated(load%water_start)) return
+      if (.not. (any(load%water_start%present) .or. any(load%water_final%present))) return
+      d = model%mesh%dimension
+      allocate (force(d, points%count))
+      do p = 1, points%count
+        b = points%body(p)
+        force(:, p) = (1.0_wp - fraction)*force_at(model, p, load%water_start(b), load%gravity_start(:d)) &
+          + fraction*force_at(model, p, load%water_final(b), load%gravity_final(:d))
+      end do
+    end associate
+  end subroutine water_forces
+
+  !> Force of the water on a point under one level and gravity.
+  pure function force_at(model, p, table, gravity) result(force)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+    type(water_table_type), intent(in) :: table
+    !> (dimension)
+    real(wp), intent(in) :: gravity(:)
+    real(wp) :: force(size(gravity))
+    real(wp) :: share, weight
+
+    force = 0.0_wp
+    associate (points => model%state%points, material => model%analysis%materials(model%state%points%material(p)))
+      share = submerged_share(table, points%position(:, p), points%half_size(table%axis, p))
+      if (.not. share > 0.0_wp) return
+      weight = table%unit_weight*abs(gravity(table%axis))
+      if (material%saturated_weight >= 0.0_wp) &
+        force = share*points%initial_volume(p)*(material%saturated_weight - material%unit_weight)*gravity
+      force(table%axis) = force(table%axis) - share*points%initial_volume(p)*sign(weight, gravity(table%axis))
+      force(table%across) = force(table%across) - share*points%volume(p)*weight*slope_at(table, points%position(:, p))
+    end associate
+  end function force_at
+
+  !> Pressure of the water at rest at a point as the load stands.
+  pure real(wp) function steady_pressure(model, p) result(pressure)
+    type(model_type), intent(in) :: model
+    !> Number of the point.
+    integer, intent(in) :: p
+
+    pressure = 0.0_wp
+    associate (load => model%loading, points => model%state%points)
+      if (.not. allocated(load%water_start)) return
+      associate (start => load%water_start(points%body(p)), final => load%water_final(points%body(p)))
+        pressure = (1.0_wp - model%state%progress%fraction) &
+          *start%unit_weight*abs(load%gravity_start(start%axis))*head_at(start, points%position(:, p)) &
+          + model%state%progress%fraction &
+          *final%unit_weight*abs(load%gravity_final(final%axis))*head_at(final, points%position(:, p))
+      end associate
+    end associate
+  end function steady_pressure
+
+  !> Pore pressures of the material points where they are and as the load stands, where they are carried.
+  pure subroutine update_pore_pressure(model)
+    type(model_type), intent(inout) :: model
+    integer :: place(size(model%laws)), p, m
+
+    if (.not. carries_water(model%state%points)) return
+    do m = 1, size(model%laws)
+      place(m) = excess_place(model, m)
+    end do
+    associate (points => model%state%points)
+      do p = 1, points%count
+        m = place(points%material(p))
+        points%steady_pore_pressure(p) = steady_pressure(model, p)
+        points%pore_pressure(p) = points%steady_pore_pressure(p)
+        if (m > 0) points%pore_pressure(p) = points%pore_pressure(p) + points%state(m, p)
+      end do
+    end associate
+  end subroutine update_pore_pressure
+
+  !> Place of the excess pore pressure in the state of a law, 0 where it has none.
+  pure integer function excess_place(model, m) result(place)
+    type(model_type), intent(in) :: model
+    !> Number of the law.
+    integer, intent(in) :: m
+    integer :: i
+
+    place = 0
+    if (.not. allocated(model%laws(m)%law%state_names)) return
+    do i = 1, size(model%laws(m)%law%state_names)
+      if (model%laws(m)%law%state_names(i)%text == excess_name) place = i
+    end do
+  end function excess_place
+end module qsmpm_pore_water

@@ -1,0 +1,262 @@
+!> Whether the water levels of a deck can be what they say, before anything is computed.
+!>
+!> The force of the water (qsmpm_pore_water) stands for the whole of its pressure as long as that has no jump: below a
+!> level that slopes above the ground, or between two bodies with levels of their own, it has one that nothing carries.
+!> A pressure of water on the surface of a body below its level would be counted twice.
+module qsmpm_water_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: traction_type, water_level_type
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_model, only: model_type
+  use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
+  use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels
+  use qsmpm_text, only: real_text
+  use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
+  implicit none
+  private
+
+  public :: check_water_levels
+
+  !> Heights are the same up to this share of the mesh, and places a hair apart are as far from each other.
+  real(wp), parameter :: same_height = 1.0e-3_wp, hair = 1.0e-6_wp
+
+contains
+
+  !> All checks, phase by phase.
+  subroutine check_water_levels(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(overburden_type) :: ground
+    type(water_table_type), allocatable :: tables(:)
+    real(wp) :: none(size(model%shapes))
+    integer :: p, i
+
+    if (.not. has_water(model%analysis)) return
+    none = 0.0_wp
+    call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground)
+    call dry_tables(model%analysis, tables)
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        call take_levels(model%analysis, phase, tables)
+        do i = 1, size(phase%water_levels)
+          if (.not. phase%water_levels(i)%none) call check_reach(model, phase%water_levels(i), tables, diagnostics)
+          if (.not. phase%water_levels(i)%none) call check_slope(model, ground, phase%water_levels(i), tables, &
+            diagnostics)
+        end do
+        if (size(phase%water_levels) > 0) call check_neighbours(model, ground, p, tables, diagnostics)
+        call check_pressures(model, ground, p, tables, diagnostics)
+      end associate
+    end do
+  end subroutine check_water_levels
+
+  !> Height of the mesh along the vertical.
+  pure real(wp) function mesh_height(model, axis) result(height)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: axis
+
+    height = model%mesh%bounds(axis, 2) - model%mesh%bounds(axis, 1)
+  end function mesh_height
+
+  !> Whether a level of the deck is that of a body.
+  pure logical function is_of(model, level, body, table) result(yes)
+    type(model_type), intent(in) :: model
+    type(water_level_type), intent(in) :: level
+    integer, intent(in) :: body
+    type(water_table_type), intent(in) :: table
+
+    yes = model%analysis%bodies(body)%name == level%body
+    if (len(level%body) == 0) yes = .not. table%own
+  end function is_of
+
+  !> A line runs over the mesh, and not below all of the ground that it is for.
+  subroutine check_reach(model, level, tables, diagnostics)
+    type(model_type), intent(in) :: model
+    type(water_level_type), intent(in) :: level
+    type(water_table_type), intent(in) :: tables(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: lowest
+    integer :: p, b, axis
+
+    associate (bounds => model%mesh%bounds(tables(1)%across, :), points => model%state%points)
+      if (size(level%line, 2) > 1 .and. (maxval(level%line(1, :)) <= bounds(1) .or. minval(level%line(1, :)) &
+        >= bounds(2))) then
+        call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line from '// &
+          real_text(minval(level%line(1, :)))//' to '//real_text(maxval(level%line(1, :)))// &
+          ' does not cross the mesh, which goes from '//real_text(bounds(1))//' to '//real_text(bounds(2)))
+        return
+      end if
+      axis = tables(1)%axis
+      lowest = huge(1.0_wp)
+      do p = 1, points%count
+        b = points%body(p)
+        if (.not. is_of(model, level, b, tables(b))) cycle
+        lowest = min(lowest, points%position(axis, p) - points%half_size(axis, p) - level_at(tables(b), &
+          points%position(:, p)))
+      end do
+      if (lowest > same_height*mesh_height(model, axis)) call add_diagnostic(diagnostics, level%where, &
+        '*WATER LEVEL', 'the level lies below all of the ground that it is for, by '//real_text(lowest)// &
+        '; TYPE=NONE takes the water away')
+    end associate
+  end subroutine check_reach
+
+  !> Where it slopes a line is in the ground or on it: water that stands free is level.
+  subroutine check_slope(model, ground, level, tables, diagnostics)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    type(water_level_type), intent(in) :: level
+    type(water_table_type), intent(in) :: tables(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: above
+    integer :: p, b, worst
+
+    worst = 0
+    above = same_height*mesh_height(model, ground%axis)
+    associate (points => model%state%points)
+      do p = 1, points%count
+        b = points%body(p)
+        if (.not. is_of(model, level, b, tables(b))) cycle
+        associate (x => points%position(:, p))
+          if (.not. abs(slope_at(tables(b), x)) > 0.0_wp) cycle
+          if (level_at(tables(b), x) - ground_over(ground, x) <= above) cycle
+          above = level_at(tables(b), x) - ground_over(ground, x)
+          worst = p
+        end associate
+      end do
+      if (worst > 0) call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line slopes above the '// &
+        'ground, by '//real_text(above)//' over it at x = '//real_text(points%position(tables(1)%across, worst))// &
+        ': water that stands free is level; where the level leaves the ground it follows its surface or goes on level')
+    end associate
+  end subroutine check_slope
+
+  !> Bodies that touch have the same pressure where they do, unless a *PRESSURE acts on one of them.
+  subroutine check_neighbours(model, ground, number, tables, diagnostics)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the phase.
+    integer, intent(in) :: number
+    type(water_table_type), intent(in) :: tables(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp), allocatable :: places(:, :)
+    real(wp) :: jump
+    integer :: a, b, k
+
+    do a = 1, size(tables)
+      if (all(same_tables(tables(a), tables))) cycle
+      call facet_places(ground, a, hair*mesh_height(model, ground%axis), places)
+      do b = 1, size(tables)
+        if (b == a .or. same_tables(tables(a), tables(b))) cycle
+        if (b < a) cycle
+        if (is_pressed(model, ground, number, a) .or. is_pressed(model, ground, number, b)) cycle
+        do k = 1, size(places, 2)
+          jump = abs(tables(a)%unit_weight*head_at(tables(a), places(:, k)) &
+            - tables(b)%unit_weight*head_at(tables(b), places(:, k)))
+          if (jump <= same_height*mesh_height(model, ground%axis)*max(tables(a)%unit_weight, &
+            tables(b)%unit_weight)) cycle
+          if (.not. body_holds(ground, b, places(:model%mesh%dimension, k))) cycle
+          call add_diagnostic(diagnostics, model%analysis%phases(number)%water_levels(1)%where, '*WATER LEVEL', &
+            "the pressure of the water jumps by "//real_text(jump)//" from body '"//model%analysis%bodies(a)%name// &
+            "' to body '"//model%analysis%bodies(b)%name//"', which touch: nothing carries that; give both one "// &
+            'level, or put a *PRESSURE on the surface between them')
+          exit
+        end do
+      end do
+    end do
+  end subroutine check_neighbours
+
+  !> Whether two levels are one.
+  elemental logical function same_tables(a, b) result(same)
+    type(water_table_type), intent(in) :: a, b
+
+    same = (a%present .eqv. b%present)
+    if (.not. (same .and. a%present)) return
+    same = size(a%x) == size(b%x) .and. abs(a%unit_weight - b%unit_weight) <= 0.0_wp
+    if (same) same = all(abs(a%x - b%x) <= 0.0_wp) .and. all(abs(a%height - b%height) <= 0.0_wp)
+  end function same_tables
+
+  !> Whether a *PRESSURE acts on a body in a phase.
+  pure logical function is_pressed(model, ground, number, body) result(pressed)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the phase.
+    integer, intent(in) :: number, body
+    integer :: i, p, k
+
+    pressed = .false.
+    associate (surface => model%state%surface)
+      do k = 1, surface%count
+        do p = 1, number
+          do i = 1, size(model%analysis%phases(p)%tractions)
+            associate (load => model%analysis%phases(p)%tractions(i))
+              if (.not. load%follows .or. model%analysis%surfaces(surface%surface(k))%name /= load%surface) cycle
+              pressed = pressed .or. body_holds(ground, body, inner_place(model, ground, k))
+            end associate
+          end do
+        end do
+      end do
+    end associate
+  end function is_pressed
+
+  !> A place a hair behind a surface point, in the body.
+  pure function inner_place(model, ground, k) result(place)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the surface point.
+    integer, intent(in) :: k
+    real(wp) :: place(model%mesh%dimension)
+
+    associate (surface => model%state%surface)
+      place = surface%position(:, k) - hair*mesh_height(model, ground%axis)*surface%area_vector(:, k) &
+        /max(norm2(surface%area_vector(:, k)), tiny(1.0_wp))
+    end associate
+  end function inner_place
+
+  !> No surface below the level of its body is under a pressure of water.
+  subroutine check_pressures(model, ground, number, tables, diagnostics)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    !> Number of the phase.
+    integer, intent(in) :: number
+    type(water_table_type), intent(in) :: tables(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(traction_type) :: load
+    integer :: s, k, b
+    logical :: wet
+
+    associate (surface => model%state%surface, phase => model%analysis%phases(number))
+      if (size(phase%water_levels) + size(phase%tractions) == 0) return
+      do s = 1, size(model%analysis%surfaces)
+        load = pressure_in_force(model, number, model%analysis%surfaces(s)%name)
+        if (.not. (load%of_water .and. load%gradient > 0.0_wp)) cycle
+        wet = .false.
+        do k = 1, surface%count
+          if (surface%surface(k) /= s) cycle
+          do b = 1, size(tables)
+            if (.not. head_at(tables(b), surface%position(:, k)) > same_height*mesh_height(model, ground%axis)) cycle
+            wet = wet .or. body_holds(ground, b, inner_place(model, ground, k))
+          end do
+        end do
+        if (wet) call add_diagnostic(diagnostics, load%where, '*PRESSURE', "surface '"//load%surface// &
+          "' lies below the water level of its body in phase '"//phase%name//"', whose force holds the pressure of "// &
+          'the water on the surface already: it would be counted twice')
+      end do
+    end associate
+  end subroutine check_pressures
+
+  !> The last pressure that phases up to one put on a surface.
+  pure type(traction_type) function pressure_in_force(model, number, surface) result(load)
+    type(model_type), intent(in) :: model
+    !> Number of the phase.
+    integer, intent(in) :: number
+    !> Name of the surface.
+    character(len=*), intent(in) :: surface
+    integer :: p, i
+
+    do p = 1, number
+      associate (phase => model%analysis%phases(p))
+        do i = 1, size(phase%tractions)
+          if (phase%tractions(i)%follows .and. phase%tractions(i)%surface == surface) load = phase%tractions(i)
+        end do
+      end associate
+    end do
+  end function pressure_in_force
+end module qsmpm_water_check

@@ -1,0 +1,76 @@
+!> Whether the water levels of a scene allow a reduction: a column and a figure of revolution want them level, a mirror
+!> wants each to be its own image.
+module qsmpm_water_symmetry
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, water_level_type
+  use qsmpm_mirror_images, only: body_partner, mirror_plane
+  use qsmpm_reduction, only: refuse, place_text
+  use qsmpm_set_members, only: scene_tolerance
+  use qsmpm_water_table, only: water_table_type, level_at
+  implicit none
+  private
+
+  public :: require_level_water, require_mirrored_water
+
+contains
+
+  !> Every line is level.
+  pure subroutine require_level_water(analysis, reason)
+    type(analysis_type), intent(in) :: analysis
+    !> Why not; unallocated when proved.
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: p, i
+
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%water_levels)
+        associate (level => analysis%phases(p)%water_levels(i))
+          if (level%none) cycle
+          if (maxval(level%line(2, :)) - minval(level%line(2, :)) > scene_tolerance(analysis)) call refuse(reason, &
+            '*WATER LEVEL'//place_text(level%where)//' is not level')
+        end associate
+      end do
+    end do
+  end subroutine require_level_water
+
+  !> Every line is its own image, and that of a body belongs to one that is its own image.
+  pure subroutine require_mirrored_water(analysis, axis, reason)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: axis
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: p, i, b
+
+    do p = 1, size(analysis%phases)
+      do i = 1, size(analysis%phases(p)%water_levels)
+        associate (level => analysis%phases(p)%water_levels(i))
+          do b = 1, size(analysis%bodies)
+            if (analysis%bodies(b)%name /= level%body) cycle
+            if (body_partner(analysis, b, axis) /= b) call refuse(reason, '*WATER LEVEL'//place_text(level%where)// &
+              " is that of body '"//level%body//"', which is not its own mirror image")
+          end do
+          if (axis == 1 .and. .not. level%none) then
+            if (.not. is_own_image(level, mirror_plane(analysis, axis), scene_tolerance(analysis))) &
+              call refuse(reason, '*WATER LEVEL'//place_text(level%where)//' is not its own mirror image')
+          end if
+        end associate
+      end do
+    end do
+  end subroutine require_mirrored_water
+
+  !> Whether a line is the same on both sides of a plane.
+  pure logical function is_own_image(level, plane, tolerance) result(yes)
+    type(water_level_type), intent(in) :: level
+    real(wp), intent(in) :: plane
+    !> Length that is none.
+    real(wp), intent(in) :: tolerance
+    type(water_table_type) :: table
+    integer :: i
+
+    table%present = .true.
+    table%x = level%line(1, :)
+    table%height = level%line(2, :)
+    yes = .true.
+    do i = 1, size(table%x)
+      yes = yes .and. abs(level_at(table, [2.0_wp*plane - table%x(i)]) - table%height(i)) <= tolerance
+    end do
+  end function is_own_image
+end module qsmpm_water_symmetry
