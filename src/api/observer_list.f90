@@ -19,6 +19,7 @@ module qsmpm_observer_list
     procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
+    procedure :: mechanism
     procedure :: note
     procedure :: stop_requested
   end type observer_list_type
@@ -59,6 +60,17 @@ contains
     if (allocated(error)) return
     if (associated(self%own)) call self%own%phase_done(model, error)
   end subroutine phase_done
+
+  !> The way a body fails.
+  subroutine mechanism(self, model, error)
+    class(observer_list_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    if (associated(self%recorder)) call self%recorder%mechanism(model, error)
+    if (allocated(error)) return
+    if (associated(self%own)) call self%own%mechanism(model, error)
+  end subroutine mechanism
 
   !> A sentence for the log.
   subroutine note(self, text)

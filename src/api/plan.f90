@@ -4,7 +4,7 @@
 module qsmpm_plan
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, three_dimensional, basis_fem, stabilise_none, newton_modified, &
-    mesh_grid
+    mesh_grid, phase_safety
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
@@ -33,6 +33,8 @@ module qsmpm_plan
   real(wp), parameter :: number_bytes = 8.0_wp, index_bytes = 4.0_wp, megabyte = 1.0e6_wp
   !> Equations beyond which the first step is not made for a plan.
   integer, parameter :: most_for_plan = 300000
+  !> Factors that a search for a factor of safety tries.
+  integer, parameter :: usual_tries = 12
 
 contains
 
@@ -231,7 +233,10 @@ contains
 
     steps = 0
     do p = 1, size(model%analysis%phases)
-      steps = steps + model%analysis%phases(p)%controls%steps
+      associate (phase => model%analysis%phases(p))
+        if (phase%kind == phase_safety) steps = steps + usual_tries
+        if (phase%kind /= phase_safety .or. phase%safety%runout < huge(1.0_wp)) steps = steps + phase%controls%steps
+      end associate
     end do
     if (.not. solution%converged) call add_item(items, 'converged', 'no: '//solution%reason)
     call add_item(items, 'iterations', integer_text(solution%iterations), is_figure=.true.)

@@ -1,7 +1,7 @@
 !> A copy of an analysis between two steps, in memory: to try a load and take it back.
 module qsmpm_snapshot
   use qsmpm_analysis, only: phase_type
-  use qsmpm_model, only: model_type, state_type, loading_type
+  use qsmpm_model, only: model_type, state_type, loading_type, kept_phase_type
   use qsmpm_model_window, only: restore
   use qsmpm_phases, only: step_loop_type
   implicit none
@@ -9,12 +9,13 @@ module qsmpm_snapshot
 
   public :: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
 
-  !> State, loads and stages.
+  !> State, loads, stages and the ends of those that later ones start from.
   type :: snapshot_type
     !> Whether there is one.
     logical :: taken = .false.
     type(state_type), private :: state
     type(loading_type), private :: loading
+    type(kept_phase_type), allocatable, private :: kept_phases(:)
     type(phase_type), allocatable, private :: phases(:), model_phases(:)
     logical, private :: begun = .false., end_notified = .false.
   end type snapshot_type
@@ -32,6 +33,7 @@ contains
 
     snapshot%state = model%state
     snapshot%loading = model%loading
+    call copy_kept(model%kept_phases, snapshot%kept_phases)
     call copy_phases(phases, snapshot%phases)
     call copy_phases(model%analysis%phases, snapshot%model_phases)
     snapshot%begun = loop%begun
@@ -54,9 +56,24 @@ contains
     model%state%progress%phase = min(model%state%progress%phase, size(phases))
     call restore(snapshot%state, model)
     model%loading = snapshot%loading
+    call copy_kept(snapshot%kept_phases, model%kept_phases)
     loop%begun = snapshot%begun
     loop%end_notified = snapshot%end_notified
   end subroutine restore_checkpoint
+
+  !> Copy kept phases one by one.
+  subroutine copy_kept(from, to)
+    type(kept_phase_type), allocatable, intent(in) :: from(:)
+    type(kept_phase_type), allocatable, intent(inout) :: to(:)
+    integer :: i
+
+    if (allocated(to)) deallocate (to)
+    if (.not. allocated(from)) return
+    allocate (to(size(from)))
+    do i = 1, size(from)
+      to(i) = from(i)
+    end do
+  end subroutine copy_kept
 
   !> Copy stages one by one.
   subroutine copy_phases(from, to)

@@ -9,6 +9,7 @@ module qsmpm_stages
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_text, only: string_type, nearest_word, integer_text
@@ -298,11 +299,15 @@ contains
     !> Number of the stage.
     integer, intent(in) :: number
     real(wp) :: vector(3)
+    integer, allocatable :: line(:)
     integer :: p
 
     vector = 0.0_wp
-    do p = 1, number - 1
-      if (scene%phases(p)%gravity%given) vector = scene%phases(p)%load_factor*scene%phases(p)%gravity%vector
+    allocate (line, source=lineage(scene%phases, number))
+    do p = 1, size(line) - 1
+      associate (phase => scene%phases(line(p)))
+        if (phase%gravity%given) vector = phase%load_factor*phase%gravity%vector
+      end associate
     end do
   end function gravity_before
 
@@ -314,14 +319,16 @@ contains
     !> Name of the surface.
     character(len=*), intent(in) :: surface
     real(wp) :: vector(3)
+    integer, allocatable :: line(:)
     integer :: p, i
 
     vector = 0.0_wp
-    do p = 1, number - 1
-      do i = 1, size(scene%phases(p)%tractions)
-        associate (traction => scene%phases(p)%tractions(i))
+    allocate (line, source=lineage(scene%phases, number))
+    do p = 1, size(line) - 1
+      do i = 1, size(scene%phases(line(p))%tractions)
+        associate (traction => scene%phases(line(p))%tractions(i))
           if (traction%surface == surface .and. .not. traction%follows) &
-            vector = scene%phases(p)%load_factor*traction%vector
+            vector = scene%phases(line(p))%load_factor*traction%vector
         end associate
       end do
     end do
@@ -335,11 +342,13 @@ contains
     !> Name of the surface.
     character(len=*), intent(in) :: surface
     type(traction_type) :: pressure
+    integer, allocatable :: line(:)
     integer :: p, i
 
-    do p = 1, number - 1
-      do i = 1, size(scene%phases(p)%tractions)
-        associate (traction => scene%phases(p)%tractions(i), factor => scene%phases(p)%load_factor)
+    allocate (line, source=lineage(scene%phases, number))
+    do p = 1, size(line) - 1
+      do i = 1, size(scene%phases(line(p))%tractions)
+        associate (traction => scene%phases(line(p))%tractions(i), factor => scene%phases(line(p))%load_factor)
           if (traction%surface /= surface .or. .not. traction%follows) cycle
           pressure = traction
           pressure%pressure = factor*traction%pressure

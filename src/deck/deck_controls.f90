@@ -7,6 +7,7 @@ module qsmpm_deck_controls
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
@@ -125,10 +126,13 @@ contains
   pure logical function releases(phases, number)
     type(phase_type), intent(in) :: phases(:)
     integer, intent(in) :: number
-    integer :: p, i, k
+    integer, allocatable :: line(:)
+    integer :: a, p, i, k
 
     releases = .false.
-    do p = 1, number - 1
+    allocate (line, source=lineage(phases, number))
+    do a = 1, size(line) - 1
+      p = line(a)
       do k = 1, size(phases(p)%fixities)
         do i = 1, size(phases(number)%fixities)
           if (phases(number)%fixities(i)%set == phases(p)%fixities(k)%set) releases = releases .or. &

@@ -8,10 +8,11 @@ module qsmpm_deck_phases
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_stages, only: add_stage_keywords
+  use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_undrained, only: add_drain_keyword
-  use qsmpm_deck_words, only: bar_list, initial_words, axis_words
+  use qsmpm_deck_words, only: bar_list, initial_words, axis_words, phase_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
   implicit none
   private
@@ -27,7 +28,7 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('PHASE', anywhere, many, 'Begins a phase. It starts from the end of the one '// &
-      'before; loads and fixities stay until changed. All loads of the phase run linearly to '// &
+      'before, or of PARENT; loads and fixities stay until changed. All loads of the phase run linearly to '// &
       'their value times the load factor.', phase_fields, &
       '*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE', begin_phase, list=list_phases, &
       opens='phase')
@@ -43,6 +44,7 @@ contains
     call add_stage_keywords(table)
     call add_load_keywords(table)
     call add_control_keywords(table)
+    call add_safety_keyword(table)
     call add_stop_keyword(table)
     call table%add('END PHASE', in_phase, once, 'Ends a phase.', end_fields, '*END PHASE', end_phase)
   end subroutine add_phase_keywords
@@ -55,6 +57,10 @@ contains
     associate (phase => deck%analysis%phases(deck%phase))
       call fields%line(phase%where)
       call fields%name('NAME', phase%name, 'name of the phase', required=.true.)
+      call fields%name('PARENT', phase%parent, 'an earlier phase that it starts from the end of, with the '// &
+        'loads and fixities in force there; the one before when not given')
+      call fields%choice('TYPE', phase%kind, bar_list(phase_words), 'LOADING: loads change; SAFETY: the strength '// &
+        'is lowered at the loads of the parent until it is lost (*SAFETY)')
       call fields%number('LOAD FACTOR', phase%load_factor, 'load factor at the end of the phase', range='(0, inf)')
       call fields%number('TIME', phase%duration, 'how long the phase lasts, for models that depend on time', &
         range='(0, inf)')

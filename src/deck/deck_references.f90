@@ -3,15 +3,17 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
-    source_line_type, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, &
-    phase_type
+    source_line_type, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, phase_safety
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
+  use qsmpm_phase_loads, only: acts, is_loaded
   use qsmpm_messages, only: severity_error
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
+  use qsmpm_deck_parents, only: check_parents
+  use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_water, only: check_water
@@ -44,7 +46,9 @@ contains
     call check_node_sets(state)
     call check_surfaces(state)
     call check_prescriptions(state)
+    call check_parents(state)
     call check_stages(state)
+    call check_safety(state)
     call check_starts(state)
     call check_water(state)
     call check_limit_compliance(state)
@@ -275,7 +279,7 @@ contains
   subroutine check_starts(state)
     type(deck_state_type), intent(inout) :: state
     logical :: held
-    integer :: p, i
+    integer :: p
 
     held = .false.
     do p = 1, size(state%analysis%phases)
@@ -287,11 +291,11 @@ contains
         if (rises(phase%gravity%vector)) call state%warn(phase%where, 'GRAVITY', &
           'gravity points upwards: it is the vector of the force, '//trim(merge('0, 0, -1', '0, -1   ', &
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
-        if (.not. any([(acts(state%analysis%phases(i)), i=1, p)])) then
+        if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
         else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
             + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
-            phase%gravity%given .or. phase%drain_state%given .or. &
+            phase%kind == phase_safety .or. phase%gravity%given .or. phase%drain_state%given .or. &
             size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if
@@ -301,18 +305,6 @@ contains
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
       '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts
-
-  !> Whether a phase puts a load on the model.
-  pure logical function acts(phase)
-    type(phase_type), intent(in) :: phase
-    integer :: i
-
-    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
-    do i = 1, size(phase%tractions)
-      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
-        + abs(phase%tractions(i)%gradient) > 0.0_wp
-    end do
-  end function acts
 
   !> Whether gravity acts along y or z and upwards.
   pure logical function rises(gravity)

@@ -5,6 +5,7 @@ module qsmpm_deck_stage_check
   use qsmpm_analysis, only: body_change_type, phase_type, source_line_type, select_outline, &
     basis_fem, carrier_points
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
+  use qsmpm_phase_tree, only: parent_of
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
@@ -24,7 +25,7 @@ contains
     if (size(before) > 0 .and. .not. any(state%analysis%bodies%active)) call state%error_from( &
       state%analysis%bodies(1)%where, 'BODY', 'no body is there at the start: all have ACTIVE=NO')
     do p = 1, size(state%analysis%phases)
-      before = bodies_active(state%analysis, p - 1)
+      before = bodies_active(state%analysis, parent_of(state%analysis%phases, p))
       now = bodies_active(state%analysis, p)
       associate (phase => state%analysis%phases(p))
         call check_names(state, phase%activations, 'ACTIVATE')

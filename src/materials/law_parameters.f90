@@ -1,14 +1,16 @@
 !> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong
 !> to
-!> it, what other rooms ask of such a law before there is one, and the model that is made of it.
+!> it, what other rooms ask of such a law before there is one, the model that is made of it, and how its strength is
+!> divided by a factor; a law that does not say so is refused in a safety analysis.
 !>
 !> A law extends `law_parameters_type` beside its model and is entered in qsmpm_standard_laws; the deck makes its card,
 !> help and echo of this. The default of a field is the value that the component has; a value outside its range is not
 !> set.
 module qsmpm_law_parameters
   use qsmpm_kinds, only: wp
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_strength_factor, only: strength_factor_type
   implicit none
   private
 
@@ -50,6 +52,8 @@ module qsmpm_law_parameters
     procedure(describe_interface), deferred :: describe
     procedure(fields_interface), deferred :: fields
     procedure(make_interface), deferred :: make_model
+    !> Lower the strength.
+    procedure :: lower => refuse_to_lower
   end type law_parameters_type
 
   !> One of a list.
@@ -108,4 +112,21 @@ module qsmpm_law_parameters
       type(error_type), allocatable, intent(out) :: error
     end subroutine make_interface
   end interface
+
+contains
+
+  !> Refuse to lower a strength that the law does not name.
+  subroutine refuse_to_lower(self, by, error)
+    class(law_parameters_type), intent(inout) :: self
+    type(strength_factor_type), intent(in) :: by
+    !> error_deck: names the card.
+    type(error_type), allocatable, intent(out) :: error
+    type(law_description_type) :: law
+
+    associate (unused => by)
+    end associate
+    law = self%describe()
+    call fail(error, error_deck, '*'//law%keyword//' does not say which of its parameters are a strength that a '// &
+      'factor may divide')
+  end subroutine refuse_to_lower
 end module qsmpm_law_parameters

@@ -26,7 +26,7 @@ module qsmpm_convection
   implicit none
   private
 
-  public :: convect
+  public :: convect, update_in_place
 
   !> Points from which moving and updating them is worth waking the threads.
   integer, parameter :: fewest_points = 50000
@@ -71,6 +71,47 @@ contains
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &
       model%state%points%deformation_gradient)
   end subroutine convect
+
+  !> Update stresses and states alone. Places stay where they are; what rides beside the material points counts its
+  !> displacement by its initial place instead, for histories and the springs of supports.
+  subroutine update_in_place(model, step, displacement, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout), target :: step
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    !> A point that cannot be updated.
+    type(error_type), allocatable, intent(out) :: error
+    type(soil_type), pointer :: soil
+    integer, allocatable :: source(:)
+    real(wp) :: volume(model%state%points%count)
+
+    soil => soil_of(step%terms)
+    call find_point_results(soil, model, step%configuration_type, displacement, source, error)
+    if (allocated(error)) return
+    call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%surface)
+    call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%tracers)
+    volume = model%state%points%volume
+    call take_point_results(soil, source, model%laws, model%state%points)
+    model%state%points%volume = volume
+  end subroutine update_in_place
+
+  !> Draw initial places back by a displacement.
+  subroutine draw_back(mesh, space, activation, points, displacement, carried)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    type(activation_type), intent(in) :: activation
+    type(points_type), intent(in) :: points
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    class(carried_type), intent(inout) :: carried
+    type(shape_values_type) :: place
+    integer :: i
+
+    do i = 1, carried%count
+      call basis_at(mesh, space, activation, points, carried, i, place)
+      carried%initial_position(:, i) = carried%initial_position(:, i) - value_at(place, displacement)
+    end do
+  end subroutine draw_back
 
   !> Move material points.
   subroutine move_points(at_points, displacement, position)

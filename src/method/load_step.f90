@@ -23,7 +23,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_control, only: has_length_error, is_too_long, retries_line_search
   use qsmpm_step_error, only: step_error_type, measure_step_error
-  use qsmpm_convection, only: convect
+  use qsmpm_convection, only: convect, update_in_place
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: equations_type, gather
   use qsmpm_nodal_fields, only: find_prescribed, keep_changes
@@ -104,8 +104,13 @@ contains
       model%state%reactions, model%state%progress, error)
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) call keep_changes(step%unknowns, solution%displacement, model%state%kept)
-    if (.not. allocated(error)) call convect(model, step, &
-      solution%displacement(:model%mesh%dimension, :model%space%node_count), error)
+    associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))
+      if (attempt%in_place .and. .not. allocated(error)) then
+        call update_in_place(model, step, displacement, error)
+      else if (.not. allocated(error)) then
+        call convect(model, step, displacement, error)
+      end if
+    end associate
     call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)

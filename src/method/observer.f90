@@ -45,6 +45,9 @@ module qsmpm_observer
     procedure(accepted_interface), deferred :: accepted
     !> A phase has ended.
     procedure(phase_done_interface), deferred :: phase_done
+    !> The way a body fails that a safety phase has found: displacements and strains of the model are those of it, and
+    !> its state is put back afterwards. Nothing is done unless overridden.
+    procedure :: mechanism => ignore_mechanism
     !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
     procedure(note_interface), deferred :: note
     !> True when the run should stop after the current iteration (signal).
@@ -99,6 +102,16 @@ contains
     associate (unused => self, unused_model => model)
     end associate
   end subroutine ignore_begin
+
+  !> Ignore a mechanism.
+  subroutine ignore_mechanism(self, model, error)
+    class(observer_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine ignore_mechanism
 
   !> Ignore an accepted step.
   subroutine silent_accepted(self, model, record, error)

@@ -3,7 +3,7 @@
 !> qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, ended_by_limit
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -12,13 +12,17 @@ module qsmpm_phases
   use qsmpm_limit_load, only: is_found, limit_loads, limit_text
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
     warn_of_initial_strength, warn_of_lag
-  use qsmpm_phase_ends, only: note_end
+  use qsmpm_phase_ends, only: end_of_phase, note_end
   use qsmpm_phase_start, only: start_phase, resume_phase
+  use qsmpm_phase_tree, only: is_wanted, parent_of
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_safety_factors, only: is_running_out, is_searching
+  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, text_of_stop
@@ -34,6 +38,7 @@ module qsmpm_phases
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
+  character(len=*), parameter :: left_out = '; the phases behind it need the load that it did not carry'
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: step_loop_type
@@ -96,15 +101,15 @@ contains
     class(observer_type), intent(inout) :: observer
     !> The state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
+    integer :: next
 
     if (.not. loop%begun) call begin_or_resume(model, loop, observer, error)
     if (allocated(error)) return
     if (phase_is_complete(model%state%progress)) then
       if (.not. loop%end_notified) call end_phase(model, loop, observer, error)
-      if (allocated(error) .or. model%state%progress%phase == size(model%analysis%phases)) return
-      call need_whole_load(model, error)
-      if (allocated(error)) return
-      model%state%progress%phase = model%state%progress%phase + 1
+      if (.not. allocated(error)) call choose_next_phase(model, observer, next, error)
+      if (allocated(error) .or. next == 0) return
+      call go_to_phase(model, next)
       loop%end_notified = .false.
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
@@ -114,6 +119,7 @@ contains
       call report_phase(model, loop%step%cut, loop%report, observer)
     else if (phase_is_complete(model%state%progress)) then
       call end_phase(model, loop, observer, error)
+      if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
     end if
   end subroutine advance_step_loop
 
@@ -124,7 +130,8 @@ contains
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    if (model%state%progress%fraction > 0.0_wp) then
+    ! A search for a factor of safety takes its steps at the loads of its start.
+    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0) then
       call resume_phase(model)
     else
       call enter_phase(model, loop, observer, error)
@@ -132,18 +139,52 @@ contains
     loop%begun = .not. allocated(error)
   end subroutine begin_or_resume
 
-  !> A phase that has ended at its limit load carries no other.
-  subroutine need_whole_load(model, error)
+  !> The phase to come, 0 when the run has ended. What starts from a phase that has ended at its limit load is left out.
+  subroutine choose_next_phase(model, observer, next, error)
     type(model_type), intent(in) :: model
-    !> error_not_converged: names the limit load.
+    class(observer_type), intent(inout) :: observer
+    integer, intent(out) :: next
+    !> error_not_converged: a phase was left out and none is to come.
     type(error_type), allocatable, intent(out) :: error
+    integer :: p
 
-    associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
-      if (is_found(progress%limit)) call fail(error, error_not_converged, "phase '"//phase%name// &
-        "' has ended at its "//limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor))// &
-        '; the phases behind it need the load that it did not carry')
+    next = next_phase(model)
+    associate (phases => model%analysis%phases, present => model%state%progress%phase)
+      if (next == 0) then
+        call need_all_phases(model, error)
+        return
+      end if
+      do p = present + 1, next - 1
+        call observer%note("phase '"//phases(p)%name//"' is left out: phase '"//phases(parent_of(phases, p))%name// &
+          "' has not ended with its whole load")
+      end do
+      if (parent_of(phases, next) /= present) call observer%note("phase '"//phases(next)%name// &
+        "' starts from the end of phase '"//phases(parent_of(phases, next))%name//"'")
     end associate
-  end subroutine need_whole_load
+  end subroutine choose_next_phase
+
+  !> A phase that has ended at its limit load carries no other.
+  subroutine need_all_phases(model, error)
+    type(model_type), intent(in) :: model
+    !> error_not_converged: names the first such phase that others were to start from.
+    type(error_type), allocatable, intent(out) :: error
+    type(phase_end_type) :: ended
+    integer :: p
+
+    associate (progress => model%state%progress, phases => model%analysis%phases)
+      do p = 1, progress%phase
+        ended = end_of_phase(progress, p)
+        if (ended%reason /= ended_by_limit .or. .not. is_wanted(phases, p, p)) cycle
+        if (p == progress%phase) then
+          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its "// &
+            limit_text(limit_loads(progress%limit, progress%fraction, phases(p)%load_factor))//left_out)
+        else
+          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its limit load"//left_out)
+        end if
+        return
+      end do
+    end associate
+  end subroutine need_all_phases
 
   !> Begin the current phase; initial stresses must be in equilibrium.
   subroutine enter_phase(model, loop, observer, error)
@@ -184,7 +225,7 @@ contains
     end do
   end subroutine note_lines
 
-  !> Notify the observer that the phase has ended.
+  !> Keep what later phases start from, and notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -193,6 +234,7 @@ contains
 
     loop%end_notified = .true.
     call note_end(model)
+    call keep_phase(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
@@ -204,7 +246,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
 
-  !> Try until a step is accepted, or the limit load found.
+  !> Try until a step is accepted, or what the phase looks for is found: then it ends.
   subroutine reach_step(model, loop, phase, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
@@ -212,26 +254,52 @@ contains
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
     type(step_record_type) :: record
+    logical :: accepted
+
+    record = step_record_type()
+    if (is_searching(model)) then
+      call reach_factor(model, loop, phase, observer, record, accepted, error)
+    else
+      call reach_load(model, loop, phase, observer, record, accepted, error)
+    end if
+    if (allocated(error) .or. .not. accepted) return
+    loop%step%profile%steps = loop%step%profile%steps + 1
+    call complete_record(model, loop%step, record)
+    call notify_step(model, loop, record, observer, error)
+    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
+  end subroutine reach_step
+
+  !> The next load of the phase, or the next strength of its run-out.
+  subroutine reach_load(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    !> False where the limit load is found instead.
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
     type(outcome_type) :: outcome
     type(step_before_type) :: before
-    real(wp) :: length, last
+    real(wp) :: length, last, strength
 
+    accepted = .false.
     call remember_start(model, phase, before)
     do
-      if (observer%stop_requested()) then
-        call fail(error, error_stopped, 'stopped on request')
-        return
-      end if
+      if (is_stopped(observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
       if (is_found(model%state%progress%limit)) return
       record = step_record_type()
+      strength = model%state%progress%strength_factor
+      if (is_running_out(model)) call set_strength(model, runout_factor(model, phase, last))
       call take_step(model, loop%step, loop%solver, phase, last, observer, record, outcome, error)
-      if (allocated(error)) return
-      if (outcome%accepted) then
+      if (outcome%accepted .and. .not. allocated(error)) then
         if (.not. must_be_shorter(model, phase, before, last - record%start)) exit
         call observer%note('step shortened to end where the phase stops')
         cycle
       end if
+      call set_strength(model, strength)
+      if (allocated(error)) return
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
@@ -239,14 +307,45 @@ contains
       end if
       call observer%note('increment cut back: '//outcome%reason)
     end do
+    accepted = .true.
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
-    model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
-    loop%step%profile%steps = loop%step%profile%steps + 1
-    call complete_record(model, loop%step, record)
+    if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
-    call notify_step(model, loop, record, observer, error)
-    if (.not. allocated(error)) call test_constant_load(model, loop%step, loop%solver, phase, observer, error)
-  end subroutine reach_step
+  end subroutine reach_load
+
+  !> The next stable factor of a safety phase; where there is none its factor of safety is found.
+  subroutine reach_factor(model, loop, phase, observer, record, accepted, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    logical, intent(out) :: accepted
+    type(error_type), allocatable, intent(out) :: error
+    type(outcome_type) :: outcome
+
+    accepted = .false.
+    if (is_stopped(observer, error)) return
+    call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
+    if (allocated(error)) return
+    accepted = outcome%accepted
+    if (accepted) then
+      model%state%progress%step = model%state%progress%step + 1
+      model%state%progress%phase_steps = model%state%progress%phase_steps + 1
+    else if (.not. is_stopped(observer, error)) then
+      call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
+      if (.not. allocated(error)) call end_search(model, phase, observer, error)
+    end if
+  end subroutine reach_factor
+
+  !> Whether the run is to stop.
+  logical function is_stopped(observer, error)
+    class(observer_type), intent(inout) :: observer
+    type(error_type), allocatable, intent(out) :: error
+
+    is_stopped = observer%stop_requested()
+    if (is_stopped) call fail(error, error_stopped, 'stopped on request')
+  end function is_stopped
 
   !> Points, equations and histories at the end of an accepted step.
   subroutine complete_record(model, step, record)

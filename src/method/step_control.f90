@@ -113,7 +113,7 @@ contains
     !> d
     real(wp), intent(in) :: move
 
-    attempt = attempt_type(fraction, controls%tolerance, largest_move=move, start=start)
+    attempt = attempt_type(fraction, controls%tolerance, largest_move=move, start=start, in_place=controls%in_place)
   end function static_attempt
 
   !> The same at constant load, with the stabilisation of the re-equilibration of this number.

@@ -26,6 +26,8 @@ module qsmpm_step_solver
     real(wp) :: stabilisation = 1.0_wp
     !> Load fraction that the step starts from: its load increment is counted from there.
     real(wp) :: start = 0.0_wp
+    !> Stresses and states alone are updated: places, volumes and deformation stay.
+    logical :: in_place = .false.
   end type attempt_type
 
   !> Who solves.

@@ -15,13 +15,15 @@ module qsmpm_model
   use qsmpm_law, only: law_slot_type
   use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_safety_bracket, only: bracket_type
+  use qsmpm_strength_factor, only: strength_factor_type
   use qsmpm_surface_pressure, only: surface_pressure_type
   use qsmpm_water_table, only: water_table_type
   use qsmpm_points, only: points_type, surface_points_type, carried_type, watched_points_type
   implicit none
   private
 
-  public :: model_type, state_type, loading_type, progress_type, phase_end_type
+  public :: model_type, state_type, kept_phase_type, loading_type, progress_type, phase_end_type
 
   !> How a phase has ended.
   type :: phase_end_type
@@ -58,6 +60,11 @@ module qsmpm_model
     real(wp) :: release_left = 0.0_wp
     !> Compliance of the phase and its limit load.
     type(limit_load_type) :: limit
+    !> F by which the strengths are divided at present, and the search for the factor of safety of this phase.
+    real(wp) :: strength_factor = 1.0_wp
+    type(bracket_type) :: bracket
+    !> Number, stable and lost factor (0 for none) of each safety phase that has found them (3, found).
+    real(wp), allocatable :: factors(:, :)
     !> A history of the phase has reached its value.
     logical :: stopped = .false.
     !> How each phase has ended (phases).
@@ -86,6 +93,13 @@ module qsmpm_model
     type(kept_arrays_type) :: kept
     type(progress_type) :: progress
   end type state_type
+
+  !> State at the end of a phase, kept for later ones that start from there.
+  type :: kept_phase_type
+    !> Number of the phase.
+    integer :: phase = 0
+    type(state_type) :: state
+  end type kept_phase_type
 
   !> Loads and constraints of a phase, resolved on the mesh. Every load runs linearly from `start`
   !> to `final` over the phase.
@@ -119,12 +133,16 @@ module qsmpm_model
     !> What carries the displacement: "nodes" below are nodes of this space.
     type(space_type) :: space
     type(law_slot_type), allocatable :: laws(:)
+    !> What the laws are made with; that of the state, unless the state was just put back (qsmpm_lowered_laws).
+    type(strength_factor_type) :: strength
     !> Bounds of the bodies as drawn (bodies); those of element sets number the cells of the first window.
     type(body_shape_type), allocatable :: shapes(:)
     !> Outlines that are carried with the material; their vertices are tracers behind those of the histories.
     type(carried_outline_type), allocatable :: outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
+    !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.
+    type(kept_phase_type), allocatable :: kept_phases(:)
     !> How often the mesh has been laid around the material anew.
     integer :: windows_built = 0
     !> Typical cell size: the smallest of the active cells at the start.

@@ -25,6 +25,7 @@ module qsmpm_model_builder
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
+  use qsmpm_lowered_laws, only: check_lowering
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
@@ -67,6 +68,7 @@ contains
     if (diagnostics%count == 0) call make_sets(model, diagnostics)
     if (diagnostics%count == 0) call make_space(model, diagnostics)
     call make_laws(model, diagnostics, own)
+    if (diagnostics%count == 0) call check_lowering(model, diagnostics)
     if (diagnostics%count == 0) call choose_locking_treatments(model)
     if (diagnostics%count == 0) call make_points(model, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)

@@ -14,6 +14,7 @@ module qsmpm_model_window
   use qsmpm_grid_labels, only: row_of
   use qsmpm_grid_window, only: window_type, operator(==), cells_over, cell_place, hull, widen, holds, renumber
   use qsmpm_kept_arrays, only: renumber_nodal
+  use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_mesh_measure, only: find_bounds
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
@@ -188,8 +189,8 @@ contains
       model%state%released(model%mesh%dimension, model%space%node_count), source=0.0_wp)
   end subroutine fit_window
 
-  !> Put a state back, with its window. Arrays of the material points stay where they are in memory: embedding
-  !> programs look at them.
+  !> Put a state back, with its window and the strength in force. Arrays of the material points stay where they are in
+  !> memory: embedding programs look at them.
   subroutine restore(state, model)
     type(state_type), intent(in) :: state
     type(model_type), intent(inout) :: model
@@ -208,6 +209,7 @@ contains
     model%state%kept = state%kept
     model%state%progress = state%progress
     call place_mesh(model)
+    call fit_laws(model)
     call link_points(model)
   end subroutine restore
 

@@ -42,13 +42,13 @@ contains
     call move_alloc(longer, progress%ends)
   end subroutine make_room
 
-  !> How a phase has ended.
+  !> How a phase has ended; not yet where there is no such phase.
   pure type(phase_end_type) function end_of_phase(progress, phase) result(ended)
     type(progress_type), intent(in) :: progress
     integer, intent(in) :: phase
 
     if (.not. allocated(progress%ends)) return
-    if (phase <= size(progress%ends)) ended = progress%ends(phase)
+    if (phase >= 1 .and. phase <= size(progress%ends)) ended = progress%ends(phase)
   end function end_of_phase
 
   !> Load fraction that a phase before the present one has reached.

@@ -6,11 +6,12 @@
 !> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0, support_none
+  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, support_none
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: set_k0_stresses
   use qsmpm_limit_load, only: limit_load_type
+  use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
   use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
@@ -21,6 +22,8 @@ module qsmpm_phase_start
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_mesh, only: mesh_type
   use qsmpm_mesh_sets, only: find_set
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_safety_bracket, only: bracket_type
   implicit none
   private
 
@@ -48,13 +51,16 @@ contains
       progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%stopped = .false.
       progress%fraction = 0.0_wp
-      progress%load_factor = 0.0_wp
+      if (model%analysis%phases(progress%phase)%kind /= phase_safety) progress%load_factor = 0.0_wp
+      progress%strength_factor = 1.0_wp
+      progress%bracket = bracket_type()
       progress%next_step = 0.0_wp
       progress%constant_load_tests_done = 0
       progress%limit = limit_load_type()
       progress%phase_steps = 0
     end associate
     call resume_phase(model)
+    call fit_laws(model)
     call release(model)
     call watch_sets(model)
     associate (phase => model%analysis%phases(model%state%progress%phase))
@@ -93,11 +99,12 @@ contains
     call set_normals(model%state%surface, changed)
   end subroutine release
 
-  !> Loads and constraints of the model's current phase, by going through all phases up to it. Forces on material
+  !> Loads and constraints of the model's current phase, by going through its ancestors up to it. Forces on material
   !> points are an embedding program's and stay.
   subroutine resume_phase(model)
     type(model_type), intent(inout) :: model
     type(loading_type) :: loading
+    integer, allocatable :: line(:)
     integer :: i
 
     allocate (loading%constrained(model%mesh%dimension, model%space%node_count), source=.false.)
@@ -110,9 +117,10 @@ contains
     call dry_tables(model%analysis, loading%water_final)
     allocate (loading%carrier(size(model%analysis%surfaces)), source=0)
     allocate (loading%support(size(model%analysis%surfaces)), source=support_none)
-    do i = 1, model%state%progress%phase
-      call apply_phase(model, model%analysis%phases(i), loading)
-      if (i < model%state%progress%phase) call end_early(fraction_reached(model%state%progress, i), loading)
+    allocate (line, source=lineage(model%analysis%phases, model%state%progress%phase))
+    do i = 1, size(line)
+      call apply_phase(model, model%analysis%phases(line(i)), loading)
+      if (i < size(line)) call end_early(fraction_reached(model%state%progress, line(i)), loading)
     end do
     allocate (loading%open_edge(model%mesh%cell_count))
     call find_open_edges(model%mesh, loading%held, loading%open_edge)

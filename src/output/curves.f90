@@ -5,7 +5,7 @@
 !> state it starts from.
 module qsmpm_curves
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional
+  use qsmpm_analysis, only: analysis_type, axisymmetric, three_dimensional, phase_safety
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, append_file, put_text, flush_file, file_exists, read_text
   use qsmpm_history_quantities, only: unit_of_history
@@ -111,6 +111,7 @@ contains
           row = row//','//real_text(record%shares(i)%share)
         end do
       end if
+      if (any(model%analysis%phases%kind == phase_safety)) row = row//','//real_text(progress%strength_factor)
       row = row//','//integer_text(record%inaccurate_points)//','//real_text(record%step_error)//','// &
         real_text(relative_compliance(progress%limit))
       if (allocated(record%histories)) then
@@ -132,7 +133,9 @@ contains
     character(len=:), allocatable :: header
     integer :: i
 
-    header = 'phase,step,load_factor,iterations,out_of_balance'//shares//',inaccurate_points,step_error,compliance'
+    header = 'phase,step,load_factor,iterations,out_of_balance'//shares
+    if (any(analysis%phases%kind == phase_safety)) header = header//',F'
+    header = header//',inaccurate_points,step_error,compliance'
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &

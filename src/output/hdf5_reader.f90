@@ -12,7 +12,7 @@ module qsmpm_hdf5_reader
   implicit none
   private
 
-  public :: reader_type, open_reader, get_array, get_attribute, close_reader
+  public :: reader_type, open_reader, get_array, get_attribute, find_group, close_reader
 
   !> A file that is being read.
   type :: reader_type
@@ -65,6 +65,19 @@ contains
       call fail(error, error_other, "cannot read '"//reader%path//"': "//reader%reason)
     end if
   end subroutine close_reader
+
+  !> Whether there is a group.
+  subroutine find_group(reader, path, there)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: path
+    logical, intent(out) :: there
+    integer :: status
+
+    there = .false.
+    if (allocated(reader%reason)) return
+    call h5lexists_f(reader%file, path, there, status)
+    there = there .and. status >= 0
+  end subroutine find_group
 
   !> Get a row of reals.
   subroutine get_reals_1(reader, path, values)

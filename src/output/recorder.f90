@@ -29,8 +29,11 @@ module qsmpm_recorder
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
+  use qsmpm_safety_factors, only: has_factor
+  use qsmpm_safety_files, only: safety_file, mechanism_mesh, mechanism_points, write_mechanism, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
+  use qsmpm_warning_list, only: keep_warnings, repeated_warnings
   use qsmpm_stress_error, only: stress_error_type, estimate_stress_error
   use qsmpm_error_report, only: error_line, error_warning
   use qsmpm_whole_scene, only: whole_scene_type, is_reduced, follow_step, show_state, whole_record, savings_text
@@ -86,6 +89,7 @@ module qsmpm_recorder
     procedure :: phase_begun
     procedure :: accepted
     procedure :: phase_done
+    procedure :: mechanism
     procedure :: note
     procedure :: stop_requested
   end type recorder_type
@@ -156,13 +160,15 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when a file cannot be removed.
     type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(11) = [character(len=16) :: 'curves.csv', limit_file, 'points.pvd', &
-      'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
+    character(len=*), parameter :: names(12) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
+      'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
       profile_file, summary_file]
     integer :: i, status
 
     status = remove_numbered(directory, 'points_', '.vtu')
     if (status == 0) status = remove_numbered(directory, 'mesh_', '.vtu')
+    if (status == 0) status = remove_numbered(directory, mechanism_points, '.vtu')
+    if (status == 0) status = remove_numbered(directory, mechanism_mesh, '.vtu')
     if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
     do i = 1, size(names)
       if (status /= 0) exit
@@ -318,13 +324,16 @@ contains
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
 
-    call write_log(self, 'end of phase '//integer_text(model%state%progress%phase))
+    call write_log(self, 'end of phase '//integer_text(model%state%progress%phase)//" '"// &
+      model%analysis%phases(model%state%progress%phase)%name//"'")
     call report_stress_error(self, model)
     if (self%picture_step /= model%state%progress%step) call write_pictures(self, model, error)
     if (allocated(error)) return
     call save_restart(self, model, error)
     if (.not. allocated(error) .and. is_found(model%state%progress%limit)) &
       call write_text(self%directory//'/'//limit_file, limit_json(model), error)
+    if (.not. allocated(error) .and. has_factor(model%state%progress)) &
+      call write_safety(self%directory, model, error)
     if (.not. allocated(error)) call write_summary(self%directory, scene_of(self, model), model, error)
     if (allocated(error)) return
     if (allocated(self%log_error)) allocate (error, source=self%log_error)
@@ -339,6 +348,34 @@ contains
     analysis = model%analysis
     if (is_reduced(recorder%options%whole)) analysis = recorder%options%whole%model%analysis
   end function scene_of
+
+  !> Pictures of the way a body fails, numbered by the phase.
+  subroutine mechanism(self, model, error)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. model%analysis%output%vtk) return
+    self%estimate_step = -1
+    call measure(self, model)
+    self%estimate_step = -1
+    if (is_reduced(self%options%whole)) then
+      call show_state(self%options%whole, model)
+      call write_mechanism(self%directory, self%options%whole%model, whole_estimate(self), error)
+    else
+      call write_mechanism(self%directory, model, self%estimate, error)
+    end if
+  end subroutine mechanism
+
+  !> Estimated error of the stresses at the points of the scene.
+  type(stress_error_type) function whole_estimate(recorder) result(shown)
+    class(recorder_type), intent(in) :: recorder
+
+    shown = recorder%estimate
+    shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
+    shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
+  end function whole_estimate
 
   !> Say how far the stresses can be trusted, and warn where they cannot.
   subroutine report_stress_error(recorder, model)
@@ -369,38 +406,8 @@ contains
 
     call write_log(self, without_last_newline(text))
     call show_text(self%display, without_last_newline(text))
-    call keep_warnings(self, text)
+    call keep_warnings(text, self%warnings)
   end subroutine note
-
-  !> Keep the lines of a text that are warnings, each once.
-  subroutine keep_warnings(recorder, text)
-    class(recorder_type), intent(inout) :: recorder
-    character(len=*), intent(in) :: text
-    integer :: start, last
-
-    if (.not. allocated(recorder%warnings)) recorder%warnings = ''
-    start = 1
-    do while (start <= len(text))
-      last = index(text(start:)//newline, newline) + start - 2
-      associate (line => text(start:last))
-        if (index(line, 'warning: ') > 0 .and. index(newline//recorder%warnings, newline//line//newline) == 0) &
-          recorder%warnings = recorder%warnings//line//newline
-      end associate
-      start = last + 2
-    end do
-  end subroutine keep_warnings
-
-  !> Say again at the end of the log what was warned of.
-  subroutine repeat_warnings(recorder)
-    type(recorder_type), intent(inout) :: recorder
-    integer :: i, n
-
-    if (.not. allocated(recorder%warnings)) return
-    n = count([(recorder%warnings(i:i) == newline, i=1, len(recorder%warnings))])
-    if (n == 0) return
-    call write_log(recorder, 'warnings of this run: '//integer_text(n))
-    call write_log(recorder, without_last_newline(recorder%warnings))
-  end subroutine repeat_warnings
 
   !> Whether a signal has asked the run to stop.
   logical function stop_requested(self)
@@ -428,10 +435,12 @@ contains
     !> What ended the run; not allocated when it finished.
     type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: log_error
+    character(len=:), allocatable :: said
 
     call log_summary(recorder, model)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
-    call repeat_warnings(recorder)
+    said = repeated_warnings(recorder%warnings)
+    if (len(said) > 0) call write_log(recorder, without_last_newline(said))
     if (.not. allocated(outcome)) then
       call show_start(recorder, model, error)
     else
@@ -503,16 +512,12 @@ contains
     type(model_type), intent(in) :: model
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
-    type(stress_error_type) :: shown
 
     call measure(recorder, model)
     if (is_reduced(recorder%options%whole)) then
       call follow_step(recorder%options%whole, model)
       call show_state(recorder%options%whole, model)
-      shown = recorder%estimate
-      shown%at_point = recorder%estimate%at_point(recorder%options%whole%origin)
-      shown%scale = recorder%estimate%scale(recorder%options%whole%origin)
-      call write_fields(recorder, recorder%options%whole%model, shown, error)
+      call write_fields(recorder, recorder%options%whole%model, whole_estimate(recorder), error)
     else
       call write_fields(recorder, model, recorder%estimate, error)
     end if

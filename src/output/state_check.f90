@@ -86,8 +86,23 @@ contains
       progress%release_left >= 0.0_wp .and. progress%release_left <= 1.0_wp .and. &
       progress%damping >= 0.0_wp .and. finite([progress%load_factor, progress%next_step, progress%damping, &
       progress%external_work, progress%internal_work]) .and. limit_good(progress%limit) .and. &
-      ends_good(progress, phases)
+      search_good(progress, phases) .and. ends_good(progress, phases)
   end function progress_good
+
+  !> Whether factors of strength can be those of safety phases.
+  pure logical function search_good(progress, phases)
+    type(progress_type), intent(in) :: progress
+    integer, intent(in) :: phases
+
+    associate (b => progress%bracket)
+      search_good = finite([progress%strength_factor, b%stable, b%lost, b%increment]) .and. &
+        progress%strength_factor > 0.0_wp .and. min(b%stable, b%lost) >= 0.0_wp .and. b%increment > 0.0_wp
+    end associate
+    if (.not. allocated(progress%factors)) return
+    search_good = search_good .and. size(progress%factors, 1) == 3
+    if (search_good .and. size(progress%factors) > 0) search_good = finite_table(progress%factors) .and. &
+      minval(progress%factors) >= 0.0_wp .and. maxval(progress%factors(1, :)) <= real(phases, wp)
+  end function search_good
 
   !> Whether phases can have ended so.
   pure logical function ends_good(progress, phases)

@@ -1,8 +1,9 @@
-!> Which bodies are there in a phase, and of which material: what *BODY, ACTIVE=NO, *ACTIVATE, *DEACTIVATE and *CHANGE
-!> MATERIAL say, phase by phase. A body that a phase takes out is not there in that phase any more, though its weight
-!> and stress are lowered over it (qsmpm_unloading).
+!> Which bodies are there in a phase: what *BODY, ACTIVE=NO, *ACTIVATE and *DEACTIVATE say, along the line of its
+!> ancestors. A body that a phase takes out is not there in that phase any more, though its weight and stress are
+!> lowered over it (qsmpm_unloading).
 module qsmpm_active_bodies
   use qsmpm_analysis, only: analysis_type, body_change_type
+  use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
@@ -17,12 +18,14 @@ contains
     integer, intent(in) :: phase
     !> (bodies)
     logical :: active(size(analysis%bodies))
-    integer :: p
+    integer, allocatable :: line(:)
+    integer :: i
 
+    allocate (line, source=lineage(analysis%phases, phase))
     active = analysis%bodies%active
-    do p = 1, phase
-      active = (active .and. .not. bodies_named(analysis, analysis%phases(p)%deactivations)) &
-        .or. bodies_named(analysis, analysis%phases(p)%activations)
+    do i = 1, size(line)
+      active = (active .and. .not. bodies_named(analysis, analysis%phases(line(i))%deactivations)) &
+        .or. bodies_named(analysis, analysis%phases(line(i))%activations)
     end do
   end function bodies_active
 

@@ -9,6 +9,7 @@ module qsmpm_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type
+  use qsmpm_strength_factor, only: flow_material
   use qsmpm_undrained_parameters, only: undrained_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
@@ -19,8 +20,8 @@ module qsmpm_analysis
   public :: analysis_type, axis_type, mesh_source_type, set_type, surface_type, body_type, &
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
-    moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, body_change_type, &
-    stop_type, water_level_type
+    safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
+    body_change_type, stop_type, water_level_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -70,6 +71,10 @@ module qsmpm_analysis
   integer, parameter, public :: keep_auto = 0, keep_no = 1, keep_yes = 2
   !> Newton variants: the paper's frozen [K^E + K^G]^0, or the consistent tangent.
   integer, parameter, public :: newton_modified = 1, newton_full = 2
+  !> What a phase does: loads change, or the strength is lowered until it is lost.
+  integer, parameter, public :: phase_loading = 1, phase_safety = 2
+  !> Places, volumes and deformation in the search for a factor of safety: they stay, or follow.
+  integer, parameter, public :: geometry_fixed = 1, geometry_moving = 2
   !> How a phase starts its stresses.
   integer, parameter, public :: initial_keep = 0, initial_k0 = 1
   !> Who carries a traction: tracked surface points, or the outermost material points (paper, 3.1).
@@ -311,6 +316,8 @@ module qsmpm_analysis
     logical :: damping = .true.
     real(wp) :: damping_share = 1.0e-3_wp
     integer :: max_substeps = 400
+    !> Stresses and states alone are updated: no card says so, the search for a factor of safety does.
+    logical :: in_place = .false.
   end type controls_type
 
   !> Re-solve at held load and report how far the first history creeps; the state is restored.
@@ -366,6 +373,19 @@ module qsmpm_analysis
     integer :: fill = fill_level
   end type body_change_type
 
+  !> How a phase lowers the strength.
+  type :: safety_type
+    logical :: given = .false.
+    type(source_line_type) :: where
+    !> Largest distance of the factors that are stable and lost.
+    real(wp) :: tolerance = 5.0e-3_wp
+    !> One of flow_* (qsmpm_strength_factor) and of geometry_*.
+    integer :: flow = flow_material
+    integer :: geometry = geometry_fixed
+    !> Factor of the run-out that follows the search; huge for none.
+    real(wp) :: runout = huge(1.0_wp)
+  end type safety_type
+
   !> What becomes of the excess pore pressure of undrained materials in a phase, and after it.
   type :: drain_state_type
     logical :: given = .false.
@@ -391,7 +411,12 @@ module qsmpm_analysis
   !> One phase: what changes, and how it is stepped.
   type :: phase_type
     character(len=:), allocatable :: name
+    !> Phase that it starts from the end of; empty or unallocated: the one before.
+    character(len=:), allocatable :: parent
     type(source_line_type) :: where
+    !> phase_loading or phase_safety.
+    integer :: kind = phase_loading
+    type(safety_type) :: safety
     !> Load factor at the end of the phase; loads of the phase are given per unit of it.
     real(wp) :: load_factor = 1.0_wp
     !> How long it lasts, for models that depend on time, and when it starts where it does not start at the end of the

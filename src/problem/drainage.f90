@@ -4,6 +4,7 @@
 !> A law belongs to a material: the bodies of one material are drained together.
 module qsmpm_drainage
   use qsmpm_analysis, only: analysis_type, drain_state_type
+  use qsmpm_phase_tree, only: parent_of
   use qsmpm_undrained_parameters, only: undrained_c, drainage_none, drainage_dissipates, drainage_keeps
   implicit none
   private
@@ -16,20 +17,21 @@ contains
   !> reduced has other bodies.
   pure subroutine set_drainage(analysis)
     type(analysis_type), intent(inout) :: analysis
-    integer :: m, i, usual
+    integer :: m, i, after(0:size(analysis%phases))
 
+    after(0) = drainage_none
     do m = 1, size(analysis%materials)
       if (.not. analysis%materials(m)%undrained%given) cycle
       associate (undrained => analysis%materials(m)%undrained)
         if (allocated(undrained%drainage)) cycle
         allocate (undrained%drainage(size(analysis%phases)), source=drainage_none)
-        usual = drainage_none
         do i = 1, size(analysis%phases)
-          undrained%drainage(i) = usual
+          after(i) = after(parent_of(analysis%phases, i))
+          undrained%drainage(i) = after(i)
           associate (card => analysis%phases(i)%drain_state)
             if (.not. is_drained_by(analysis, m, card)) cycle
             undrained%drainage(i) = merge(drainage_keeps, drainage_dissipates, card%keeps)
-            usual = merge(drainage_keeps, drainage_none, card%stays_drained)
+            after(i) = merge(drainage_keeps, drainage_none, card%stays_drained)
           end associate
         end do
       end associate

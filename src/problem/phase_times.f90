@@ -1,7 +1,8 @@
-!> When phases start: each at the end of the one before unless it says another time, the first one at 0.
+!> When phases start: each at the end of its parent unless it says another time, the first one at 0.
 module qsmpm_phase_times
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
@@ -14,12 +15,16 @@ contains
     type(phase_type), intent(in) :: phases(:)
     !> Number of the phase.
     integer, intent(in) :: number
-    integer :: p
+    integer, allocatable :: line(:)
+    integer :: i
 
     time = 0.0_wp
-    do p = 1, number
-      if (phases(p)%start_given) time = phases(p)%start_time
-      if (p < number) time = time + phases(p)%duration
+    allocate (line, source=lineage(phases, number))
+    do i = 1, size(line)
+      associate (phase => phases(line(i)))
+        if (phase%start_given) time = phase%start_time
+        if (i < size(line)) time = time + phase%duration
+      end associate
     end do
   end function phase_start_time
 end module qsmpm_phase_times

@@ -13,6 +13,7 @@ module qsmpm_mirror
   use qsmpm_element, only: element_from_name, element_order
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: refuse, place_text, require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
@@ -347,11 +348,13 @@ contains
     !> Number of the phase, and the component.
     integer, intent(in) :: phase, component
     character(len=:), allocatable :: text
+    integer, allocatable :: line(:)
     integer :: p, i
 
     text = 'the supports are not symmetric'
-    do p = 1, phase
-      associate (now => analysis%phases(p))
+    allocate (line, source=lineage(analysis%phases, phase))
+    do p = 1, size(line)
+      associate (now => analysis%phases(line(p)))
         do i = 1, size(now%fixities)
           associate (fixity => now%fixities(i))
             if (any(fixity%fixed) .and. .not. fixity%fixed(component)) cycle
@@ -363,8 +366,8 @@ contains
           associate (prescription => now%prescriptions(i))
             if (prescription%component /= component) cycle
             ! A motion along the normal of a set that holds both nodes is none of mirror images.
-            if (is_one_sided(prescription%set) .or. (node(component) /= image(component) .and. p == phase) .or. &
-              (all(node == image) .and. p == phase)) text = "*PRESCRIBE of '"//prescription%set//"'"// &
+            if (is_one_sided(prescription%set) .or. (node(component) /= image(component) .and. p == size(line)) .or. &
+              (all(node == image) .and. p == size(line))) text = "*PRESCRIBE of '"//prescription%set//"'"// &
               place_text(prescription%where)//' has no mirror image'
           end associate
         end do

@@ -9,6 +9,7 @@ module qsmpm_set_members
   use qsmpm_analysis, only: analysis_type, set_type, axis_type, select_plane, select_box, &
     three_dimensional, quantity_reaction
   use qsmpm_element_kinds, only: element_from_name, element_order
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_reduction, only: closeness
   implicit none
   private
@@ -198,12 +199,14 @@ contains
     logical, intent(out) :: fixed(3)
     !> Prescribed displacement (3).
     real(wp), intent(out) :: value(3)
+    integer, allocatable :: line(:)
     integer :: p, i
 
     fixed = .false.
-    do p = 1, phase
+    allocate (line, source=lineage(analysis%phases, phase))
+    do p = 1, size(line)
       value = 0.0_wp
-      associate (now => analysis%phases(p))
+      associate (now => analysis%phases(line(p)))
         do i = 1, size(now%fixities)
           if (.not. contains_node(members, set_number(analysis, now%fixities(i)%set), node)) cycle
           fixed = now%fixities(i)%fixed .or. (any(now%fixities(i)%fixed) .and. fixed)

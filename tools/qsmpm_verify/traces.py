@@ -54,6 +54,26 @@ def limit_load(folder: Path, which: str = "knee") -> float:
     return float(found[which])
 
 
+def factor_of_safety(folder: Path, phase: str, which: str = "stable") -> float:
+    """Factor of safety of a phase of TYPE=SAFETY [-]: the last stable one, the first lost one, or their difference.
+
+    A phase that has found none is an error, not a figure.
+    """
+    path = folder / "safety.json"
+    try:
+        phases = json.loads(path.read_text(encoding="utf-8"))["phases"]
+    except OSError as error:
+        raise ResultError(f"{path}: {error.strerror}: the run has found no factor of safety") from error
+    if which not in ("stable", "lost", "width"):
+        raise ResultError(f"factor_of_safety: '{which}' is not stable, lost or width")
+    found = [row for row in phases if row["phase"] == phase]
+    if not found:
+        raise ResultError(f"{path}: no phase '{phase}'; there are {', '.join(row['phase'] for row in phases)}")
+    if which != "stable" and found[0]["lost"] is None:
+        raise ResultError(f"{path}: phase '{phase}' was stable at all factors")
+    return float(found[0]["lost"] - found[0]["stable"] if which == "width" else found[0][which])
+
+
 def hold_growth(folder: Path, load_factor: float) -> float:
     """Growth of the first history in a constant load test, as a share of it; job.log tells it [-].
 
@@ -107,5 +127,5 @@ def log_lines(folder: Path, text: str) -> float:
 
 
 TRACES: dict[str, Trace] = {
-    f.__name__: f for f in (knee, limit_load, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
+    f.__name__: f for f in (knee, limit_load, factor_of_safety, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
 """The functions a case file may name."""

@@ -52,6 +52,10 @@ program run_unit_tests
   use test_step_control, only: collect_step_control
   use test_step_length, only: collect_step_length
   use test_phases, only: collect_phases
+  use test_phase_tree, only: collect_phase_tree
+  use test_safety_bracket, only: collect_safety_bracket
+  use test_safety_search, only: collect_safety_search
+  use test_strength_factor, only: collect_strength_factor
   use test_phase_stops, only: collect_phase_stops
   use test_energy, only: collect_energy
   use test_accepted_steps, only: collect_accepted_steps
@@ -170,6 +174,10 @@ program run_unit_tests
   call register('step_control', collect_step_control)
   call register('step_length', collect_step_length)
   call register('phases', collect_phases)
+  call register('phase_tree', collect_phase_tree)
+  call register('safety_bracket', collect_safety_bracket)
+  call register('safety_search', collect_safety_search)
+  call register('strength_factor', collect_strength_factor)
   call register('phase_stops', collect_phase_stops)
   call register('energy', collect_energy)
   call register('accepted_steps', collect_accepted_steps)

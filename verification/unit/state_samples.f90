@@ -70,6 +70,13 @@ contains
     call alter(progress%limit%refused_compliance)
     call alter(progress%limit%refused_middle)
     call alter(progress%limit%knee)
+    call alter(progress%strength_factor)
+    progress%strength_factor = 2.0_wp + abs(progress%strength_factor)
+    call alter(progress%bracket%stable)
+    call alter(progress%bracket%lost)
+    call alter(progress%bracket%increment)
+    progress%bracket%increment = 1.0_wp + abs(progress%bracket%increment)
+    progress%factors = reshape([1.0_wp, 1.25_wp, 1.5_wp], [3, 1])
     progress%stopped = .not. progress%stopped
     progress%ends = [phase_end_type()]
     progress%ends(1)%reason = 3
@@ -194,6 +201,13 @@ contains
     call note(names, 'limit%refused_compliance', same_reals([a%limit%refused_compliance], [b%limit%refused_compliance]))
     call note(names, 'limit%refused_middle', same_reals([a%limit%refused_middle], [b%limit%refused_middle]))
     call note(names, 'limit%knee', same_reals([a%limit%knee], [b%limit%knee]))
+    call note(names, 'strength_factor', same_reals([a%strength_factor], [b%strength_factor]))
+    call note(names, 'bracket%stable', same_reals([a%bracket%stable], [b%bracket%stable]))
+    call note(names, 'bracket%lost', same_reals([a%bracket%lost], [b%bracket%lost]))
+    call note(names, 'bracket%increment', same_reals([a%bracket%increment], [b%bracket%increment]))
+    call note(names, 'factors', allocated(a%factors) .eqv. allocated(b%factors))
+    if (allocated(a%factors) .and. allocated(b%factors)) call note(names, 'factors', &
+      same_reals([a%factors], [b%factors]))
     call note(names, 'stopped', a%stopped .eqv. b%stopped)
     call note(names, 'ends', same_ends(a, b))
   end function progress_differences

@@ -15,6 +15,7 @@ module qsmpm_drucker_prager
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
   use qsmpm_material_parameters, only: material_parameters_type, check_parameters
   use qsmpm_principal_model, only: principal_model_type, stress_update_type
+  use qsmpm_strength_factor, only: strength_factor_type, lower_strength
   use qsmpm_tensor, only: identity
   implicit none
   private
@@ -35,6 +36,7 @@ module qsmpm_drucker_prager
     procedure :: describe
     procedure :: fields
     procedure :: make_model
+    procedure :: lower
   end type drucker_prager_parameters_type
 
   !> The model; no state variables.
@@ -103,6 +105,16 @@ contains
     call match_cone(self, made)
     allocate (model, source=made)
   end subroutine make_model
+
+  !> Lower the strength: that of the Mohr-Coulomb soil that the cone is matched to.
+  subroutine lower(self, by, error)
+    class(drucker_prager_parameters_type), intent(inout) :: self
+    type(strength_factor_type), intent(in) :: by
+    !> Never set.
+    type(error_type), allocatable, intent(out) :: error
+
+    call lower_strength(by, self%cohesion, self%friction_angle, self%dilatancy_angle)
+  end subroutine lower
 
   !> a, b and k.
   pure subroutine match_cone(parameters, model)

@@ -6,6 +6,7 @@ module qsmpm_hardening_soil_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_deck
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
+  use qsmpm_strength_factor, only: strength_factor_type, is_lowered, lower_strength
   implicit none
   private
 
@@ -34,9 +35,12 @@ module qsmpm_hardening_soil_parameters
     real(wp) :: pop = 0.0_wp
     !> Smallest stress for stiffness; not positive: a hundredth of the reference pressure.
     real(wp) :: smallest_pressure = -1.0_wp
+    !> Angles of a lowered cone, c cot phi being that of the soil; negative: those above.
+    real(wp) :: lowered_friction = -1.0_wp, lowered_dilatancy = -1.0_wp
   contains
     procedure :: describe
     procedure :: fields
+    procedure :: lower
   end type hardening_soil_data_type
 
 contains
@@ -84,6 +88,22 @@ contains
     call visitor%law_number('K0nc', self%k0, 'stress ratio of one-dimensional compression, 1 - sin phi', '(0, 1)', &
       required=.false.)
   end subroutine fields
+
+  !> Lower the cone; the cap stays.
+  subroutine lower(self, by, error)
+    class(hardening_soil_data_type), intent(inout) :: self
+    type(strength_factor_type), intent(in) :: by
+    !> Never set.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: cohesion
+
+    if (.not. is_lowered(by)) return
+    cohesion = self%cohesion
+    self%lowered_friction = self%friction_angle
+    self%lowered_dilatancy = self%dilatancy_angle
+    ! c/F and tan(phi)/F leave the apex where it is.
+    call lower_strength(by, cohesion, self%lowered_friction, self%lowered_dilatancy)
+  end subroutine lower
 
   !> Refuse parameters that describe no soil; whether a cap exists is found by qsmpm_hardening_soil_surfaces.
   pure subroutine check_hardening_soil(parameters, error)

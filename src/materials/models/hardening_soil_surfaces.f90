@@ -44,11 +44,9 @@ contains
     type(surfaces_type), intent(out) :: surfaces
     !> Set when no cap gives K0nc and Eoed.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: dilatancy
 
     associate (s => surfaces, p => parameters)
-      s%friction = sin(p%friction_angle*pi/180.0_wp)
-      dilatancy = sin(p%dilatancy_angle*pi/180.0_wp)
+      call set_cone(p%friction_angle, p%dilatancy_angle, p%ratio, s)
       s%shift = p%cohesion/tan(p%friction_angle*pi/180.0_wp)
       s%reference = p%reference + s%shift
       s%least = (0.01_wp*p%reference)/s%reference
@@ -59,14 +57,27 @@ contains
       s%softness = 2.0_wp/s%initial - 2.0_wp/s%unloading
       s%twice_swelling = 2.0_wp/s%unloading
       s%poisson = p%poisson
-      s%strength = 2.0_wp*s%friction/(1.0_wp - s%friction)
-      s%asymptote = s%strength/p%ratio
-      s%critical = (s%friction - dilatancy)/(1.0_wp - s%friction*dilatancy)
       s%k0 = p%k0
       if (s%k0 < 0.0_wp) s%k0 = 1.0_wp - s%friction
       call find_cap(p%reference, p%eoed, surfaces, error)
+      if (p%lowered_friction >= 0.0_wp) call set_cone(p%lowered_friction, p%lowered_dilatancy, p%ratio, s)
     end associate
   end subroutine make_surfaces
+
+  !> Strength, asymptote and dilatancy; degrees.
+  pure subroutine set_cone(friction_angle, dilatancy_angle, ratio, surfaces)
+    real(wp), intent(in) :: friction_angle, dilatancy_angle, ratio
+    type(surfaces_type), intent(inout) :: surfaces
+    real(wp) :: dilatancy
+
+    associate (s => surfaces)
+      s%friction = sin(friction_angle*pi/180.0_wp)
+      dilatancy = sin(dilatancy_angle*pi/180.0_wp)
+      s%strength = 2.0_wp*s%friction/(1.0_wp - s%friction)
+      s%asymptote = s%strength/ratio
+      s%critical = (s%friction - dilatancy)/(1.0_wp - s%friction*dilatancy)
+    end associate
+  end subroutine set_cone
 
   !> Mc and H from K0nc and Eoed.
   pure subroutine find_cap(pressure, eoed, surfaces, error)

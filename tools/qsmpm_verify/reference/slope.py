@@ -162,6 +162,46 @@ def slope_spiral_safety(
     return _safety(_spiral_number, unit_weight, cohesion, friction, angle, height)
 
 
+def slope_davis_a_safety(
+    unit_weight: float, cohesion: float, friction: float, dilatancy: float, angle: float, height: float
+) -> float:
+    """Strength reduction factor of a slope that dilates less than its friction, Davis A.
+
+    Formula: slope_spiral_safety of c* = b c and tan phi* = b tan phi, b of davis_factor with the given angles
+    Units: as slope_spiral_safety, dilatancy [degree]
+    Range: as slope_spiral_unit_weight of phi*, 0 <= psi <= phi
+    Assumes: as davis_factor and slope_spiral_unit_weight
+    Source: Davis 1968; Tschuchnigg, Schweiger & Sloan 2015; own search
+    Check: the reduced strengths are critical for polygons
+    """
+    strengths = davis_cohesion(cohesion, friction, dilatancy), davis_friction(friction, dilatancy)
+    return slope_spiral_safety(unit_weight, *strengths, angle, height)
+
+
+def slope_davis_b_safety(
+    unit_weight: float, cohesion: float, friction: float, dilatancy: float, angle: float, height: float
+) -> float:
+    """The same, Davis B: b of the angles that are divided by the factor.
+
+    Formula: F such that slope_davis_a_safety(c / F, phi_F, min(psi, phi_F)) = 1, tan phi_F = tan phi / F
+    Units: as slope_davis_a_safety
+    Range: as slope_davis_a_safety
+    Assumes: as slope_davis_a_safety
+    Source: Tschuchnigg, Schweiger & Sloan 2015; own search
+    Check: the reduced strengths are critical for polygons
+    """
+    slope = math.tan(friction_angle("friction", friction, 1.0))
+
+    def spare(factor: float) -> float:
+        reduced = math.degrees(math.atan(slope / factor))
+        flow = min(dilatancy, reduced)
+        return math.log(slope_davis_a_safety(unit_weight, cohesion / factor, reduced, flow, angle, height))
+
+    associated = slope_spiral_safety(unit_weight, cohesion, friction, angle, height)
+    low = 0.5 * associated
+    return root(spare, low, 1.0001 * associated, 1e-9)
+
+
 def slope_bishop_safety(
     unit_weight: float, cohesion: float, friction: float, angle: float, height: float
 ) -> float:

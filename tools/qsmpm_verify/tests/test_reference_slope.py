@@ -106,6 +106,26 @@ class Spiral(unittest.TestCase):
             self.assertAlmostEqual(ref.slope_spiral_safety(load, *strengths, 45.0, 1.0), davis, delta=1e-4)
         self.assertAlmostEqual(ref.slope_spiral_safety(20.0, 1.0, 20.0, 26.57, 1.0), 1.3682, delta=2e-4)
 
+    def test_davis_makes_the_reduced_strengths_critical(self):
+        for load, dilatancy, davis in ((10.0, 0.0, ref.slope_davis_a_safety), (15.0, 8.0, ref.slope_davis_b_safety)):
+            factor = davis(load, 1.0, 25.0, dilatancy, 45.0, 1.0)
+            friction = math.degrees(math.atan(math.tan(math.radians(25.0)) / factor))
+            phi = math.radians(friction if davis is ref.slope_davis_b_safety else 25.0)
+            psi = math.radians(dilatancy)
+            b = math.cos(psi) * math.cos(phi) / (1 - math.sin(psi) * math.sin(phi))
+            lowered = math.degrees(math.atan(b * math.tan(math.radians(friction))))
+            self.assertAlmostEqual(b * self.by_polygons(lowered, 45.0) / factor / load, 1, delta=1e-4)
+
+    def test_printed_davis_safeties(self):
+        for load, a, b in ((10, 1.2982, 1.3544), (15, 1.0744, 1.0900), (20, 0.9542, 0.9440)):
+            self.assertAlmostEqual(ref.slope_davis_a_safety(load, 1.0, 25.0, 0.0, 45.0, 1.0), a, delta=1e-4)
+            self.assertAlmostEqual(ref.slope_davis_b_safety(load, 1.0, 25.0, 0.0, 45.0, 1.0), b, delta=1e-4)
+
+    def test_davis_of_associated_flow_is_the_spiral(self):
+        spiral = ref.slope_spiral_safety(15.0, 1.0, 25.0, 45.0, 1.0)
+        for davis in (ref.slope_davis_a_safety, ref.slope_davis_b_safety):
+            self.assertAlmostEqual(davis(15.0, 1.0, 25.0, 25.0, 45.0, 1.0), spiral, delta=1e-7)
+
     def test_a_light_vertical_cut_is_very_safe(self):
         factor = ref.slope_spiral_safety(0.5, 1.0, 25.0, 90.0, 1.0)
         friction = math.degrees(math.atan(math.tan(math.radians(25.0)) / factor))

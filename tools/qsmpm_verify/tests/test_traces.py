@@ -12,7 +12,7 @@ from qsmpm_verify.judge import judge_quantity
 from qsmpm_verify.measures import pressure_scatter
 from qsmpm_verify.results import Points, ResultError
 from qsmpm_verify.runner import Run
-from qsmpm_verify.traces import hold_growth, jitter, knee, limit_load, log_lines
+from qsmpm_verify.traces import factor_of_safety, hold_growth, jitter, knee, limit_load, log_lines
 
 LOG = """qsmpm
 constant load test at load factor  3.000E+01: after 10 re-solves crest_settlement has grown by     0.932 %
@@ -57,6 +57,21 @@ class Traces(unittest.TestCase):
         self.assertEqual([limit_load(self.folder), limit_load(self.folder, "carried")], [3.0, 2.0])
         with self.assertRaisesRegex(ResultError, "'last' is not carried, refused or knee"):
             limit_load(self.folder, "last")
+
+    def test_a_factor_of_safety_is_that_of_its_phase(self) -> None:
+        with self.assertRaisesRegex(ResultError, "has found no factor of safety"):
+            factor_of_safety(self.folder, "dry")
+        (self.folder / "safety.json").write_text(
+            '{"phases": [{"phase": "dry", "stable": 1.25, "lost": 1.5}, {"phase": "wet", "stable": 10, "lost": null}]}\n'
+        )
+        self.assertEqual([factor_of_safety(self.folder, "dry", w) for w in ("stable", "lost", "width")], [1.25, 1.5, 0.25])
+        self.assertEqual(factor_of_safety(self.folder, "wet"), 10.0)
+        with self.assertRaisesRegex(ResultError, "'wet' was stable at all factors"):
+            factor_of_safety(self.folder, "wet", "lost")
+        with self.assertRaisesRegex(ResultError, "no phase 'damp'; there are dry, wet"):
+            factor_of_safety(self.folder, "damp")
+        with self.assertRaisesRegex(ResultError, "'knee' is not stable, lost or width"):
+            factor_of_safety(self.folder, "dry", "knee")
 
     def test_a_knee_needs_a_load_that_grows_and_a_first_step_that_yields(self) -> None:
         self.curves((1, 0.5), (1, 1.5))

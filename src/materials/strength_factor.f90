@@ -1,0 +1,100 @@
+!> Strength divided by a factor F, as a safety analysis asks for it: tan(phi)/F, c/F, tension cut-off/F.
+!>
+!> With the flow of the material psi stays until phi_F = atan(tan(phi)/F) has come down to it and is phi_F then. Davis
+!> (1968) makes soil of any psi one with associated flow,
+!>   c* = b c/F,  tan(phi*) = b tan(phi)/F,  psi* = phi*,  b = cos(psi) cos(phi)/(1 - sin(psi) sin(phi)),
+!> A with b of the given angles, B with that of phi_F and psi_F (Tschuchnigg, Schweiger and Sloan 2015).
+module qsmpm_strength_factor
+  use qsmpm_kinds, only: wp, pi
+  implicit none
+  private
+
+  public :: strength_factor_type, lower_strength, lower_tension, is_lowered, operator(==)
+
+  !> Flow rule of the lowered strength, and its words.
+  integer, parameter, public :: flow_material = 1, flow_davis_a = 2, flow_davis_b = 3
+  character(len=8), parameter, public :: flow_words(3) = [character(len=8) :: 'MATERIAL', 'DAVIS A', 'DAVIS B']
+
+  !> F and the flow rule.
+  type :: strength_factor_type
+    real(wp) :: factor = 1.0_wp
+    integer :: flow = flow_material
+  end type strength_factor_type
+
+  interface operator(==)
+    module procedure :: is_same
+  end interface operator(==)
+
+contains
+
+  !> Whether both lower a strength alike.
+  elemental logical function is_same(one, other)
+    type(strength_factor_type), intent(in) :: one, other
+
+    is_same = .not. abs(one%factor - other%factor) > 0.0_wp .and. one%flow == other%flow
+  end function is_same
+
+  !> Whether the strength is another than the material's own.
+  elemental logical function is_lowered(by)
+    type(strength_factor_type), intent(in) :: by
+
+    is_lowered = .not. by == strength_factor_type()
+  end function is_lowered
+
+  !> Lower cohesion and angles; degrees.
+  elemental subroutine lower_strength(by, cohesion, friction_angle, dilatancy_angle)
+    type(strength_factor_type), intent(in) :: by
+    real(wp), intent(inout) :: cohesion, friction_angle, dilatancy_angle
+    real(wp) :: friction, b
+
+    if (.not. is_lowered(by)) return
+    friction = angle_of(tan_of(friction_angle)/by%factor)
+    select case (by%flow)
+    case (flow_davis_a)
+      b = davis_factor(friction_angle, dilatancy_angle)
+    case (flow_davis_b)
+      b = davis_factor(friction, min(dilatancy_angle, friction))
+    case default
+      b = 1.0_wp
+    end select
+    cohesion = b*cohesion/by%factor
+    friction_angle = angle_of(b*tan_of(friction_angle)/by%factor)
+    if (by%flow == flow_material) then
+      dilatancy_angle = min(dilatancy_angle, friction_angle)
+    else
+      dilatancy_angle = friction_angle
+    end if
+  end subroutine lower_strength
+
+  !> Lower a tension cut-off; a huge one is none.
+  elemental subroutine lower_tension(by, tensile_strength)
+    type(strength_factor_type), intent(in) :: by
+    real(wp), intent(inout) :: tensile_strength
+
+    if (tensile_strength < huge(tensile_strength)) tensile_strength = tensile_strength/by%factor
+  end subroutine lower_tension
+
+  !> b of Davis; degrees.
+  elemental real(wp) function davis_factor(friction_angle, dilatancy_angle) result(b)
+    real(wp), intent(in) :: friction_angle, dilatancy_angle
+    real(wp) :: phi, psi
+
+    phi = friction_angle*pi/180.0_wp
+    psi = dilatancy_angle*pi/180.0_wp
+    b = cos(psi)*cos(phi)/(1.0_wp - sin(psi)*sin(phi))
+  end function davis_factor
+
+  !> tan of degrees.
+  elemental real(wp) function tan_of(angle)
+    real(wp), intent(in) :: angle
+
+    tan_of = tan(angle*pi/180.0_wp)
+  end function tan_of
+
+  !> Degrees of a tan.
+  elemental real(wp) function angle_of(slope)
+    real(wp), intent(in) :: slope
+
+    angle_of = atan(slope)*180.0_wp/pi
+  end function angle_of
+end module qsmpm_strength_factor

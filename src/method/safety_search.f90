@@ -1,0 +1,176 @@
+!> The search for a factor of safety: strengths divided by the factors that qsmpm_safety_bracket asks for, each tried
+!> from the last stable state by static steps alone. Where none is found the state is that before, so that the last
+!> stable state and its strength are those at the end.
+!>
+!> The way the body fails is that of damped sub-steps at the smallest lost factor: the drag carries what the strength
+!> does not, and the displacements are those of the mechanism. The state is put back.
+module qsmpm_safety_search
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type, controls_type, geometry_fixed
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_lowered_laws, only: fit_laws
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_observer, only: observer_type, step_record_type
+  use qsmpm_points, only: reset_strains
+  use qsmpm_safety_bracket, only: bracket_text, factor_text, is_closed, next_factor, note_lost, note_stable
+  use qsmpm_safety_factors, only: add_factor
+  use qsmpm_step_control, only: outcome_type, substep_damping_type, adapt_damping, damp_more, first_damping, &
+    is_beyond_help, is_dampable, largest_move, static_attempt, substep_attempt
+  use qsmpm_step_solver, only: step_solver_type
+  use qsmpm_stepping, only: take_step
+  implicit none
+  private
+
+  public :: find_stable_factor, end_search, show_mechanism, set_strength, runout_factor
+
+  !> Sub-steps that show a mechanism, at most.
+  integer, parameter :: most_substeps = 20
+  !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load.
+  real(wp), parameter :: largest_fade = 0.1_wp
+
+contains
+
+  !> Try factors until one is stable, or the bracket found: then no step is accepted.
+  subroutine find_stable_factor(model, step, solver, phase, observer, record, outcome, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    type(step_record_type), intent(inout) :: record
+    type(outcome_type), intent(out) :: outcome
+    !> What ends the run; the state is that of the last stable factor.
+    type(error_type), allocatable, intent(out) :: error
+    type(phase_type) :: search
+    real(wp) :: before, factor
+
+    search = phase
+    search%controls%damping = .false.
+    search%controls%stabilisation_fade = min(largest_fade, phase%controls%stabilisation_fade)
+    search%controls%in_place = phase%safety%geometry == geometry_fixed
+    before = model%state%progress%strength_factor
+    do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance))
+      if (observer%stop_requested()) exit
+      factor = next_factor(model%state%progress%bracket)
+      call set_strength(model, factor)
+      record = step_record_type()
+      call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)
+      if (outcome%accepted .and. .not. allocated(error)) then
+        call note_stable(factor, outcome%static_iterations <= phase%controls%few_iterations, &
+          model%state%progress%bracket)
+        return
+      end if
+      call set_strength(model, before)
+      if (allocated(error)) return
+      call note_lost(factor, model%state%progress%bracket)
+      call observer%note('no equilibrium at strength/'//factor_text(factor)//': '//outcome%reason)
+    end do
+    outcome%accepted = .false.
+  end subroutine find_stable_factor
+
+  !> Put a strength in force.
+  subroutine set_strength(model, factor)
+    type(model_type), intent(inout) :: model
+    real(wp), intent(in) :: factor
+
+    model%state%progress%strength_factor = factor
+    call fit_laws(model)
+  end subroutine set_strength
+
+  !> Strength of the run-out at a fraction of the phase: it falls from that of the last stable factor.
+  pure real(wp) function runout_factor(model, phase, fraction) result(factor)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    real(wp), intent(in) :: fraction
+
+    associate (stable => model%state%progress%bracket%stable)
+      factor = stable + fraction*(phase%safety%runout - stable)
+    end associate
+  end function runout_factor
+
+  !> The bracket is found: tell it, and end the phase unless a run-out follows.
+  subroutine end_search(model, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    !> error_not_converged: there is no equilibrium at any factor.
+    type(error_type), allocatable, intent(out) :: error
+
+    associate (progress => model%state%progress)
+      if (.not. progress%bracket%stable > 0.0_wp) then
+        call fail(error, error_not_converged, "phase '"//phase%name//"': "//bracket_text(progress%bracket))
+        return
+      end if
+      call observer%note("phase '"//phase%name//"': "//bracket_text(progress%bracket))
+      call add_factor(progress)
+      if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
+    end associate
+  end subroutine end_search
+
+  !> Show the way the body fails at the smallest lost factor; the model is what it was.
+  subroutine show_mechanism(model, step, solver, phase, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    !> What ends the run.
+    type(error_type), allocatable, intent(out) :: error
+    type(state_type) :: before
+    logical :: moved
+
+    if (.not. (model%state%progress%bracket%lost > 0.0_wp .and. is_dampable(model, phase%controls))) return
+    before = model%state
+    call set_strength(model, before%progress%bracket%lost)
+    model%state%points%initial_position = model%state%points%position
+    call reset_strains(model%state%points)
+    call give_way(model, step, solver, phase%controls, moved, error)
+    if (moved .and. .not. allocated(error)) call observer%mechanism(model, error)
+    call restore(before, model)
+  end subroutine show_mechanism
+
+  !> Damped sub-steps, until a node has moved as far as one step may.
+  subroutine give_way(model, step, solver, controls, moved, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    class(step_solver_type), intent(inout) :: solver
+    type(controls_type), intent(in) :: controls
+    !> Whether there was a sub-step.
+    logical, intent(out) :: moved
+    type(error_type), allocatable, intent(out) :: error
+    type(substep_damping_type) :: damping
+    type(solution_type) :: solution
+    type(controls_type) :: idle
+    real(wp) :: move, distance
+    integer :: substep
+
+    moved = .false.
+    distance = 0.0_wp
+    move = largest_move(model, controls)
+    idle = controls
+    idle%max_iterations = 0
+    associate (fraction => model%state%progress%fraction)
+      ! Forces at the start, from which the first drag is taken: the last solve may be another one.
+      call solver%solve(model, step, idle, static_attempt(idle, fraction, fraction, move), solution, error)
+      if (allocated(error)) return
+      damping = first_damping(controls, 0.0_wp, step%forces%internal(:, :size(step%lumped)), step%lumped, move)
+      do substep = 1, most_substeps
+        if (is_beyond_help(damping)) return
+        call solver%solve(model, step, controls, substep_attempt(controls, damping, fraction, fraction, move), &
+          solution, error)
+        if (allocated(error)) return
+        if (solution%converged) then
+          moved = .true.
+          distance = distance + solution%largest_move
+          if (distance > move) return
+          call adapt_damping(controls, solution, move, damping)
+        else
+          call damp_more(damping)
+        end if
+      end do
+    end associate
+  end subroutine give_way
+end module qsmpm_safety_search

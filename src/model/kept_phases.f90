@@ -1,0 +1,93 @@
+!> States at the ends of phases that are kept because a later phase, not the next one, starts from there
+!> (*PHASE, PARENT=).
+module qsmpm_kept_phases
+  use qsmpm_analysis, only: ended_by_load, ended_by_stop
+  use qsmpm_model, only: model_type, state_type, kept_phase_type, phase_end_type, progress_type
+  use qsmpm_model_window, only: restore
+  use qsmpm_phase_ends, only: end_of_phase
+  use qsmpm_phase_tree, only: is_wanted, parent_of
+  implicit none
+  private
+
+  public :: keep_phase, put_kept_phase, find_kept_phase, next_phase, go_to_phase
+
+contains
+
+  !> Keep the end of the present phase where a phase behind the next one starts from it.
+  subroutine keep_phase(model)
+    type(model_type), intent(inout) :: model
+
+    associate (number => model%state%progress%phase)
+      if (is_wanted(model%analysis%phases, number, number + 1)) call put_kept_phase(model, number, model%state)
+    end associate
+  end subroutine keep_phase
+
+  !> Keep the end of a phase, in place of a former one of the same phase.
+  subroutine put_kept_phase(model, number, state)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(state_type), intent(in) :: state
+    type(kept_phase_type), allocatable :: more(:)
+    integer :: i, place
+
+    if (.not. allocated(model%kept_phases)) allocate (model%kept_phases(0))
+    place = find_kept_phase(model, number)
+    if (place == 0) then
+      place = size(model%kept_phases) + 1
+      allocate (more(place))
+      do i = 1, place - 1
+        more(i) = model%kept_phases(i)
+      end do
+      call move_alloc(more, model%kept_phases)
+    end if
+    model%kept_phases(place)%phase = number
+    model%kept_phases(place)%state = state
+  end subroutine put_kept_phase
+
+  !> Place of the end of a phase in the list, 0 where it is not kept.
+  pure integer function find_kept_phase(model, number) result(place)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: number
+
+    if (allocated(model%kept_phases)) then
+      do place = 1, size(model%kept_phases)
+        if (model%kept_phases(place)%phase == number) return
+      end do
+    end if
+    place = 0
+  end function find_kept_phase
+
+  !> The phase to come, 0 for none: the first one whose parent has ended with its whole load or at a stop. One that was
+  !> left out has no end, and so its own children are left out too.
+  pure integer function next_phase(model) result(number)
+    type(model_type), intent(in) :: model
+    type(phase_end_type) :: ended
+
+    associate (phases => model%analysis%phases, progress => model%state%progress)
+      do number = progress%phase + 1, size(phases)
+        ended = end_of_phase(progress, parent_of(phases, number))
+        if (any(ended%reason == [ended_by_load, ended_by_stop])) return
+      end do
+    end associate
+    number = 0
+  end function next_phase
+
+  !> Stand where a phase starts: at the end of its parent. Steps are counted through the run, and what is known of
+  !> phases that have ended stays known.
+  subroutine go_to_phase(model, number)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(progress_type) :: present
+    integer :: parent
+
+    present = model%state%progress
+    parent = parent_of(model%analysis%phases, number)
+    if (parent /= present%phase) call restore(model%kept_phases(find_kept_phase(model, parent))%state, model)
+    associate (progress => model%state%progress)
+      progress%phase = number
+      progress%step = present%step
+      progress%ends = present%ends
+      if (allocated(present%factors)) progress%factors = present%factors
+    end associate
+  end subroutine go_to_phase
+end module qsmpm_kept_phases

@@ -1,0 +1,147 @@
+!> Laws with a lowered strength (qsmpm_strength_factor): made anew of the materials of the analysis whenever the factor
+!> in force is another than that of the laws there are. States of the points stay.
+module qsmpm_lowered_laws
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: material_type, phase_safety, three_dimensional
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_error, only: error_type, error_deck, fail
+  use qsmpm_law, only: law_type
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_law, only: make_material_law
+  use qsmpm_material_traits, only: traits_of, may_yield
+  use qsmpm_model, only: model_type
+  use qsmpm_safety_bracket, only: largest_factor, smallest_factor
+  use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, operator(==)
+  implicit none
+  private
+
+  public :: fit_laws, lower_material, check_lowering
+
+contains
+
+  !> Make the laws those of the strength in force.
+  subroutine fit_laws(model)
+    type(model_type), intent(inout) :: model
+    type(strength_factor_type) :: wanted
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+    integer :: m
+
+    wanted = strength_in_force(model)
+    if (model%strength == wanted) return
+    do m = 1, size(model%laws)
+      if (.not. has_strength(model%analysis%materials(m))) cycle
+      ! check_lowering has made all of these.
+      call make_lowered_law(model, m, wanted, law, error)
+      if (allocated(error)) cycle
+      call law%blend(model%laws(m)%law%elastic_blend)
+      call move_alloc(law, model%laws(m)%law)
+    end do
+    model%strength = wanted
+  end subroutine fit_laws
+
+  !> Factor of the state, and flow rule of its phase.
+  pure type(strength_factor_type) function strength_in_force(model) result(strength)
+    type(model_type), intent(in) :: model
+
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      if (number < 1 .or. number > size(phases)) return
+      if (phases(number)%kind /= phase_safety) return
+      strength = strength_factor_type(model%state%progress%strength_factor, phases(number)%safety%flow)
+    end associate
+  end function strength_in_force
+
+  !> Law of a material with a lowered strength.
+  subroutine make_lowered_law(model, number, by, law, error)
+    type(model_type), intent(in) :: model
+    !> Number of the material.
+    integer, intent(in) :: number
+    type(strength_factor_type), intent(in) :: by
+    class(law_type), allocatable, intent(out) :: law
+    type(error_type), allocatable, intent(out) :: error
+    type(material_type) :: material
+    real(wp), parameter :: unstressed(6) = 0.0_wp
+
+    material = model%analysis%materials(number)
+    call lower_material(by, material, error)
+    if (allocated(error)) return
+    call make_material_law(material, model%analysis%method, unstressed, &
+      merge(3, 2, model%analysis%model == three_dimensional), law, error)
+  end subroutine make_lowered_law
+
+  !> Lower the strength of a material.
+  subroutine lower_material(by, material, error)
+    type(strength_factor_type), intent(in) :: by
+    type(material_type), intent(inout) :: material
+    !> error_deck: its law says of no strength.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (material%user%given .or. material%own_law) then
+      call fail(error, error_deck, 'of a model of the user''s it is not known which parameters are a strength')
+    else if (allocated(material%soil_law)) then
+      call material%soil_law%lower(by, error)
+    else
+      call lower_strength(by, material%cohesion, material%friction_angle, material%dilatancy_angle)
+      call lower_tension(by, material%tensile_strength)
+      associate (s => material%softening)
+        call lower_strength(by, s%cohesion, s%friction_angle, s%dilatancy_angle)
+      end associate
+    end if
+  end subroutine lower_material
+
+  !> Whether a material has a strength to lower.
+  pure logical function has_strength(material)
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+
+    traits = traits_of(material)
+    has_strength = traits%has_strength .and. .not. (material%user%given .or. material%own_law)
+  end function has_strength
+
+  !> Safety phases want materials whose strength can be lowered. What is a law at both ends of the search is one
+  !> between.
+  subroutine check_lowering(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: p, m
+    logical :: any_strength
+
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        if (phase%kind /= phase_safety) cycle
+        any_strength = .false.
+        do m = 1, size(model%analysis%materials)
+          if (.not. may_yield(model%analysis%materials(m))) cycle
+          any_strength = .true.
+          call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
+        end do
+        if (.not. any_strength) call add_diagnostic(diagnostics, phase%where, '*PHASE', "phase '"//phase%name// &
+          "' lowers the strength, but no material has one")
+      end associate
+    end do
+  end subroutine check_lowering
+
+  !> Laws of a material at both ends of the search.
+  subroutine check_material(model, number, phase, flow, diagnostics)
+    type(model_type), intent(in) :: model
+    !> Number of the material, name of the phase, and its flow rule.
+    integer, intent(in) :: number
+    character(len=*), intent(in) :: phase
+    integer, intent(in) :: flow
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp), parameter :: ends(2) = [smallest_factor, largest_factor]
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+    integer :: i
+
+    do i = 1, 2
+      call make_lowered_law(model, number, strength_factor_type(ends(i), flow), law, error)
+      if (.not. allocated(error)) cycle
+      associate (material => model%analysis%materials(number))
+        call add_diagnostic(diagnostics, material%where, '*MATERIAL', "material '"//material%name// &
+          "' cannot be weakened in the safety phase '"//phase//"': "//error%message)
+      end associate
+      return
+    end do
+  end subroutine check_material
+end module qsmpm_lowered_laws

@@ -1,0 +1,111 @@
+!> The factor of safety as a bracket: the largest factor F that a body has been found stable at and the smallest one at
+!> which it was lost.
+!>
+!>   first     F = 1
+!>   stable    F + dF next; dF grows by half where equilibrium was easily found
+!>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
+!>   between   never beyond the middle of the bracket
+!>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
+module qsmpm_safety_bracket
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: bracket_type, next_factor, note_stable, note_lost, is_closed, bracket_text, factor_text
+
+  !> First dF, its growth, and the ends of the search.
+  real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp
+  real(wp), parameter, public :: largest_factor = 10.0_wp, smallest_factor = 0.1_wp
+  !> Round-off of a factor.
+  real(wp), parameter :: rounding = 1.0e-9_wp
+
+  !> Where the search stands.
+  type :: bracket_type
+    !> Largest stable and smallest lost factor, 0 for none so far.
+    real(wp) :: stable = 0.0_wp, lost = 0.0_wp
+    !> dF
+    real(wp) :: increment = first_increment
+  end type bracket_type
+
+contains
+
+  !> The factor to be tried.
+  pure real(wp) function next_factor(bracket) result(factor)
+    type(bracket_type), intent(in) :: bracket
+
+    associate (b => bracket)
+      if (b%stable > 0.0_wp) then
+        factor = min(b%stable + b%increment, largest_factor)
+        if (b%lost > 0.0_wp) factor = min(factor, 0.5_wp*(b%stable + b%lost))
+      else if (b%lost > 0.0_wp) then
+        factor = max(b%lost - b%increment, smallest_factor)
+      else
+        factor = 1.0_wp
+      end if
+    end associate
+  end function next_factor
+
+  !> There is equilibrium at a factor.
+  pure subroutine note_stable(factor, easy, bracket)
+    real(wp), intent(in) :: factor
+    !> It was found in few iterations.
+    logical, intent(in) :: easy
+    type(bracket_type), intent(inout) :: bracket
+
+    if (easy .and. bracket%stable > 0.0_wp) bracket%increment = growth*bracket%increment
+    bracket%stable = factor
+  end subroutine note_stable
+
+  !> There is none.
+  pure subroutine note_lost(factor, bracket)
+    real(wp), intent(in) :: factor
+    type(bracket_type), intent(inout) :: bracket
+
+    if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
+    bracket%lost = factor
+  end subroutine note_lost
+
+  !> Whether the search has ended.
+  pure logical function is_closed(bracket, tolerance)
+    type(bracket_type), intent(in) :: bracket
+    real(wp), intent(in) :: tolerance
+
+    associate (b => bracket)
+      if (b%stable > 0.0_wp .and. b%lost > 0.0_wp) then
+        is_closed = b%lost - b%stable <= tolerance*(1.0_wp + rounding)
+      else
+        is_closed = .not. b%stable < largest_factor .or. &
+          (b%lost > 0.0_wp .and. .not. b%lost > smallest_factor*(1.0_wp + rounding))
+      end if
+    end associate
+  end function is_closed
+
+  !> The answer in words.
+  pure function bracket_text(bracket) result(text)
+    type(bracket_type), intent(in) :: bracket
+    character(len=:), allocatable :: text
+
+    associate (b => bracket)
+      if (.not. b%stable > 0.0_wp) then
+        text = 'no equilibrium down to a factor of '//real_text(smallest_factor)
+      else if (b%lost > 0.0_wp) then
+        text = 'factor of safety between '//factor_text(b%stable)//' (stable) and '//factor_text(b%lost)//' (lost)'
+      else
+        text = 'factor of safety above '//factor_text(b%stable)
+      end if
+    end associate
+  end function bracket_text
+
+  !> A factor in six digits.
+  pure function factor_text(value) result(text)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+    real(wp) :: rounded
+
+    write (buffer, '(es13.5e3)') value
+    read (buffer, *) rounded
+    text = real_text(rounded)
+  end function factor_text
+end module qsmpm_safety_bracket

@@ -1,0 +1,57 @@
+!> Which safety phases have found their factor, and what it is: a column a phase with its number, the largest stable
+!> factor and the smallest lost one, 0 for none.
+module qsmpm_safety_factors
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_safety
+  use qsmpm_model, only: model_type, progress_type
+  implicit none
+  private
+
+  public :: has_factor, add_factor, is_searching, is_running_out
+
+contains
+
+  !> Whether the present phase has found its factor.
+  pure logical function has_factor(progress)
+    type(progress_type), intent(in) :: progress
+    integer :: i
+
+    has_factor = .false.
+    if (.not. allocated(progress%factors)) return
+    do i = 1, size(progress%factors, 2)
+      has_factor = has_factor .or. nint(progress%factors(1, i)) == progress%phase
+    end do
+  end function has_factor
+
+  !> The present phase has found its factor.
+  pure subroutine add_factor(progress)
+    type(progress_type), intent(inout) :: progress
+    real(wp), allocatable :: longer(:, :)
+    integer :: n
+
+    n = 0
+    if (allocated(progress%factors)) n = size(progress%factors, 2)
+    allocate (longer(3, n + 1))
+    if (n > 0) longer(:, :n) = progress%factors
+    longer(:, n + 1) = [real(progress%phase, wp), progress%bracket%stable, progress%bracket%lost]
+    call move_alloc(longer, progress%factors)
+  end subroutine add_factor
+
+  !> Whether the present phase looks for its factor.
+  pure logical function is_searching(model)
+    type(model_type), intent(in) :: model
+
+    is_searching = model%analysis%phases(model%state%progress%phase)%kind == phase_safety &
+      .and. .not. has_factor(model%state%progress)
+  end function is_searching
+
+  !> Whether the present phase has found it and goes on to the strength of its run-out.
+  pure logical function is_running_out(model)
+    type(model_type), intent(in) :: model
+
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      is_running_out = phase%kind == phase_safety .and. phase%safety%runout < huge(1.0_wp) .and. &
+        .not. is_searching(model)
+    end associate
+  end function is_running_out
+end module qsmpm_safety_factors

@@ -1,0 +1,79 @@
+!> Files of safety phases: `safety.json` with the factors found so far, and pictures of the way the body fails.
+module qsmpm_safety_files
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: geometry_fixed
+  use qsmpm_error, only: error_type
+  use qsmpm_file, only: write_text
+  use qsmpm_model, only: model_type
+  use qsmpm_number_text, only: integer_text, numbered, real_text
+  use qsmpm_pictures, only: write_points_picture, write_mesh_picture
+  use qsmpm_strength_factor, only: flow_words
+  use qsmpm_stress_error, only: stress_error_type
+  implicit none
+  private
+
+  public :: write_safety, write_mechanism
+
+  character(len=*), parameter, public :: safety_file = 'safety.json'
+  !> Heads of the names of the pictures; the number of the phase follows.
+  character(len=*), parameter, public :: mechanism_points = 'mechanism_points_', mechanism_mesh = 'mechanism_mesh_'
+  character(len=1), parameter :: newline = new_line('a')
+
+contains
+
+  !> Write the factors of safety found so far.
+  subroutine write_safety(directory, model, error)
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(in) :: model
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: text
+    integer :: i
+
+    text = '{'//newline//'  "phases": ['
+    associate (factors => model%state%progress%factors)
+      do i = 1, size(factors, 2)
+        if (i > 1) text = text//','
+        text = text//newline//'    '//factor_json(model, nint(factors(1, i)), factors(2, i), factors(3, i))
+      end do
+    end associate
+    call write_text(directory//'/'//safety_file, text//newline//'  ]'//newline//'}'//newline, error)
+  end subroutine write_safety
+
+  !> Factor of safety of a phase.
+  pure function factor_json(model, number, stable, lost) result(text)
+    type(model_type), intent(in) :: model
+    !> Of the phase.
+    integer, intent(in) :: number
+    !> Ends of the bracket; 0 where nothing was lost.
+    real(wp), intent(in) :: stable, lost
+    character(len=:), allocatable :: text
+
+    associate (phase => model%analysis%phases(number))
+      text = '{"phase": "'//phase%name//'", "number": '//integer_text(number)//', "flow": "'// &
+        trim(flow_words(phase%safety%flow))//'", "geometry": "'// &
+        trim(merge('FIXED ', 'MOVING', phase%safety%geometry == geometry_fixed))//'", "stable": '//real_text(stable)// &
+        ', "lost": '
+      if (lost > 0.0_wp) then
+        text = text//real_text(lost)//'}'
+      else
+        text = text//'null}'
+      end if
+    end associate
+  end function factor_json
+
+  !> Write the pictures of a mechanism.
+  subroutine write_mechanism(directory, model, estimate, error)
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> Set when a file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: number
+
+    number = numbered(model%state%progress%phase)
+    call write_points_picture(directory//'/'//mechanism_points//number//'.vtu', model, estimate, error)
+    if (.not. allocated(error)) call write_mesh_picture(directory//'/'//mechanism_mesh//number//'.vtu', model, error)
+  end subroutine write_mechanism
+end module qsmpm_safety_files

@@ -1,0 +1,38 @@
+!> Whether phases put loads on the model.
+module qsmpm_phase_loads
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: phase_type
+  use qsmpm_phase_tree, only: lineage
+  implicit none
+  private
+
+  public :: acts, is_loaded
+
+contains
+
+  !> Whether a phase or one of its ancestors puts a load on the model.
+  pure logical function is_loaded(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: line(:)
+    integer :: i
+
+    is_loaded = .false.
+    allocate (line, source=lineage(phases, number))
+    do i = 1, size(line)
+      is_loaded = is_loaded .or. acts(phases(line(i)))
+    end do
+  end function is_loaded
+
+  !> Whether a phase puts a load on the model.
+  pure logical function acts(phase)
+    type(phase_type), intent(in) :: phase
+    integer :: i
+
+    acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
+    do i = 1, size(phase%tractions)
+      acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
+        + abs(phase%tractions(i)%gradient) > 0.0_wp
+    end do
+  end function acts
+end module qsmpm_phase_loads

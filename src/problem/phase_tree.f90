@@ -1,0 +1,58 @@
+!> Phases as a tree: each starts from the end of its parent, which is the phase before it unless *PHASE, PARENT= names
+!> an earlier one. Loads, fixities and times in force follow the line of ancestors.
+module qsmpm_phase_tree
+  use qsmpm_analysis, only: phase_type
+  implicit none
+  private
+
+  public :: has_parent, parent_of, lineage, is_wanted
+
+contains
+
+  !> Whether a phase names its parent.
+  pure logical function has_parent(phase)
+    type(phase_type), intent(in) :: phase
+
+    has_parent = .false.
+    if (allocated(phase%parent)) has_parent = len(phase%parent) > 0
+  end function has_parent
+
+  !> Number of the phase that a phase starts from; 0 for none, and where there is none of the name before it.
+  pure integer function parent_of(phases, number) result(parent)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+
+    parent = number - 1
+    if (.not. has_parent(phases(number))) return
+    do parent = number - 1, 1, -1
+      if (phases(parent)%name == phases(number)%parent) return
+    end do
+  end function parent_of
+
+  !> Numbers of a phase and its ancestors, the first phase first.
+  pure function lineage(phases, number) result(line)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: line(:)
+    integer :: p
+
+    allocate (line(0))
+    p = number
+    do while (p > 0)
+      line = [p, line]
+      p = parent_of(phases, p)
+    end do
+  end function lineage
+
+  !> Whether any phase behind a later one starts from the end of a phase.
+  pure logical function is_wanted(phases, number, later)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number, later
+    integer :: p
+
+    is_wanted = .false.
+    do p = later + 1, size(phases)
+      is_wanted = is_wanted .or. parent_of(phases, p) == number
+    end do
+  end function is_wanted
+end module qsmpm_phase_tree

@@ -1,0 +1,144 @@
+!> The rules of the search for a factor of safety, on scripted outcomes: a body that is stable below a factor, one that
+!> never is, one that always is, and easy steps.
+module test_safety_bracket
+  use qsmpm_kinds, only: wp
+  use qsmpm_safety_bracket, only: bracket_type, bracket_text, is_closed, next_factor, note_lost, note_stable
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_safety_bracket
+
+  real(wp), parameter :: rounding = 1.0e-12_wp
+
+contains
+
+  !> All tests.
+  subroutine collect_safety_bracket(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('safety_bracket')
+    call check_course(tests)
+    call check_easy(tests)
+    call check_below(tests)
+    call check_ends(tests)
+    call check_brackets(tests)
+    call check_text(tests)
+  end subroutine collect_safety_bracket
+
+  !> Try factors on a body that is stable up to one, and remember them.
+  subroutine search(critical, tolerance, easy, bracket, tried)
+    real(wp), intent(in) :: critical, tolerance
+    !> Every equilibrium is easily found.
+    logical, intent(in) :: easy
+    type(bracket_type), intent(out) :: bracket
+    real(wp), allocatable, intent(out) :: tried(:)
+    real(wp) :: factor
+
+    allocate (tried(0))
+    do while (.not. is_closed(bracket, tolerance) .and. size(tried) < 100)
+      factor = next_factor(bracket)
+      tried = [tried, factor]
+      if (factor <= critical) then
+        call note_stable(factor, easy, bracket)
+      else
+        call note_lost(factor, bracket)
+      end if
+    end do
+  end subroutine search
+
+  !> Whether these factors were tried.
+  pure logical function same(tried, wanted)
+    real(wp), intent(in) :: tried(:), wanted(:)
+
+    same = size(tried) == size(wanted)
+    if (same) same = all(abs(tried - wanted) <= rounding)
+  end function same
+
+  !> Steps of 0.1, halved where equilibrium is lost.
+  subroutine check_course(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+
+    call search(1.21_wp, 0.02_wp, .false., bracket, tried)
+    call tests%check('from 1 by 0.1, and halves of it', same(tried, [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.25_wp, 1.225_wp, &
+      1.2125_wp]))
+    call tests%close('the last stable factor', bracket%stable, 1.2_wp, rounding)
+    call tests%close('the first lost one', bracket%lost, 1.2125_wp, rounding)
+    call search(1.26_wp, 0.03_wp, .false., bracket, tried)
+    call tests%check('never beyond the middle of the bracket', same(tried, [1.0_wp, 1.1_wp, 1.2_wp, 1.3_wp, 1.25_wp, &
+      1.275_wp]))
+  end subroutine check_course
+
+  !> Easy steps grow by half, but for the one that only says that F = 1 is stable.
+  subroutine check_easy(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+
+    call search(1.5_wp, 0.1_wp, .true., bracket, tried)
+    call tests%check('easy steps grow', same(tried, [1.0_wp, 1.1_wp, 1.25_wp, 1.475_wp, 1.8125_wp, 1.64375_wp, &
+      1.559375_wp]))
+  end subroutine check_easy
+
+  !> A body that is lost at F = 1.
+  subroutine check_below(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+
+    call search(0.83_wp, 0.03_wp, .false., bracket, tried)
+    call tests%check('below 1 by 0.1, then up by halves', same(tried, [1.0_wp, 0.9_wp, 0.8_wp, 0.85_wp, 0.825_wp]))
+    call tests%check('the bracket holds the factor', bracket%stable <= 0.83_wp .and. bracket%lost > 0.83_wp)
+  end subroutine check_below
+
+  !> Bodies that are never lost, or always.
+  subroutine check_ends(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+
+    call search(huge(1.0_wp), 0.005_wp, .true., bracket, tried)
+    call tests%check('the search ends at 10', abs(bracket%stable - 10.0_wp) <= 0.0_wp .and. .not. bracket%lost > 0.0_wp &
+      .and. size(tried) < 20)
+    call search(0.0_wp, 0.005_wp, .true., bracket, tried)
+    call tests%check('and at 0.1', abs(bracket%lost - 0.1_wp) <= rounding .and. .not. bracket%stable > 0.0_wp .and. &
+      size(tried) == 10)
+  end subroutine check_ends
+
+  !> Every body is bracketed as narrowly as is asked for.
+  subroutine check_brackets(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+    real(wp) :: critical
+    logical :: held, narrow
+    integer :: i, most
+
+    held = .true.
+    narrow = .true.
+    most = 0
+    do i = 0, 400
+      critical = 0.15_wp + 0.01_wp*i + 1.0e-4_wp*mod(7*i, 13)
+      call search(critical, 0.005_wp, mod(i, 2) == 0, bracket, tried)
+      held = held .and. bracket%stable <= critical .and. bracket%lost > critical
+      narrow = narrow .and. bracket%lost - bracket%stable <= 0.005_wp*(1.0_wp + rounding)
+      if (mod(i, 2) == 0) most = max(most, size(tried))
+    end do
+    call tests%check('brackets hold the factor', held)
+    call tests%check('and are as narrow as the tolerance', narrow)
+    call tests%check('in at most 18 tries where steps are easy', most <= 18)
+  end subroutine check_brackets
+
+  !> The answer in words.
+  subroutine check_text(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%check('a bracket', bracket_text(bracket_type(1.2_wp, 1.25_wp)) == &
+      'factor of safety between 1.2 (stable) and 1.25 (lost)')
+    call tests%check('none lost', bracket_text(bracket_type(10.0_wp, 0.0_wp)) == 'factor of safety above 10')
+    call tests%check('none stable', bracket_text(bracket_type(0.0_wp, 0.1_wp)) == &
+      'no equilibrium down to a factor of 0.1')
+  end subroutine check_text
+end module test_safety_bracket

@@ -1,0 +1,342 @@
+!> Safety phases with scripted outcomes of the solves: factors that are tried, what is asked of the solver, the state at
+!> the end, the mechanism, the run-out, a run that is resumed. And with the method itself: places that stay, the factor
+!> of a vertical cut, the parent left as it was.
+module test_safety_search
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type, error_not_converged
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_model, only: model_type, state_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped
+  use qsmpm_restart, only: read_restart, write_restart
+  use qsmpm_run_profile, only: run_profile_type
+  use deck_samples, only: joined
+  use scratch_folder, only: make_folder, remove_folder
+  use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
+  use state_samples, only: state_differences, same_reals
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_safety_search
+
+  !> Keeps what it is shown of a mechanism.
+  type, extends(test_observer_type) :: watching_type
+    integer :: mechanisms = 0
+    real(wp) :: factor = 0.0_wp, shown_move = 0.0_wp, shown_strain = 0.0_wp
+  contains
+    procedure :: mechanism
+  end type watching_type
+
+  !> A run with all that belongs to it.
+  type :: run_type
+    type(model_type) :: model
+    type(step_loop_type) :: loop
+    type(watching_type) :: observer
+    type(error_type), allocatable :: error
+  end type run_type
+
+  real(wp), parameter :: rounding = 1.0e-12_wp
+  integer, parameter :: mark(2) = [5, 6]
+  character(len=*), parameter :: soil = '*MOHR COULOMB|5, 15, 15|*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|', &
+    moving = 'TOLERANCE=0.1, GEOMETRY=MOVING', fixed = 'TOLERANCE=0.1, GEOMETRY=FIXED'
+  !> Solves: stable, lost.
+  type(scripted_outcome_type), parameter :: good = scripted_outcome_type(iterations=9), &
+    lost = scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp)), &
+    damped = scripted_outcome_type(damping_share=0.5_wp, undamped=0.5_wp, move=1.0_wp)
+
+contains
+
+  !> All tests.
+  subroutine collect_safety_search(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('safety_search')
+    call check_search(tests)
+    call check_below(tests)
+    call check_never(tests)
+    call check_runout(tests)
+    call check_stop(tests)
+    call check_resumed(tests)
+    call check_places(tests)
+    call check_cut(tests)
+    call check_materials(tests)
+  end subroutine collect_safety_search
+
+  !> A block that is built in two steps, then weakened; with a script where there are answers.
+  subroutine make_run(material, controls, run, answers)
+    !> Cards of the material behind *ELASTIC; parameters of *SAFETY. Bars are line ends.
+    character(len=*), intent(in) :: material, controls
+    type(run_type), intent(out) :: run
+    type(scripted_outcome_type), intent(in), optional :: answers(:)
+    type(message_list_type) :: messages
+    type(analysis_type) :: analysis
+    type(script_type) :: script
+    type(run_profile_type) :: profile
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &
+      '*GRID, ELEMENT=QUAD4|X, 0, 4, 16|Y, 0, 1, 4|*NSET, NSET=base, PLANE=Y|0|*NSET, NSET=left, PLANE=X|0|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'//material// &
+      '*UNIT WEIGHT|18|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 0.8|'// &
+      '*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|0, 0.8|'// &
+      '*PHASE, NAME=built|*FIX|base, ALL|left, X|*GRAVITY|0, -1|*CONTROLS, STEPS=2|*END PHASE|'// &
+      '*PHASE, NAME=factor, TYPE=SAFETY|*SAFETY, '//controls//'|*CONTROLS, STEPS=2|*END PHASE|'// &
+      '*PHASE, NAME=more, PARENT=built|*GRAVITY|0, -1.1|*CONTROLS, STEPS=1|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, run%model, run%error)
+    if (allocated(error)) error stop 'the deck of the safety suite is broken'
+    if (allocated(run%error)) return
+    if (present(answers)) then
+      allocate (script%answers, source=answers)
+      allocate (run%loop%solver, source=script)
+    end if
+    call begin_step_loop(run%model, profile, run%loop)
+  end subroutine make_run
+
+  !> Step until a phase has begun, or to the end.
+  subroutine walk(run, phase)
+    type(run_type), intent(inout) :: run
+    integer, intent(in) :: phase
+
+    do while (.not. (is_finished(run%model, run%loop) .or. allocated(run%error)))
+      if (run%model%state%progress%phase >= phase .and. run%loop%begun) exit
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+  end subroutine walk
+
+  !> Step until the phase of the search has ended.
+  subroutine search(run)
+    type(run_type), intent(inout) :: run
+
+    do while (.not. (run%observer%phases >= 2 .or. allocated(run%error)))
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+  end subroutine search
+
+  !> The script of a run; what it was asked.
+  subroutine asked(run, script)
+    type(run_type), intent(in) :: run
+    type(script_type), intent(out) :: script
+
+    select type (solver => run%loop%solver)
+    type is (script_type)
+      script = solver
+    end select
+  end subroutine asked
+
+  !> Keep what is shown.
+  subroutine mechanism(self, model, error)
+    class(watching_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(out) :: error
+
+    self%mechanisms = self%mechanisms + 1
+    self%factor = model%state%progress%strength_factor
+    associate (points => model%state%points)
+      self%shown_move = maxval(abs(points%position - points%initial_position))
+      self%shown_strain = maxval(points%plastic_strain)
+    end associate
+  end subroutine mechanism
+
+  !> A factor between 1.1 and 1.2.
+  subroutine check_search(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(script_type) :: script
+
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
+    call search(run)
+    call asked(run, script)
+    call tests%check('the run goes well', .not. allocated(run%error))
+    associate (progress => run%model%state%progress)
+      call tests%check('two steps of load, two stable factors', run%observer%steps == 4 .and. progress%phase_steps == 2)
+      call tests%check('the phase has ended', progress%phase == 2 .and. run%observer%phases == 2 .and. &
+        .not. progress%fraction < 1.0_wp)
+      call tests%close('at the last stable strength', progress%strength_factor, 1.1_wp, rounding)
+      call tests%close('which is that of the laws', run%model%strength%factor, 1.1_wp, rounding)
+      call tests%close('the load factor is that of the parent', progress%load_factor, 1.0_wp, 0.0_wp)
+      call tests%check('phase and bracket are kept', size(progress%factors, 2) == 1)
+      call tests%check('as they were found', all(abs(progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp]) <= rounding))
+    end associate
+    call tests%close('what was lost has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
+    call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
+      "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
+    call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
+    call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
+      .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))
+    call tests%check('loads before it move the places', .not. any(script%asked(:2)%in_place))
+    call tests%check('the mechanism is damped and moves', script%asked(7)%damping > 0.0_wp .and. &
+      .not. script%asked(7)%in_place)
+    call tests%check('it begins with forces, without an iteration', script%allowed(6) == 0)
+    call tests%check('it is shown once, at the lost strength', run%observer%mechanisms == 1 .and. &
+      abs(run%observer%factor - 1.2_wp) <= rounding)
+    call tests%close('with displacements of its own', run%observer%shown_move, 0.125_wp, rounding)
+    call walk(run, 4)
+    call tests%check('a phase behind starts from the parent', run%model%state%progress%phase == 3 .and. &
+      .not. allocated(run%error))
+    call tests%close('with its stresses', run%model%state%points%stress(1, 1), 3.0_wp, rounding)
+    call tests%close('and its strength', run%model%strength%factor, 1.0_wp, 0.0_wp)
+    call tests%check('what was found stays', size(run%model%state%progress%factors, 2) == 1)
+  end subroutine check_search
+
+  !> A body that is lost at 1 is tried below, each time from the parent.
+  subroutine check_below(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run(soil, moving//', FLOW=DAVIS A', run, [good, good, lost, lost, good, lost, damped, good])
+    call search(run)
+    associate (progress => run%model%state%progress)
+      call tests%check('the bracket lies below 1', all(abs(progress%factors(:, 1) - [2.0_wp, 0.8_wp, 0.9_wp]) <= rounding))
+    end associate
+    call tests%check('with the flow that was asked for', run%model%strength%flow == 2)
+  end subroutine check_below
+
+  !> A body that no strength holds.
+  subroutine check_never(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run(soil, moving, run, [good, good, lost])
+    call search(run)
+    call tests%check('no equilibrium at any strength ends the run', allocated(run%error))
+    if (.not. allocated(run%error)) return
+    call tests%check('with its code', run%error%code == error_not_converged)
+    call tests%check('and a sentence: '//run%error%message, run%error%message == &
+      "phase 'factor': no equilibrium down to a factor of 0.1")
+    call tests%close('in the state of the parent', run%model%state%points%stress(1, 1), 2.0_wp, rounding)
+    call tests%close('and with its strength', run%model%strength%factor, 1.0_wp, 0.0_wp)
+  end subroutine check_never
+
+  !> The strength goes on to that of the run-out, with the places.
+  subroutine check_runout(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(script_type) :: script
+
+    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, lost, lost, damped, &
+      good, good])
+    call search(run)
+    call asked(run, script)
+    call tests%check('a run-out goes well', .not. allocated(run%error))
+    call tests%check('its steps move the places', .not. any(script%asked(8:)%in_place))
+    call tests%check('and may be damped', script%asked(9)%damping > 0.0_wp)
+    call tests%close('the strength at its end', run%model%strength%factor, 1.5_wp, rounding)
+    call tests%close('which the state knows', run%model%state%progress%strength_factor, 1.5_wp, rounding)
+    call tests%check('the bracket is that of the search', &
+      all(abs(run%model%state%progress%factors(:, 1) - [2.0_wp, 1.1_wp, 1.2_wp]) <= rounding))
+    call make_run(soil, fixed//', RUNOUT=1.5', run, [good, good, good, good, lost, lost, damped, good])
+    do while (run%model%state%progress%phase < 2 .or. .not. run%model%state%progress%fraction > 0.0_wp)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+    call tests%close('half way its strength is half way', run%model%strength%factor, 1.3_wp, rounding)
+  end subroutine check_runout
+
+  !> A run that is stopped in the search and goes on.
+  subroutine check_stop(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run, whole
+
+    call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
+    run%observer%stop_after = 3
+    call search(run)
+    call tests%check('a run stops in the search', allocated(run%error))
+    if (allocated(run%error)) call tests%check('on request', run%error%code == error_stopped)
+    run%observer%stop_after = huge(1)
+    if (allocated(run%error)) deallocate (run%error)
+    call search(run)
+    call make_run(soil, fixed, whole, [good, good, good, good, lost, lost, damped, good])
+    call search(whole)
+    call tests%check('and can go on', len(state_differences(run%model%state, whole%model%state)) == 0)
+  end subroutine check_stop
+
+  !> The method itself: a resumed run ends as one that was not interrupted.
+  subroutine check_resumed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run, resumed
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: directory
+    integer :: done, k
+
+    call make_folder(directory)
+    do done = 2, 5
+      call make_run(soil, moving//', RUNOUT=2.2', run)
+      do k = 1, done
+        call advance_step_loop(run%model, run%loop, run%observer, run%error)
+      end do
+      call write_restart(directory//'/restart.h5', run%model, mark, error)
+      call make_run(soil, moving//', RUNOUT=2.2', resumed)
+      if (.not. allocated(error)) call read_restart(directory//'/restart.h5', resumed%model, mark, error)
+      call tests%check('a file within a search is written and read', .not. allocated(error))
+      call tests%close('the laws read have the strength', resumed%model%strength%factor, run%model%strength%factor, 0.0_wp)
+      call walk(run, 4)
+      call walk(resumed, 4)
+      call tests%check('a resumed search ends as one that was not interrupted: '// &
+        state_differences(run%model%state, resumed%model%state), &
+        len(state_differences(run%model%state, resumed%model%state)) == 0)
+    end do
+    call remove_folder(directory)
+  end subroutine check_resumed
+
+  !> Places stay, or follow; the parent is what it was.
+  subroutine check_places(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    type(state_type) :: parent
+
+    call make_run(soil, fixed, run)
+    do while (run%observer%phases < 1)
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+    parent = run%model%state
+    call search(run)
+    associate (points => run%model%state%points, tracers => run%model%state%tracers)
+      call tests%check('stresses have changed', .not. same_reals([points%stress], [parent%points%stress]))
+      call tests%check('places have not', same_reals([points%position], [parent%points%position]))
+      call tests%check('nor volumes', same_reals(points%volume, parent%points%volume))
+      call tests%check('nor the places of histories', same_reals([tracers%position], [parent%tracers%position]))
+      call tests%check('but their displacements', tracers%position(2, 1) - tracers%initial_position(2, 1) < &
+        parent%tracers%position(2, 1) - parent%tracers%initial_position(2, 1))
+    end associate
+    call tests%check('the end of the parent is what it was', &
+      len(state_differences(parent, run%model%kept_phases(1)%state)) == 0)
+    call tests%check('strains of the mechanism are its own', run%observer%mechanisms == 1 .and. &
+      run%observer%shown_strain > 0.0_wp)
+    call make_run(soil, moving, run)
+    call search(run)
+    call tests%check('places follow where they are asked to', &
+      .not. same_reals([run%model%state%points%position], [parent%points%position]))
+  end subroutine check_places
+
+  !> A vertical cut of height H stands up to gamma H/c = 3.83 tan(45 + phi/2), phi and c those of F: F = 1.575. Four
+  !> cells a height come out a tenth too high.
+  subroutine check_cut(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+    real(wp), parameter :: factor = 1.5754_wp
+    real(wp) :: phi
+
+    phi = atan(tan(15.0_wp*pi/180.0_wp)/factor)
+    call tests%close('the factor of the cut', 18.0_wp*0.8_wp/(5.0_wp/factor)/tan(pi/4.0_wp + 0.5_wp*phi), 3.83_wp, 0.01_wp)
+    call make_run(soil, 'TOLERANCE=0.02', run)
+    call search(run)
+    call tests%check('is found', .not. allocated(run%error))
+    if (allocated(run%error)) return
+    associate (factors => run%model%state%progress%factors)
+      call tests%check('from above', factors(2, 1) > factor .and. factors(3, 1) < 1.15_wp*factor)
+      call tests%check('in a bracket as wide as asked for', factors(3, 1) - factors(2, 1) <= 0.02_wp + rounding)
+    end associate
+  end subroutine check_cut
+
+  !> Materials that cannot be weakened.
+  subroutine check_materials(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run('', fixed, run)
+    call tests%check('a body without strength is refused', allocated(run%error))
+    if (allocated(run%error)) call tests%check('in the words: '//run%error%message, index(run%error%message, &
+      "phase 'factor' lowers the strength, but no material has one") > 0)
+  end subroutine check_materials
+end module test_safety_search
