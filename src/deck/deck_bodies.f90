@@ -49,6 +49,7 @@ contains
       call fields%name('REGION', body%region, 'element set', needs='SHAPE=REGION')
       call fields%file('INPUT', body%file, 'STL file, ASCII or binary, relative to the deck', &
         needs='SHAPE=POLYHEDRON')
+      call fields%answer('ACTIVE', body%active, 'NO: it is not there until a phase puts it in place by *ACTIVATE')
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
       call polygon_fields(fields, body)

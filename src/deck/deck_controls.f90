@@ -113,7 +113,8 @@ contains
     associate (phases => state%analysis%phases)
       do p = 1, size(phases)
         if (.not. phases(p)%controls%limit_compliance > 0.0_wp .or. phases(p)%gravity%given .or. &
-          size(phases(p)%tractions) > 0 .or. releases(phases, p)) cycle
+          size(phases(p)%tractions) + size(phases(p)%activations) + size(phases(p)%deactivations) > 0 .or. &
+          releases(phases, p)) cycle
         call state%error_from(phases(p)%controls%where, 'CONTROLS', "LIMIT COMPLIANCE never ends phase '"// &
           phases(p)%name//"': no gravity, traction or pressure is given in it and nothing held is freed, and a "// &
           'prescribed displacement has no compliance; leave it out, and watch *HISTORY, QUANTITY=REACTION')

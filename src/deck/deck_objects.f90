@@ -102,6 +102,7 @@ contains
       call append(analysis%phases(size(analysis%phases))%water_levels, level)
     case default
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
+        phase%activations(0), phase%deactivations(0), phase%materials(0), &
         phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0))
       call append(analysis%phases, phase)
     end select

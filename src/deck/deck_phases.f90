@@ -8,6 +8,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_initial, only: add_initial_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
+  use qsmpm_deck_stages, only: add_stage_keywords
   use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
@@ -38,6 +39,7 @@ contains
       '*FIX| base, ALL| sides, X', check_fixities)
     call table%add('PRESCRIBE', in_phase, once, 'Displacement of node sets in the phase, per unit of load factor.', &
       prescribe_fields, '*PRESCRIBE| plate, Y, -0.1', check_prescriptions)
+    call add_stage_keywords(table)
     call add_load_keywords(table)
     call add_control_keywords(table)
     call add_safety_keyword(table)

@@ -16,6 +16,7 @@ module qsmpm_deck_references
   use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
+  use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
   use qsmpm_deck_water, only: check_water
   use qsmpm_deck_undrained, only: check_undrained
@@ -50,6 +51,7 @@ contains
     call check_surfaces(state)
     call check_prescriptions(state)
     call check_parents(state)
+    call check_stages(state)
     call check_safety(state)
     call check_starts(state)
     call check_water(state)
@@ -296,8 +298,9 @@ contains
           abs(phase%gravity%vector(3)) > 0.0_wp))//' for weight')
         if (.not. is_loaded(state%analysis%phases, p)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' has no load: nothing changes in it")
-        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) > 0 &
-            .or. phase%kind == phase_safety .or. phase%gravity%given .or. phase%drain_state%given .or. &
+        else if (.not. (acts(phase) .or. size(phase%fixities) + size(phase%supports) + size(phase%tractions) &
+            + size(phase%activations) + size(phase%deactivations) + size(phase%materials) > 0 .or. &
+            phase%kind == phase_safety .or. phase%gravity%given .or. phase%drain_state%given .or. &
             size(phase%constant_load_test%at) + size(phase%water_levels) > 0)) then
           call state%warn(phase%where, 'PHASE', "phase '"//phase%name//"' changes nothing: it has no load of its own")
         end if

@@ -45,6 +45,7 @@ module qsmpm_deck_words
     'FREE', 'NORMAL', 'ALL']
   character(len=n), parameter, public :: carrier_words(2) = [character(len=n) :: 'SURFACE', &
     'POINTS']
+  character(len=n), parameter, public :: fill_words(2) = [character(len=n) :: 'LEVEL', 'SHAPE']
   character(len=n), parameter, public :: side_words(2) = [character(len=n) :: 'ABOVE', 'BELOW']
   character(len=18), parameter, public :: test_words(7) = [character(len=18) :: &
     'OEDOMETER', 'TRIAXIAL DRAINED', 'TRIAXIAL UNDRAINED', 'BIAXIAL', 'SIMPLE SHEAR', 'ISOTROPIC', 'PATH']

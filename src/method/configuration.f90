@@ -26,6 +26,9 @@ module qsmpm_configuration
     type(integration_type) :: at_points
     !> Volume of each cell, and lumped volume of each node, sum |N| V.
     real(wp), allocatable :: volumes(:), lumped(:)
+    !> What bodies that are taken out push at the others before they are unloaded: by their stresses and surfaces
+    !> (dimension, nodes), and by their weight per unit gravity (nodes). Unallocated without (qsmpm_unloading).
+    real(wp), allocatable :: unloading(:, :), unloading_weight(:)
   end type configuration_type
 
 contains

@@ -8,12 +8,13 @@
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
+  use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: basis_fem
   use qsmpm_integration, only: integration_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type, state_type
   use qsmpm_initialisation, only: step_type
-  use qsmpm_space, only: space_type, shape_values_type, value_at, refresh_space
+  use qsmpm_space, only: space_type, shape_values_type, functions_at, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_deformation, only: grow_deformation, point_displacement
   use qsmpm_points, only: carried_type, points_type
@@ -52,8 +53,10 @@ contains
     if (model%state%surface%count > 0) model%state%surface%area_vector(:, :size(areas, 2)) = areas
     associate (mesh => model%mesh, space => model%space, state => model%state)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
-      call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers)
+      call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers, &
+        .not. (of_inactive(model) .or. of_unloading(model)))
       call move_carried(mesh, space, step%activation, state%points, displacement, state%watched)
+      call move_inactive(model, step%activation, displacement)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
     if (model%analysis%method%basis == basis_fem) then
@@ -134,7 +137,7 @@ contains
   end subroutine move_points
 
   !> Move what rides on the mesh beside the material points.
-  subroutine move_carried(mesh, space, activation, points, displacement, carried)
+  subroutine move_carried(mesh, space, activation, points, displacement, carried, chosen)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(activation_type), intent(in) :: activation
@@ -142,14 +145,84 @@ contains
     !> Displacement of the step (dimension, node_count).
     real(wp), intent(in) :: displacement(:, :)
     class(carried_type), intent(inout) :: carried
+    !> Which of them; all when absent.
+    logical, intent(in), optional :: chosen(:)
     type(shape_values_type) :: place
     integer :: i
 
     do i = 1, carried%count
+      if (present(chosen)) then
+        if (.not. chosen(i)) cycle
+      end if
       call basis_at(mesh, space, activation, points, carried, i, place)
       carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
     end do
   end subroutine move_carried
+
+  !> Move what rides of bodies that are not there: feet with the ground they lie on, bodies that are taken out with the
+  !> mesh, which stays where nothing moves it. The others wait.
+  subroutine move_inactive(model, activation, displacement)
+    type(model_type), intent(inout) :: model
+    type(activation_type), intent(in) :: activation
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+
+    associate (mesh => model%mesh, space => model%space, state => model%state)
+      if (state%inactive%feet%count > 0) call move_carried(mesh, space, activation, state%points, displacement, &
+        state%inactive%feet, any(model%feet%on .and. spread(bodies_active(model%analysis, state%progress%phase), 2, &
+        state%inactive%feet%count), dim=1))
+      if (state%inactive%unloading%count == 0) return
+      call ride_on_mesh(mesh, space, displacement, state%inactive%unloading)
+      call ride_on_mesh(mesh, space, displacement, state%inactive%unloading_surface)
+      call ride_on_mesh(mesh, space, displacement, state%tracers, of_unloading(model))
+    end associate
+  end subroutine move_inactive
+
+  !> Tracers of bodies that wait.
+  pure function of_inactive(model) result(chosen)
+    type(model_type), intent(in) :: model
+    logical :: chosen(model%state%tracers%count)
+
+    chosen = .false.
+    if (.not. allocated(model%tracer_body)) return
+    associate (active => bodies_active(model%analysis, model%state%progress%phase))
+      chosen = .not. active(model%tracer_body)
+    end associate
+  end function of_inactive
+
+  !> Tracers of bodies that are taken out.
+  pure function of_unloading(model) result(chosen)
+    type(model_type), intent(in) :: model
+    logical :: chosen(model%state%tracers%count)
+    integer :: i
+
+    chosen = .false.
+    if (.not. allocated(model%tracer_body)) return
+    do i = 1, size(chosen)
+      chosen(i) = any(model%state%inactive%unloading%body == model%tracer_body(i))
+    end do
+  end function of_unloading
+
+  !> Move places by the functions of their own cells, whoever else uses these.
+  subroutine ride_on_mesh(mesh, space, displacement, carried, chosen)
+    type(mesh_type), intent(in) :: mesh
+    type(space_type), intent(in) :: space
+    !> Displacement of the step (dimension, node_count).
+    real(wp), intent(in) :: displacement(:, :)
+    class(carried_type), intent(inout) :: carried
+    !> Which of them; all when absent.
+    logical, intent(in), optional :: chosen(:)
+    type(shape_values_type) :: place
+    integer :: i
+
+    do i = 1, carried%count
+      if (present(chosen)) then
+        if (.not. chosen(i)) cycle
+      end if
+      call functions_at(space, mesh, carried%cell(i), carried%local(:, i), place)
+      carried%position(:, i) = carried%position(:, i) + value_at(place, displacement)
+    end do
+  end subroutine ride_on_mesh
 
   !> Updated Lagrangian FEM: the nodes keep their displacement; points keep their local coordinates.
   subroutine carry_mesh(activation, displacement, mesh, coordinates, error)
@@ -224,5 +297,15 @@ contains
     call relocate(mesh, cell_size, state%tracers, 'tracer', error)
     if (allocated(error)) return
     call relocate(mesh, cell_size, state%watched, 'material in front of a prescribed set', error)
+    if (allocated(error)) return
+    call relocate(mesh, cell_size, state%inactive%points, 'material point that is not there', error)
+    if (allocated(error)) return
+    call relocate(mesh, cell_size, state%inactive%unloading, 'material point that is taken out', error)
+    if (allocated(error)) return
+    call relocate(mesh, cell_size, state%inactive%surface, 'surface point that is not there', error)
+    if (allocated(error)) return
+    call relocate(mesh, cell_size, state%inactive%unloading_surface, 'surface point that is taken out', error)
+    if (allocated(error)) return
+    call relocate(mesh, cell_size, state%inactive%feet, 'place under a body that comes', error)
   end subroutine find_again
 end module qsmpm_convection

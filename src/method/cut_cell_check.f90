@@ -223,6 +223,7 @@ contains
     do k = 1, size(model%outlines)
       associate (b => model%outlines(k)%body)
         if (.not. lost(b) .or. check%lost_reported(b) .or. (model%outlines(k)%integrates .neqv. integrates)) cycle
+        if (.not. any(model%state%points%body == b)) cycle
         check%lost_reported(b) = .true.
         call observer%note("warning: the outline of body '"//model%analysis%bodies(b)%name//"' has folded: its "// &
           'volume is no longer that of the material points. '//consequence)

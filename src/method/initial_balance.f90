@@ -19,14 +19,13 @@ module qsmpm_initial_balance
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope
   use qsmpm_initialisation, only: step_type, initialise_step
-  use qsmpm_integration, only: integration_type, place_of
   use qsmpm_law, only: tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
-  use qsmpm_points, only: points_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_space, only: node_position
+  use qsmpm_stress_force, only: internal_force
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
   use qsmpm_text, only: real_text
@@ -191,60 +190,4 @@ contains
     call internal_force(integration_of(soil, step%configuration_type), model%state%points, force)
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
-
-  !> Nodal force of the stresses at the start of the step.
-  pure subroutine internal_force(integration, points, force)
-    type(integration_type), intent(in) :: integration
-    type(points_type), intent(in) :: points
-    !> (dimension, node_count)
-    real(wp), intent(out) :: force(:, :)
-    real(wp) :: stress(6)
-    integer :: g, q, n, m, b, d, first, last
-
-    force = 0.0_wp
-    stress = 0.0_wp
-    d = size(force, 1)
-    m = integration%directions
-    do g = 1, integration%group_count
-      first = integration%node_first(g)
-      last = integration%node_first(g + 1) - 1
-      n = last - first + 1
-      do q = integration%first(g), integration%first(g + 1) - 1
-        if (integration%source(q) > 0) then
-          stress(:size(points%stress, 1)) = points%stress(:, integration%source(q))
-        else
-          stress(:size(points%stress, 1)) = integration%stress(:, -integration%source(q))
-        end if
-        b = m*place_of(integration, g, q)
-        call add_stress(d, m, n, integration%nodes(first:last), integration%gradient(b + 1:b + m*n), &
-          integration%weight(q)*stress, force)
-      end do
-    end do
-  end subroutine internal_force
-
-  !> Nodal forces of one point.
-  pure subroutine add_stress(d, m, n, nodes, gradient, stress, force)
-    !> Dimension, directions of the gradient (3 with the hoop in axisymmetry), number of nodes.
-    integer, intent(in) :: d, m, n
-    integer, intent(in) :: nodes(n)
-    real(wp), intent(in) :: gradient(n, m)
-    !> Volume times stress, 11, 22, 33, 12, 13, 23 (6).
-    real(wp), intent(in) :: stress(6)
-    real(wp), intent(inout) :: force(:, :)
-    integer :: a
-
-    do a = 1, n
-      associate (f => force(:, nodes(a)), g => gradient(a, :))
-        f(1) = f(1) + stress(1)*g(1) + stress(4)*g(2)
-        f(2) = f(2) + stress(4)*g(1) + stress(2)*g(2)
-        if (d == 3) then
-          f(1) = f(1) + stress(5)*g(3)
-          f(2) = f(2) + stress(6)*g(3)
-          f(3) = f(3) + stress(5)*g(1) + stress(6)*g(2) + stress(3)*g(3)
-        else if (m == 3) then
-          f(1) = f(1) + stress(3)*g(3)
-        end if
-      end associate
-    end do
-  end subroutine add_stress
 end module qsmpm_initial_balance

@@ -22,6 +22,7 @@ module qsmpm_initialisation
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
+  use qsmpm_unloading, only: measure_unloading
   use qsmpm_unknowns, only: unknowns_type, fields_of_equations, most_components, all_nodes
   implicit none
   private
@@ -96,6 +97,7 @@ contains
     if (.not. allocated(step%terms)) call standard_terms(step%terms)
     call find_configuration(model, step%configuration_type)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
+    call measure_unloading(model, step%configuration_type)
     call list_unknowns(model, step%terms, step%unknowns, error)
     if (allocated(error)) return
     call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, connectivity)

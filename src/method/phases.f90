@@ -191,10 +191,13 @@ contains
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     class(observer_type), intent(inout) :: observer
-    !> Initial stresses out of balance.
+    !> Initial stresses out of balance, or a body that cannot be put in place.
     type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: notes
 
-    call start_phase(model)
+    call start_phase(model, notes, error)
+    if (allocated(error)) return
+    call note_lines(observer, notes)
     loop%report%lag_warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then
@@ -207,6 +210,20 @@ contains
     call observer%phase_begun(model, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
+
+  !> Notes for the log, one a line.
+  subroutine note_lines(observer, notes)
+    class(observer_type), intent(inout) :: observer
+    character(len=*), intent(in) :: notes
+    integer :: first, last
+
+    first = 1
+    do while (first <= len(notes))
+      last = first + index(notes(first:), new_line('a')) - 1
+      call observer%note(notes(first:last - 1))
+      first = last + 1
+    end do
+  end subroutine note_lines
 
   !> Keep what later phases start from, and notify the observer that the phase has ended.
   subroutine end_phase(model, loop, observer, error)

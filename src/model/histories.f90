@@ -36,6 +36,9 @@ contains
     value = 0.0_wp
     place = model%history_tracer(i)
     associate (history => model%analysis%histories(i), tracers => model%state%tracers)
+      ! The point may be one of a body that is not there.
+      if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain]) .and. &
+        model%history_point(i) == 0) return
       select case (history%quantity)
       case (quantity_displacement)
         value = tracers%position(history%component, place) - tracers%initial_position(history%component, place)

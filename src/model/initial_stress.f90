@@ -7,6 +7,7 @@
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active
   use qsmpm_analysis, only: initial_stress_type, material_type, initial_k0, initial_isotropic, initial_given
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
@@ -229,7 +230,8 @@ contains
         end associate
       end do
     end do
-    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, model%loading%water_final)
+    call make_overburden(model%mesh, model%shapes, unit_weight, axis, overburden, saturated, &
+      model%loading%water_final, bodies_active(model%analysis, model%state%progress%phase))
   end subroutine bodies_from_the_side
 
   !> Height by which bodies reach above the level of a K0 start, 0 or less when they do not.

@@ -13,6 +13,8 @@ module qsmpm_model
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_law, only: law_slot_type
+  use qsmpm_inactive_points, only: inactive_points_type
+  use qsmpm_lift_feet, only: lift_feet_type
   use qsmpm_safety_bracket, only: bracket_type
   use qsmpm_strength_factor, only: strength_factor_type
   use qsmpm_surface_pressure, only: surface_pressure_type
@@ -75,6 +77,8 @@ module qsmpm_model
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
     type(watched_points_type) :: watched
+    !> Bodies that are not there.
+    type(inactive_points_type) :: inactive
     !> Node coordinates: change only for FEM and moving meshes (dimension, node_count).
     real(wp), allocatable :: coordinates(:, :)
     !> Part of the grid that the mesh is; nodes and cells below are numbered in it. Unused for other meshes.
@@ -148,8 +152,12 @@ module qsmpm_model
     real(wp), allocatable :: carrying_area(:)
     !> Tracer of each history (0 for none) and nearest material point (0 for none).
     integer, allocatable :: history_tracer(:), history_point(:)
-    !> State variable of each history (0 for none).
-    integer, allocatable :: history_state(:)
+    !> State variable of each history (0 for none), and the number its point has among those of all bodies.
+    integer, allocatable :: history_state(:), history_number(:)
+    !> Body that each tracer rides with (0: with what is there), and its foot (0 for none) (tracers).
+    integer, allocatable :: tracer_body(:), tracer_foot(:)
+    !> What stands on the feet of bodies that come.
+    type(lift_feet_type) :: feet
     !> Sentences the builder wants in the log (points picked, sets found, ...).
     character(len=:), allocatable :: notes
   end type model_type

@@ -2,6 +2,7 @@
 module qsmpm_model_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
+  use qsmpm_active_bodies, only: bodies_active, has_stages
   use qsmpm_analysis, only: basis_fem, basis_standard, basis_spline2, basis_spline3, integrate_points, axisymmetric
   use qsmpm_basis_traits, only: grid_degree
   use qsmpm_element, only: shape_functions
@@ -170,18 +171,41 @@ contains
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
-    integer :: p, last
+    integer :: last, p
 
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
-    held = 0.0_wp
-    do p = 1, model%state%points%count
-      held(model%state%points%cell(p)) = held(model%state%points%cell(p)) + model%state%points%volume(p)
-    end do
     last = size(model%analysis%bodies)
+    call hold_cells(model, model%analysis%bodies%active, held)
     if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
       'bodies overlap: an element holds more material than its volume')
     if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)
+    if (.not. has_stages(model%analysis)) return
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        if (size(phase%activations) == 0) cycle
+        call hold_cells(model, bodies_active(model%analysis, p), held)
+        if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, phase%activations(1)%where, '*ACTIVATE', &
+          "bodies overlap in phase '"//phase%name//"': an element holds more material than its volume")
+      end associate
+    end do
   end subroutine check_overlap
+
+  !> Volume that some bodies hold of every cell as they are drawn.
+  pure subroutine hold_cells(model, chosen, held)
+    type(model_type), intent(in) :: model
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    !> (cell_count)
+    real(wp), intent(out) :: held(:)
+    integer :: p
+
+    held = 0.0_wp
+    associate (points => model%state%points)
+      do p = 1, points%count
+        if (chosen(points%body(p))) held(points%cell(p)) = held(points%cell(p)) + points%volume(p)
+      end do
+    end associate
+  end subroutine hold_cells
 
   !> Note that the points do not integrate the functions of cut cells: figures of a turned block under uniform pressure
   !> (verification/cases/turned_block.toml).

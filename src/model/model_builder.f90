@@ -8,6 +8,7 @@ module qsmpm_model_builder
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
     basis_gimp, locking_none, locking_auto, initial_k0, locking_uniform_pressure, mesh_grid
   use qsmpm_basis_traits, only: usual_factor
+  use qsmpm_body_stages, only: part_bodies
   use qsmpm_drainage, only: set_drainage
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_finite, only: is_usable, unusable
@@ -84,6 +85,7 @@ contains
     end if
     call carry_outlines(model)
     call finish(model)
+    call part_bodies(model)
   end subroutine build_model
 
   !> Defaults that depend on other choices.

@@ -17,7 +17,7 @@ module qsmpm_model_surfaces
   implicit none
   private
 
-  public :: make_surfaces, surface_degree, outline_box
+  public :: make_surfaces, choose_carrying_points, surface_degree, outline_box
 
   !> Normals of a plane differ less than this.
   real(wp), parameter :: plane_tolerance = 1.0e-6_wp
@@ -34,7 +34,9 @@ contains
     integer :: s, k, before
 
     occupied = .false.
-    occupied(model%state%points%cell) = .true.
+    associate (points => model%state%points)
+      occupied(pack(points%cell, model%analysis%bodies(points%body)%active)) = .true.
+    end associate
     do s = 1, size(model%analysis%surfaces)
       associate (surface => model%analysis%surfaces(s))
         before = list%count
@@ -201,6 +203,7 @@ contains
     integer :: i
 
     call make_bins(model%state%points%position, bins)
+    if (allocated(model%carrying_point)) deallocate (model%carrying_point, model%carrying_surface, model%carrying_area)
     allocate (model%carrying_point(model%state%surface%count), model%carrying_surface(model%state%surface%count))
     allocate (model%carrying_area(model%state%surface%count))
     do i = 1, model%state%surface%count

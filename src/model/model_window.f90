@@ -7,6 +7,7 @@
 module qsmpm_model_window
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_grid, basis_fem
+  use qsmpm_body_stages, only: link_points
   use qsmpm_diagnostics, only: diagnostics_type
   use qsmpm_first_window, only: is_windowed, least_margin, usual_margin
   use qsmpm_grid, only: grid_type, whole_window, pieces_of
@@ -46,6 +47,13 @@ contains
     call add_carried(model, grid, model%state%surface, needed, any_point)
     call add_carried(model, grid, model%state%tracers, needed, any_point)
     call add_carried(model, grid, model%state%watched, needed, any_point)
+    associate (inactive => model%state%inactive)
+      call add_carried(model, grid, inactive%points, needed, any_point)
+      call add_carried(model, grid, inactive%unloading, needed, any_point)
+      call add_carried(model, grid, inactive%surface, needed, any_point)
+      call add_carried(model, grid, inactive%unloading_surface, needed, any_point)
+      call add_carried(model, grid, inactive%feet, needed, any_point)
+    end associate
     if (.not. any_point) return
     a = least_margin(model%analysis)
     if (holds(model%state%window, widen(needed, [a, a, a], whole))) return
@@ -94,6 +102,11 @@ contains
     call add(model%state%surface)
     call add(model%state%tracers)
     call add(model%state%watched)
+    call add(model%state%inactive%points)
+    call add(model%state%inactive%unloading)
+    call add(model%state%inactive%surface)
+    call add(model%state%inactive%unloading_surface)
+    call add(model%state%inactive%feet)
 
   contains
 
@@ -132,6 +145,11 @@ contains
     call carry_cells(model%state%surface)
     call carry_cells(model%state%tracers)
     call carry_cells(model%state%watched)
+    call carry_cells(model%state%inactive%points)
+    call carry_cells(model%state%inactive%unloading)
+    call carry_cells(model%state%inactive%surface)
+    call carry_cells(model%state%inactive%unloading_surface)
+    call carry_cells(model%state%inactive%feet)
     call carry_nodal(model, labels, reactions, released)
     if (.not. model%analysis%moving_mesh%active) return
     call set_rows(model, rows)
@@ -182,6 +200,7 @@ contains
     model%state%surface = state%surface
     model%state%tracers = state%tracers
     model%state%watched = state%watched
+    model%state%inactive = state%inactive
     model%state%coordinates = state%coordinates
     model%state%reactions = state%reactions
     model%state%released = state%released
@@ -191,6 +210,7 @@ contains
     model%state%progress = state%progress
     call place_mesh(model)
     call fit_laws(model)
+    call link_points(model)
   end subroutine restore
 
   !> Lay a window again that was there before, when it is another one.

@@ -274,6 +274,7 @@ contains
     do k = 1, size(model%outlines)
       associate (outline => model%outlines(k))
         if (outline%integrates .neqv. integrates) cycle
+        if (.not. any(model%state%points%body == outline%body)) cycle
         call shape_of_outline(outline, model%state%tracers%position(:, outline%before + 1:outline%before &
           + outline%count), shape)
         before = list%count
@@ -432,6 +433,8 @@ contains
       now%local = reshape([old%local(:, kept), laid%local], shape(now%position))
       now%cell = [old%cell(kept), laid%cell]
       now%surface = [old%surface(kept), surface]
+      now%body = [old%body(kept), (body_of(surface(i)), i=1, size(surface))]
+      now%foot(:n) = old%foot(kept)
       now%area = [old%area(kept), list%volume(:list%count)/stretch]
       now%area_vector = reshape([old%area_vector(:, kept), list%vector(:, :list%count)], shape(now%position))
       now%normal(:, :n) = old%normal(:, kept)
@@ -439,5 +442,14 @@ contains
       now%released(:, :n) = old%released(:, kept)
       call set_normals(now, [(i > n, i=1, now%count)])
     end associate
+
+  contains
+
+    !> Body of a surface.
+    pure integer function body_of(number)
+      integer, intent(in) :: number
+
+      body_of = old%body(findloc(old%surface, number, dim=1))
+    end function body_of
   end subroutine replace_points
 end module qsmpm_outlines

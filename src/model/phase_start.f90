@@ -7,6 +7,8 @@
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
+  use qsmpm_body_stages, only: change_bodies
+  use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: set_initial_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_lowered_laws, only: fit_laws
@@ -31,9 +33,21 @@ module qsmpm_phase_start
 contains
 
   !> Begin the model's current phase.
-  subroutine start_phase(model)
+  subroutine start_phase(model, notes, error)
     type(model_type), intent(inout) :: model
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(out), optional :: notes
+    !> A body that comes cannot be put in place.
+    type(error_type), allocatable, intent(out), optional :: error
+    type(error_type), allocatable :: failure
+    character(len=:), allocatable :: text
 
+    call change_bodies(model, text, failure)
+    if (present(notes)) call move_alloc(text, notes)
+    if (present(error) .and. allocated(failure)) then
+      call move_alloc(failure, error)
+      return
+    end if
     associate (progress => model%state%progress)
       progress%release_left = max(1.0_wp - progress%fraction, progress%release_left)
       progress%stopped = .false.

@@ -8,6 +8,7 @@ module qsmpm_saved_places
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_points, only: surface_points_type, carried_type, watched_points_type
+  use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_kept_arrays, only: kept_arrays_type
   use qsmpm_model_window, only: return_to_window, place_mesh
@@ -24,6 +25,8 @@ module qsmpm_saved_places
     type(surface_points_type) :: surface
     type(carried_type) :: tracers
     type(watched_points_type) :: watched
+    !> Bodies that are not there, of which some ride.
+    type(inactive_points_type) :: inactive
     !> Node coordinates, reactions and released forces (dimension, nodes), plate of a moving mesh.
     real(wp), allocatable :: coordinates(:, :), reactions(:, :), released(:, :)
     real(wp) :: plate = 0.0_wp
@@ -48,6 +51,7 @@ contains
       saved%surface = state%surface
       saved%tracers = state%tracers
       saved%watched = state%watched
+      saved%inactive = state%inactive
       saved%coordinates = state%coordinates
       saved%reactions = state%reactions
       saved%released = state%released
@@ -71,6 +75,7 @@ contains
       state%surface = saved%surface
       state%tracers = saved%tracers
       state%watched = saved%watched
+      state%inactive = saved%inactive
       state%coordinates = saved%coordinates
       state%reactions = saved%reactions
       state%released = saved%released

@@ -7,6 +7,7 @@ module qsmpm_fields
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_cell_measure, only: cell_volumes
   use qsmpm_field_list, only: field_list_type, kind_number, kind_vector, shown_in_results, unit_force, unit_stress
+  use qsmpm_load_path, only: between
   use qsmpm_made_fields, only: list_made_fields
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
@@ -72,7 +73,9 @@ contains
     associate (share => model%state%progress%fraction, loading => model%loading)
       gravity = loading%gravity_start + share*(loading%gravity_final - loading%gravity_start)
       do i = 1, model%state%points%count
-        load(:, i) = model%state%points%weight(i)*gravity
+        associate (points => model%state%points)
+          load(:, i) = between(points%start_weight(i), points%weight(i), share)*gravity
+        end associate
       end do
       if (.not. allocated(model%carrying_point) .or. .not. allocated(loading%traction_final)) return
       do i = 1, size(model%carrying_point)

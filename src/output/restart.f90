@@ -6,6 +6,7 @@
 !> (`qsmpm_state_check`) or whose bytes do not give its checksum.
 module qsmpm_restart
   use qsmpm_kinds, only: wp, long
+  use qsmpm_active_bodies, only: has_stages
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     save_image
@@ -15,7 +16,8 @@ module qsmpm_restart
   use qsmpm_number_text, only: integer_text
   use qsmpm_phase_tree, only: is_wanted
   use qsmpm_field_list, only: field_type, field_list_type
-  use qsmpm_points, only: carried_type, allocate_watched
+  use qsmpm_point_selection, only: select_points
+  use qsmpm_points, only: carried_type, points_type, surface_points_type, allocate_surface_points, allocate_watched
   use qsmpm_grid_window, only: window_type
   use qsmpm_model_window, only: restore
   use qsmpm_state_check, only: check_state, window_reason
@@ -25,7 +27,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 13
+  integer, parameter :: layout = 14
 
 contains
 
@@ -105,6 +107,13 @@ contains
     call put_carried(image, group//'/surface', state%surface)
     call put_carried(image, group//'/tracers', state%tracers)
     call put_carried(image, group//'/watched', state%watched)
+    associate (inactive => state%inactive)
+      call put_carried(image, group//'/inactive_points', inactive%points)
+      call put_carried(image, group//'/unloading_points', inactive%unloading)
+      call put_carried(image, group//'/inactive_surface', inactive%surface)
+      call put_carried(image, group//'/unloading_surface', inactive%unloading_surface)
+      call put_carried(image, group//'/feet', inactive%feet)
+    end associate
     call put_group(image, group//'/mesh')
     allocate (window, source=[state%window%first, state%window%last])
     call put_array(image, group//'/mesh/window', window)
@@ -310,8 +319,7 @@ contains
       deallocate (state%coordinates, state%reactions, state%released)
     end if
     call get_progress(reader, group//'/progress', state%progress)
-    call get_carried(reader, group//'/points', state%points)
-    call get_carried(reader, group//'/surface', state%surface)
+    call get_points(reader, group, model, state)
     call get_carried(reader, group//'/tracers', state%tracers)
     ! As many as the phase in the file watches.
     call get_array(reader, group//'/watched/cell', watched)
@@ -324,6 +332,65 @@ contains
     call get_kept(reader, group//'/terms', state%kept)
     if (.not. allocated(reader%reason)) call note_reason(reader, check_state(state, model))
   end subroutine get_state
+
+  !> Material and surface points, those that are there and the others: as many of each as the phase in the file has, and
+  !> not more than the bodies.
+  subroutine get_points(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    !> Of the state, empty for the root.
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
+    type(points_type) :: like
+    integer :: left
+
+    like = state%points
+    left = state%points%count + state%inactive%points%count + state%inactive%unloading%count
+    if (has_stages(model%analysis)) then
+      call size_points(group//'/points', state%points)
+      call size_points(group//'/inactive_points', state%inactive%points)
+      call size_points(group//'/unloading_points', state%inactive%unloading)
+      if (left < 0) call note_reason(reader, 'it has more material points than the bodies')
+    end if
+    call size_surface(group//'/surface', state%surface)
+    call size_surface(group//'/inactive_surface', state%inactive%surface)
+    call size_surface(group//'/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, group//'/points', state%points)
+    call get_carried(reader, group//'/inactive_points', state%inactive%points)
+    call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
+    call get_carried(reader, group//'/surface', state%surface)
+    call get_carried(reader, group//'/inactive_surface', state%inactive%surface)
+    call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, group//'/feet', state%inactive%feet)
+
+  contains
+
+    !> Room for material points.
+    subroutine size_points(name, points)
+      character(len=*), intent(in) :: name
+      type(points_type), intent(inout) :: points
+      type(points_type) :: sized
+      integer, allocatable :: cells(:)
+
+      call get_array(reader, name//'/cell', cells)
+      if (.not. allocated(cells)) return
+      left = left - size(cells)
+      if (size(cells) == points%count) return
+      call select_points(like, spread(1, 1, size(cells)), sized)
+      points = sized
+    end subroutine size_points
+
+    !> Room for surface points.
+    subroutine size_surface(name, points)
+      character(len=*), intent(in) :: name
+      type(surface_points_type), intent(inout) :: points
+      integer, allocatable :: cells(:)
+
+      call get_array(reader, name//'/cell', cells)
+      if (.not. allocated(cells)) return
+      if (size(cells) /= points%count) call allocate_surface_points(points, size(like%position, 1), size(cells))
+    end subroutine size_surface
+  end subroutine get_points
 
   !> Note what is wrong, where something is and nothing was before.
   subroutine note_reason(reader, reason)

@@ -6,6 +6,7 @@ module qsmpm_state_check
   use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_model, only: model_type, progress_type, state_type
   use qsmpm_model_mesh, only: grid_of
@@ -31,6 +32,7 @@ contains
     if (.not. progress_good(state%progress, size(model%analysis%phases))) reason = 'the progress'
     if (.not. carried_good(state%points, 1, cells)) reason = 'the material points'
     if (.not. points_good(state%points, model)) reason = 'the material points'
+    if (.not. inactive_good(state%inactive, cells, model)) reason = 'the bodies that are not there'
     if (.not. carried_good(state%surface, 0, cells)) reason = 'the surface points'
     if (.not. carried_good(state%tracers, 0, cells)) reason = 'the tracers'
     if (.not. watched_good(state%watched, cells, model)) reason = 'the watched places'
@@ -149,6 +151,21 @@ contains
     if (allocated(model%mesh%node_sets)) &
       watched_good = watched_good .and. all(watched%set <= size(model%mesh%node_sets))
   end function watched_good
+
+  !> Whether what is kept of bodies that are not there can be.
+  logical function inactive_good(inactive, last_cell, model)
+    type(inactive_points_type), intent(in) :: inactive
+    integer, intent(in) :: last_cell
+    type(model_type), intent(in) :: model
+    logical :: good(5)
+
+    good(1) = carried_good(inactive%points, 1, last_cell)
+    good(2) = carried_good(inactive%unloading, 1, last_cell)
+    good(3) = carried_good(inactive%surface, 0, last_cell)
+    good(4) = carried_good(inactive%unloading_surface, 0, last_cell)
+    good(5) = carried_good(inactive%feet, 0, last_cell)
+    inactive_good = all(good) .and. points_good(inactive%points, model) .and. points_good(inactive%unloading, model)
+  end function inactive_good
 
   !> Whether material points are of bodies and materials that there are, and have volumes and stretches.
   pure logical function points_good(points, model)

@@ -36,7 +36,7 @@ module qsmpm_overburden
 contains
 
   !> Bodies as seen along an axis.
-  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water)
+  pure subroutine make_overburden(mesh, shapes, unit_weight, axis, overburden, saturated_weight, water, there)
     type(mesh_type), intent(in) :: mesh
     !> Bounds and unit weight of each body.
     type(body_shape_type), intent(in) :: shapes(:)
@@ -47,6 +47,8 @@ contains
     !> Unit weight of each body below its water level, and the levels; without them the ground is dry.
     real(wp), intent(in), optional :: saturated_weight(:)
     type(water_table_type), intent(in), optional :: water(:)
+    !> Bodies that are there (bodies); all when absent.
+    logical, intent(in), optional :: there(:)
     real(wp), allocatable :: facets(:, :, :)
     integer :: b
 
@@ -58,6 +60,11 @@ contains
     if (present(water)) overburden%water = water
     allocate (overburden%solid(size(shapes)))
     do b = 1, size(shapes)
+      if (present(there)) then
+        overburden%solid(b)%low = huge(1.0_wp)
+        overburden%solid(b)%high = -huge(1.0_wp)
+        if (.not. there(b)) cycle
+      end if
       call bounds_of(mesh, shapes(b), facets)
       call make_polyhedron(facets(turned(axis), :, :), overburden%solid(b))
     end do

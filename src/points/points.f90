@@ -36,11 +36,13 @@ module qsmpm_points
 
   !> Material points (paper, section 3.1).
   type, extends(carried_type) :: points_type
-    !> Body and material number (count).
-    integer, allocatable :: body(:), material(:)
+    !> Body and material number, number among the points of all bodies, and foot under the point (0 for none;
+    !> qsmpm_inactive_points) (count).
+    integer, allocatable :: body(:), material(:), number(:), foot(:)
     !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
-    !> weight is kept: eq. 29 with a constant density would lose it.
-    real(wp), allocatable :: volume(:), initial_volume(:), weight(:)
+    !> weight is kept: eq. 29 with a constant density would lose it. It runs to its value over the phase from that at
+    !> the start, which is another one where the body comes or gets another material.
+    real(wp), allocatable :: volume(:), initial_volume(:), weight(:), start_weight(:)
     !> Cauchy stress, 11,22,33,12[,13,23] (4 or 6, count).
     real(wp), allocatable :: stress(:, :)
     !> State of the law (largest state_count of all laws, count).
@@ -64,8 +66,8 @@ module qsmpm_points
 
   !> Surface points: quadrature points of the loaded surfaces.
   type, extends(carried_type) :: surface_points_type
-    !> Surface number and undeformed area (per radian in axisymmetry) of each.
-    integer, allocatable :: surface(:)
+    !> Surface number, body and foot (0 for none), and undeformed area (per radian in axisymmetry) of each.
+    integer, allocatable :: surface(:), body(:), foot(:)
     real(wp), allocatable :: area(:)
     !> Outward unit normal times present area (dimension, count).
     real(wp), allocatable :: area_vector(:, :)
@@ -117,6 +119,9 @@ contains
       'last step')
     call list%add('material', self%material, kind_label, shown_everywhere, meaning='number of the material')
     call list%add('body', self%body, kind_label, shown_by_name, meaning='number of the body')
+    call list%add('number', self%number, kind_internal)
+    call list%add('foot', self%foot, kind_internal)
+    call list%add('start_weight', self%start_weight, kind_internal)
     call list%add('state', self%state, kind_internal, shown_by_name, meaning='state variables of the law, all')
     call list%add('half_size', self%half_size, kind_internal)
     call list%add('deformation_gradient', self%deformation_gradient, kind_internal)
@@ -137,6 +142,8 @@ contains
 
     call self%carried_type%list_fields(list)
     call list%add('surface', self%surface, kind_label)
+    call list%add('body', self%body, kind_internal)
+    call list%add('foot', self%foot, kind_internal)
     call list%add('area', self%area, kind_amount, unit=unit_area)
     call list%add('area_vector', self%area_vector, kind_vector, unit=unit_area)
     call list%add('normal', self%normal, kind_vector)
@@ -193,8 +200,9 @@ contains
     integer, intent(in) :: state_count
 
     call allocate_carried(points, dimension, count)
-    allocate (points%body(count), points%material(count), points%plastic(count), source=0)
-    allocate (points%volume(count), points%initial_volume(count), points%weight(count), &
+    allocate (points%body(count), points%material(count), points%plastic(count), points%number(count), &
+      points%foot(count), source=0)
+    allocate (points%volume(count), points%initial_volume(count), points%weight(count), points%start_weight(count), &
       source=0.0_wp)
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
       source=0.0_wp)
@@ -296,7 +304,7 @@ contains
     integer, intent(in) :: count
 
     call allocate_carried(surface, dimension, count)
-    allocate (surface%surface(count), source=0)
+    allocate (surface%surface(count), surface%body(count), surface%foot(count), source=0)
     allocate (surface%area(count), source=0.0_wp)
     allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), &
       surface%reaction(dimension, count), surface%released(dimension, count), source=0.0_wp)

@@ -22,7 +22,7 @@ module qsmpm_analysis
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
     safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
-    stop_type, water_level_type, at_rest_type
+    body_change_type, stop_type, water_level_type, at_rest_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -88,6 +88,8 @@ module qsmpm_analysis
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop.
   integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3
+  !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
+  integer, parameter, public :: fill_level = 1, fill_shape = 2
 
   !> Where in the input an item was written, for errors found after parsing.
   type :: source_line_type
@@ -169,6 +171,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: file
     !> Points per element; 0 asks for the element's default.
     integer :: points_per_element = 0
+    !> It is there from the start; else a phase puts it in place.
+    logical :: active = .true.
   end type body_type
 
   !> Horizontal stress of a material at the start (qsmpm_stress_at_rest).
@@ -383,6 +387,14 @@ module qsmpm_analysis
     real(wp), allocatable :: places(:, :), at_places(:, :)
   end type initial_stress_type
 
+  !> What a phase does to a body: put in place, taken out, or of another material from then on.
+  type :: body_change_type
+    character(len=:), allocatable :: body
+    type(source_line_type) :: where
+    character(len=:), allocatable :: material
+    integer :: fill = fill_level
+  end type body_change_type
+
   !> How a phase lowers the strength.
   type :: safety_type
     logical :: given = .false.
@@ -440,6 +452,7 @@ module qsmpm_analysis
     type(gravity_type) :: gravity
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
+    type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
     type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
     type(constant_load_test_type) :: constant_load_test

@@ -18,6 +18,7 @@ module qsmpm_mirror
   use qsmpm_set_members, only: members_type, find_members, set_number, contains_node, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
+  use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
   use qsmpm_water_symmetry, only: require_mirrored_water
   implicit none
@@ -50,6 +51,7 @@ contains
       if (body_partner(analysis, b, axis) == 0) call refuse(reason, "*BODY '"//analysis%bodies(b)%name//"'"// &
         place_text(analysis%bodies(b)%where)//' has no mirror image')
     end do
+    if (.not. allocated(reason)) call prove_stages(analysis, axis, reason)
     call require_loads(analysis, axis, reason)
     call require_mirrored_water(analysis, axis, reason)
     call require_sets(analysis, axis, reason)

@@ -11,6 +11,7 @@ module qsmpm_mirror_half
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
   use qsmpm_mirror, only: set_side, side_both, side_other
+  use qsmpm_mirror_stages, only: drop_absent
   use qsmpm_mirror_images, only: mirror_plane, body_partner, mirrored_box
   implicit none
   private
@@ -212,6 +213,7 @@ contains
       image = [image, body_partner(analysis, b, axis)]
     end do
     call move_alloc(kept, analysis%bodies)
+    call drop_absent(analysis)
     call move_alloc(own, step%body)
     call move_alloc(image, step%image_body)
   end subroutine half_bodies

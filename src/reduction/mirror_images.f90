@@ -69,7 +69,7 @@ contains
     do b = size(analysis%bodies), 1, -1
       associate (body => analysis%bodies(number), other => analysis%bodies(b))
         if (other%kind /= body%kind .or. other%material /= body%material &
-          .or. other%points_per_element /= body%points_per_element) cycle
+          .or. other%points_per_element /= body%points_per_element .or. (other%active .neqv. body%active)) cycle
         select case (body%kind)
         case (body_all)
           match = .true.

@@ -59,6 +59,7 @@ program run_unit_tests
   use test_phase_stops, only: collect_phase_stops
   use test_energy, only: collect_energy
   use test_accepted_steps, only: collect_accepted_steps
+  use test_stages, only: collect_stages
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
   use test_seeding, only: collect_seeding
@@ -182,6 +183,7 @@ program run_unit_tests
   call register('phase_stops', collect_phase_stops)
   call register('energy', collect_energy)
   call register('accepted_steps', collect_accepted_steps)
+  call register('stages', collect_stages)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
   call register('seeding', collect_seeding)

@@ -30,6 +30,11 @@ contains
     call alter_carried(state%surface)
     call alter_carried(state%tracers)
     call alter_carried(state%watched)
+    call alter_carried(state%inactive%points)
+    call alter_carried(state%inactive%unloading)
+    call alter_carried(state%inactive%surface)
+    call alter_carried(state%inactive%unloading_surface)
+    call alter_carried(state%inactive%feet)
     call alter(state%coordinates)
     call alter(state%reactions)
     call alter(state%released)
@@ -137,6 +142,11 @@ contains
 
     names = carried_differences('points', a%points, b%points)//carried_differences('surface', a%surface, b%surface)// &
       carried_differences('tracers', a%tracers, b%tracers)//carried_differences('watched', a%watched, b%watched)
+    names = names//carried_differences('inactive', a%inactive%points, b%inactive%points)// &
+      carried_differences('unloading', a%inactive%unloading, b%inactive%unloading)// &
+      carried_differences('inactive_surface', a%inactive%surface, b%inactive%surface)// &
+      carried_differences('unloading_surface', a%inactive%unloading_surface, b%inactive%unloading_surface)// &
+      carried_differences('feet', a%inactive%feet, b%inactive%feet)
     call note(names, 'coordinates', same_shape(shape(a%coordinates), shape(b%coordinates)))
     if (size(a%coordinates) == size(b%coordinates)) &
       call note(names, 'coordinates', same_reals([a%coordinates], [b%coordinates]))

@@ -22,7 +22,7 @@ module test_checkpoint
   use qsmpm_model_window, only: fit_window, follow_material, place_mesh, restore
   use qsmpm_phase_start, only: start_phase
   use qsmpm_phases, only: step_loop_type
-  use qsmpm_points, only: start_strains, start_water
+  use qsmpm_points, only: points_type, start_strains, start_water
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_saved_places, only: saved_places_type, save_places, restore_places
   use qsmpm_space, only: node_label, node_position
@@ -37,13 +37,13 @@ module test_checkpoint
 
   public :: collect_checkpoint
 
-  character(len=14), parameter :: kinds(7) = [character(len=14) :: 'plane', 'averaged', 'solid', 'moving mesh', &
-    'moving splines', 'user state', 'carried mesh']
+  character(len=14), parameter :: kinds(8) = [character(len=14) :: 'plane', 'averaged', 'solid', 'moving mesh', &
+    'moving splines', 'user state', 'carried mesh', 'staged']
   !> What the checkpoint of places may leave: what convection changes last, and what no step changes.
   character(len=*), parameter :: not_places = 'points%initial_position points%body points%material points%volume '// &
     'points%initial_volume points%weight points%stress points%state points%plastic points%half_size '// &
-    'points%deformation_gradient points%left_cauchy_green points%accumulated_plastic_shear_strain '// &
-    'points%steady_pore_pressure points%pore_pressure kept '
+    'points%number points%foot points%start_weight points%deformation_gradient points%left_cauchy_green '// &
+    'points%accumulated_plastic_shear_strain points%steady_pore_pressure points%pore_pressure kept '
   integer, parameter :: mark(2) = [7, -9]
 
 contains
@@ -89,6 +89,10 @@ contains
     end if
     call lay_array(model%state%kept, 'multipliers', reshape([0.5_wp, 0.25_wp, -2.0_wp, 4.0_wp], [2, 2]))
     call start_phase(model)
+    if (kind /= 'staged') return
+    model%state%progress%fraction = 1.0_wp
+    model%state%progress%phase = 2
+    call start_phase(model)
   end subroutine build
 
   !> Text of the deck; a bar is a line end.
@@ -107,6 +111,9 @@ contains
     if (index(kind, 'moving') == 1) text = text//'|*MOVING MESH, NSET=top, AXIS=Y, BASE=0'
     text = text//'|*MATERIAL, NAME=soil|'//material(kind)//'|*UNIT WEIGHT|18'
     text = text//'|*BODY, NAME=block, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1'//trim(merge(', 0, 1', '      ', solid))
+    if (kind == 'staged') text = text//'|*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX|1, 2, 0, 1|*BODY, NAME=lift, '// &
+      'MATERIAL=soil, SHAPE=BOX, ACTIVE=NO|0, 1, 1, 1.5|*SURFACE, NAME=edge, TYPE=OUTLINE, BODY=pit, BOX|'// &
+      '1.9, 2.1, 0, 1|*SURFACE, NAME=crest, TYPE=OUTLINE, BODY=lift, BOX|0, 1, 1.4, 1.6'
     select case (kind)
     case ('averaged')
       text = text//'|*METHOD, BASIS=SPLINE2G'
@@ -122,6 +129,8 @@ contains
     text = text//'|*HISTORY, NAME=u, QUANTITY=DISPLACEMENT, COMPONENT=Y|1, 1'//trim(merge(', 1', '   ', solid))
     text = text//'|*PHASE, NAME=one|*FIX|base, ALL|*TRACTION, SURFACE=side|-1, 0'//trim(merge(', 0', '   ', solid))
     text = text//'|*GRAVITY|0, -1'//trim(merge(', 0', '   ', solid))//'|*PRESCRIBE|top, Y, -0.01|*END PHASE|'
+    if (kind == 'staged') text = text//'*PHASE, NAME=two|*DEACTIVATE|pit|*END PHASE|*PHASE, NAME=three|'// &
+      '*ACTIVATE|lift|*END PHASE|'
   end function deck
 
   !> What the block is made of: softening soil, or a user model with state variables.
@@ -251,9 +260,26 @@ contains
       ! A restart file with a volume or a stretch that is none is refused.
       state%points%volume = 0.125_wp + abs(state%points%volume)
       state%points%left_cauchy_green = 0.125_wp + abs(state%points%left_cauchy_green)
+      call make_points_valid(state%inactive%points, before%inactive%points)
+      call make_points_valid(state%inactive%unloading, before%inactive%unloading)
+      state%inactive%surface%cell = before%inactive%surface%cell
+      state%inactive%unloading_surface%cell = before%inactive%unloading_surface%cell
+      state%inactive%feet%cell = before%inactive%feet%cell
       state%progress%phase = before%progress%phase
     end associate
   end subroutine make_valid
+
+  !> The same of points of bodies that are not there.
+  subroutine make_points_valid(points, before)
+    type(points_type), intent(inout) :: points
+    type(points_type), intent(in) :: before
+
+    points%cell = before%cell
+    points%body = before%body
+    points%material = before%material
+    points%volume = 0.125_wp + abs(points%volume)
+    points%left_cauchy_green = 0.125_wp + abs(points%left_cauchy_green)
+  end subroutine make_points_valid
 
   !> A snapshot holds state, loads and stages.
   subroutine check_snapshot(tests, kind)

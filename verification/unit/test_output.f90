@@ -15,6 +15,7 @@ module test_output
   use qsmpm_number_text, only: real_text, short_text, duration_text, numbered
   use qsmpm_observer, only: step_record_type
   use qsmpm_pictures, only: write_points_picture
+  use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points, allocate_watched
   use qsmpm_recorder, only: recorder_type, recorder_options_type, create, close
   use qsmpm_restart, only: write_restart, read_restart, text_fingerprint
@@ -382,6 +383,7 @@ contains
     call allocate_points(model%state%points, 2, 3, 4, 2)
     call allocate_surface_points(model%state%surface, 2, 2)
     call allocate_watched(model%state%watched, 2, 0)
+    call allocate_inactive(model%state%inactive, 2)
     model%state%surface%surface = 1
     model%state%surface%area = 0.5_wp
     call allocate_carried(model%state%tracers, 2, 0)

@@ -63,7 +63,7 @@ contains
     self%force = 0.0_wp
     gravity = between(model%loading%gravity_start, model%loading%gravity_final, fraction)
     call water_forces(model, fraction, by_water)
-    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), by_water, self%force)
+    call add_weight(model, configuration%at_points, gravity(:model%mesh%dimension), fraction, by_water, self%force)
     self%force = self%force + still_held(model, fraction)*model%state%released
     if (size(model%loading%carrier) == 0) return
     call add_surface_tractions(model, configuration%activation, fraction, self%force)
@@ -103,12 +103,14 @@ contains
 
   !> Weight of the material points (eq. 29 with the mass kept), force of the water in them and those of an embedding
   !> program.
-  subroutine add_weight(model, at_points, gravity, by_water, force)
+  subroutine add_weight(model, at_points, gravity, fraction, by_water, force)
     type(model_type), intent(in) :: model
     !> The same integrated at the material points.
     type(integration_type), intent(in) :: at_points
     !> Gravity vector (dimension).
     real(wp), intent(in) :: gravity(:)
+    !> Load fraction, 0 to 1: weights run over the phase where bodies come or change.
+    real(wp), intent(in) :: fraction
     !> (dimension, points); unallocated without water.
     real(wp), allocatable, intent(in) :: by_water(:, :)
     !> Force (dimension, node_count).
@@ -120,8 +122,12 @@ contains
       first = at_points%node_first(g) - 1
       do q = at_points%first(g), at_points%first(g + 1) - 1
         p = at_points%source(q)
-        vector = model%state%points%weight(p)*gravity
-        if (allocated(by_water)) vector = vector + by_water(:, p)
+        associate (start => model%state%points%start_weight(p), final => model%state%points%weight(p))
+          vector = between(start, final, fraction)*gravity
+          ! The water comes into a body that comes as its weight does.
+          if (allocated(by_water)) vector = vector + by_water(:, p)*merge(fraction, 1.0_wp, start <= 0.0_wp .and. &
+            final > 0.0_wp)
+        end associate
         if (allocated(model%loading%point_force)) vector = vector + model%loading%point_force(:, p)
         place = place_of(at_points, g, q)
         do a = 1, at_points%node_first(g + 1) - 1 - first

@@ -6,6 +6,7 @@ module qsmpm_standard_terms
   use qsmpm_proximal_damping, only: new_proximal_damping
   use qsmpm_soil_points, only: new_soil
   use qsmpm_supports, only: new_supports
+  use qsmpm_unloading_points, only: new_unloading_points
   use qsmpm_term, only: term_type, term_slot_type
   use qsmpm_term_sums, only: share_names
   implicit none
@@ -19,13 +20,14 @@ contains
   subroutine standard_terms(terms)
     type(term_slot_type), allocatable, intent(out) :: terms(:)
 
-    allocate (terms(6))
+    allocate (terms(7))
     call new_soil(terms(1)%term)
     call new_proximal_damping(terms(2)%term)
     call new_boundary_stabilisation(terms(3)%term)
     call new_supports(terms(4)%term)
     call new_dead_loads(terms(5)%term)
     call new_pressures(terms(6)%term)
+    call new_unloading_points(terms(7)%term)
   end subroutine standard_terms
 
   !> Columns of curves.csv for their shares, a comma in front of each.

@@ -1,0 +1,119 @@
+!> What the bodies that a phase takes out push at the others, before they are unloaded:
+!>
+!>   f_a  =  sum w g N_a + surface loads - sum V sigma grad N_a       over their points
+!>
+!> with the stress, weight and surface loads that they had when the phase began. It is found as a difference, of the
+!> sums over all points less those over the points that are there, each in the way the equations are integrated: so the
+!> balance of the phase before is met to rounding whatever the basis and the integration are (full cells by the Gauss
+!> rule, outlines, averages over domains). The term of the equations is qsmpm_unloading_points.
+module qsmpm_unloading
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: carrier_surface
+  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_configuration, only: configuration_type, find_configuration
+  use qsmpm_integration, only: integration_type, place_of
+  use qsmpm_model, only: model_type
+  use qsmpm_point_selection, only: append_points
+  use qsmpm_pore_water, only: water_forces, vertical_of
+  use qsmpm_points, only: points_type
+  use qsmpm_soil_points, only: soil_type, new_soil, integration_of
+  use qsmpm_space, only: shape_values_type
+  use qsmpm_stress_force, only: internal_force
+  use qsmpm_surface_pressure, only: pressure_at
+  use qsmpm_term, only: term_type
+  implicit none
+  private
+
+  public :: measure_unloading
+
+contains
+
+  !> Put it into the configuration of a step.
+  subroutine measure_unloading(model, configuration)
+    !> Its points are put together with those that are taken out, and parted again.
+    type(model_type), intent(inout) :: model
+    type(configuration_type), intent(inout) :: configuration
+    type(configuration_type) :: whole
+    type(points_type) :: there
+    real(wp), allocatable :: force(:, :), weight(:)
+
+    if (allocated(configuration%unloading)) deallocate (configuration%unloading, configuration%unloading_weight)
+    if (model%state%inactive%unloading%count == 0 .or. .not. model%state%progress%fraction < 1.0_wp) return
+    call sum_points(model, configuration, force, weight)
+    there = model%state%points
+    call append_points(model%state%inactive%unloading, model%state%points)
+    call find_configuration(model, whole)
+    call sum_points(model, whole, configuration%unloading, configuration%unloading_weight)
+    call add_surface_loads(model, whole, configuration%unloading)
+    model%state%points = there
+    configuration%unloading = configuration%unloading - force
+    configuration%unloading_weight = configuration%unloading_weight - weight
+  end subroutine measure_unloading
+
+  !> Sums over the points of the model: -V sigma grad N with the force of the water in them, and weights.
+  subroutine sum_points(model, configuration, force, weight)
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in), target :: configuration
+    !> (dimension, nodes), (nodes)
+    real(wp), allocatable, intent(out) :: force(:, :), weight(:)
+    class(term_type), allocatable, target :: term
+    type(integration_type), pointer :: integration
+    real(wp), allocatable :: by_water(:, :)
+    integer :: g, q, a, first, place
+
+    allocate (force(model%mesh%dimension, model%space%node_count))
+    allocate (weight(model%space%node_count), source=0.0_wp)
+    call new_soil(term)
+    call term%prepare(model, configuration)
+    select type (term)
+    type is (soil_type)
+      integration => integration_of(term, configuration)
+      call internal_force(integration, model%state%points, force)
+    end select
+    force = -force
+    call water_forces(model, 0.0_wp, by_water)
+    associate (at_points => configuration%at_points)
+      do g = 1, at_points%group_count
+        first = at_points%node_first(g) - 1
+        do q = at_points%first(g), at_points%first(g + 1) - 1
+          place = place_of(at_points, g, q)
+          do a = 1, at_points%node_first(g + 1) - 1 - first
+            associate (node => at_points%nodes(first + a))
+              weight(node) = weight(node) + at_points%shape(place + a)*model%state%points%start_weight( &
+                at_points%source(q))
+              if (allocated(by_water)) force(:, node) = force(:, node) + at_points%shape(place + a)*by_water(:, &
+                at_points%source(q))
+            end associate
+          end do
+        end do
+      end do
+    end associate
+  end subroutine sum_points
+
+  !> Dead loads, pressures and reactions on the surfaces of the bodies that are taken out, as the phase began.
+  subroutine add_surface_loads(model, configuration, force)
+    type(model_type), intent(in) :: model
+    !> That of all points, which the model has now.
+    type(configuration_type), intent(in) :: configuration
+    !> (dimension, nodes)
+    real(wp), intent(inout) :: force(:, :)
+    type(shape_values_type) :: place
+    real(wp) :: load(size(force, 1))
+    integer :: i, s, a
+
+    associate (surface => model%state%inactive%unloading_surface, loading => model%loading)
+      do i = 1, surface%count
+        s = surface%surface(i)
+        load = surface%reaction(:, i) - pressure_at(loading%pressure_start(s), surface%position( &
+        vertical_of(model%analysis), i))*surface%area_vector(:, i)
+        if (loading%carrier(s) == carrier_surface) &
+          load = load + surface%area(i)*loading%traction_start(:size(load), s)
+        if (.not. any(abs(load) > 0.0_wp)) cycle
+        call basis_at(model%mesh, model%space, configuration%activation, model%state%points, surface, i, place)
+        do a = 1, place%count
+          force(:, place%node(a)) = force(:, place%node(a)) + place%shape(a)*load
+        end do
+      end do
+    end associate
+  end subroutine add_surface_loads
+end module qsmpm_unloading

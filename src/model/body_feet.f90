@@ -1,0 +1,216 @@
+!> Feet of the bodies that are not there at the start (qsmpm_lift_feet), one for every vertical line on which points,
+!> surface points and tracers of such a body lie, and the bodies that tracers belong to. All is found from the drawings,
+!> when the model is built.
+module qsmpm_body_feet
+  use qsmpm_kinds, only: wp
+  use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_mesh_search, only: locate, inverse_map
+  use qsmpm_model, only: model_type
+  use qsmpm_overburden, only: overburden_type, make_overburden
+  use qsmpm_points, only: allocate_carried
+  use qsmpm_pore_water, only: vertical_of
+  use qsmpm_polyhedron, only: find_crossings
+  use qsmpm_sorting, only: order_columns
+  implicit none
+  private
+
+  public :: find_tracer_bodies, plant_feet
+
+  !> Lines nearer than this share of a cell are one; bodies whose bounds are so near touch.
+  real(wp), parameter :: same_line = 1.0e-4_wp, touching = 1.0e-3_wp
+  !> Share of the way to the middle of a body by which its outermost lines are moved inwards, and a place along z
+  !> between the caps of a plane body that no edge of their triangles has.
+  real(wp), parameter :: inwards = 1.0e-6_wp, between_caps = 0.0123_wp
+
+contains
+
+  !> All bodies as vertical lines see them; their weight does not matter.
+  pure subroutine see_bodies(model, seen)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(out) :: seen
+    real(wp) :: nothing(size(model%shapes))
+
+    nothing = 0.0_wp
+    call make_overburden(model%mesh, model%shapes, nothing, vertical_of(model%analysis), seen)
+  end subroutine see_bodies
+
+  !> Heights at which the vertical line through a place crosses the bounds of a body.
+  pure subroutine heights_of(seen, body, place, heights)
+    type(overburden_type), intent(in) :: seen
+    integer, intent(in) :: body
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    real(wp), allocatable, intent(out) :: heights(:)
+    logical, allocatable :: looks_up(:)
+    real(wp) :: x(3), line(2)
+
+    x = between_caps
+    x(:size(place)) = place
+    line = x([mod(seen%axis, 3) + 1, mod(seen%axis + 1, 3) + 1])
+    associate (solid => seen%solid(body))
+      line = line + inwards*(0.5_wp*(solid%low(:2) + solid%high(:2)) - line)
+      call find_crossings(solid, line, heights, looks_up)
+    end associate
+  end subroutine heights_of
+
+  !> Whether a body, crossed at some heights, holds another height or ends there.
+  pure logical function reaches(heights, height, slack)
+    real(wp), intent(in) :: heights(:), height, slack
+
+    reaches = any(abs(heights - height) <= slack) .or. mod(count(heights < height), 2) == 1
+  end function reaches
+
+  !> Body of every tracer: that of its outline, else the one that holds its place, one that is there at the start
+  !> before one that is not.
+  subroutine find_tracer_bodies(model)
+    type(model_type), intent(inout) :: model
+    type(overburden_type) :: seen
+    real(wp), allocatable :: heights(:)
+    integer :: i, k, b, turn
+
+    allocate (model%tracer_body(model%state%tracers%count), model%tracer_foot(model%state%tracers%count), source=0)
+    do k = 1, size(model%outlines)
+      associate (outline => model%outlines(k))
+        model%tracer_body(outline%before + 1:outline%before + outline%count) = outline%body
+      end associate
+    end do
+    call see_bodies(model, seen)
+    do i = 1, model%state%tracers%count
+      do turn = 1, 2
+        do b = 1, size(model%shapes)
+          if (model%tracer_body(i) > 0) exit
+          if (model%analysis%bodies(b)%active .neqv. turn == 1) cycle
+          associate (place => model%state%tracers%position(:, i))
+            call heights_of(seen, b, place, heights)
+            if (reaches(heights, place(seen%axis), touching*model%cell_size)) model%tracer_body(i) = b
+          end associate
+        end do
+      end do
+      if (model%tracer_body(i) == 0) model%tracer_body(i) = &
+        model%state%points%body(nearest_point(model%state%points, model%state%tracers%position(:, i)))
+    end do
+  end subroutine find_tracer_bodies
+
+  !> Feet under points, surface points and tracers of the bodies that are not there at the start.
+  subroutine plant_feet(model)
+    type(model_type), intent(inout) :: model
+    integer, allocatable :: line(:, :), foot(:)
+    real(wp), allocatable :: places(:, :)
+    integer :: n, s, t
+
+    associate (points => model%state%points, surface => model%state%surface, tracers => model%state%tracers)
+      n = points%count
+      s = surface%count
+      t = tracers%count
+      allocate (places(model%mesh%dimension, n + s + t), line(3, n + s + t))
+      places(:, :n) = points%position
+      places(:, n + 1:n + s) = surface%position
+      places(:, n + s + 1:) = tracers%position
+      line(1, :) = [points%body, surface%body, model%tracer_body]
+      call number_lines(model, places, line)
+      call set_feet(model, places, line, foot)
+      points%foot = foot(:n)
+      surface%foot = foot(n + 1:n + s)
+      model%tracer_foot = foot(n + s + 1:)
+    end associate
+  end subroutine plant_feet
+
+  !> Whole numbers for the horizontal coordinates: places on one line have the same.
+  pure subroutine number_lines(model, places, line)
+    type(model_type), intent(in) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: places(:, :)
+    !> Body of each; gets the two coordinates (3, n).
+    integer, intent(inout) :: line(:, :)
+    integer :: a, k
+
+    line(2:, :) = 0
+    k = 1
+    do a = 1, size(places, 1)
+      if (a == vertical_of(model%analysis)) cycle
+      k = k + 1
+      line(k, :) = nint((places(a, :) - model%mesh%bounds(a, 1))/(same_line*model%cell_size))
+    end do
+  end subroutine number_lines
+
+  !> A foot for every line of a body that comes.
+  subroutine set_feet(model, places, line, foot)
+    type(model_type), intent(inout) :: model
+    !> (dimension, n)
+    real(wp), intent(in) :: places(:, :)
+    !> Body and line of each place (3, n).
+    integer, intent(in) :: line(:, :)
+    !> Foot of each place (n).
+    integer, allocatable, intent(out) :: foot(:)
+    type(overburden_type) :: seen
+    real(wp), allocatable :: heights(:), bottom(:), top(:), at(:, :)
+    integer, allocatable :: order(:), body(:)
+    integer :: i, k, n
+
+    call see_bodies(model, seen)
+    allocate (order(size(line, 2)), bottom(size(line, 2)), top(size(line, 2)), body(size(line, 2)))
+    allocate (foot(size(line, 2)), source=0)
+    allocate (at, mold=places)
+    call order_columns(line, order)
+    n = 0
+    do i = 1, size(order)
+      k = order(i)
+      if (model%analysis%bodies(line(1, k))%active) cycle
+      if (n > 0) then
+        if (all(line(:, k) == line(:, order(i - 1))) .and. foot(order(i - 1)) > 0) then
+          foot(k) = n
+          cycle
+        end if
+      end if
+      call heights_of(seen, line(1, k), places(:, k), heights)
+      if (size(heights) < 2) cycle
+      n = n + 1
+      foot(k) = n
+      body(n) = line(1, k)
+      bottom(n) = minval(heights)
+      top(n) = maxval(heights)
+      at(:, n) = places(:, k)
+      at(seen%axis, n) = bottom(n)
+    end do
+    model%feet%axis = seen%axis
+    model%feet%body = body(:n)
+    model%feet%bottom = bottom(:n)
+    model%feet%top = top(:n)
+    call put_on_ground(model, seen, at(:, :n))
+  end subroutine set_feet
+
+  !> Put the feet in their cells, those of the ground below them, and find the bodies that they stand on.
+  subroutine put_on_ground(model, seen, places)
+    type(model_type), intent(inout) :: model
+    type(overburden_type), intent(in) :: seen
+    !> (dimension, feet)
+    real(wp), intent(in) :: places(:, :)
+    real(wp) :: below(size(places, 1))
+    real(wp), allocatable :: heights(:)
+    logical :: found
+    integer :: i, b
+
+    deallocate (model%state%inactive%feet%position, model%state%inactive%feet%initial_position, &
+      model%state%inactive%feet%local, model%state%inactive%feet%cell)
+    call allocate_carried(model%state%inactive%feet, size(places, 1), size(places, 2))
+    allocate (model%feet%on(size(model%shapes), size(places, 2)), source=.false.)
+    associate (feet => model%state%inactive%feet)
+      feet%position = places
+      feet%initial_position = places
+      do i = 1, feet%count
+        below = places(:, i)
+        below(seen%axis) = below(seen%axis) - touching*model%cell_size
+        feet%cell(i) = model%state%points%cell(1)
+        call locate(model%mesh, below, feet%cell(i), feet%local(:, i), found)
+        if (.not. found) call locate(model%mesh, places(:, i), feet%cell(i), feet%local(:, i), found)
+        if (found) call inverse_map(model%mesh, feet%cell(i), places(:, i), feet%local(:, i), found)
+        do b = 1, size(model%shapes)
+          if (b == model%feet%body(i)) cycle
+          call heights_of(seen, b, places(:, i), heights)
+          model%feet%on(b, i) = mod(count(heights < below(seen%axis)), 2) == 1
+        end do
+      end do
+    end associate
+  end subroutine put_on_ground
+end module qsmpm_body_feet

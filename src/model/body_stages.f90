@@ -1,0 +1,238 @@
+!> Bodies that come and go at the start of a phase (*ACTIVATE, *DEACTIVATE, *CHANGE MATERIAL): their points change
+!> between what is there and what is not (qsmpm_inactive_points). docs/methods/stages.md.
+!>
+!> A body that is taken out keeps its stress and weight and is unloaded over the phase (qsmpm_unloading). One that comes
+!> has no stress and no strain, and its weight comes over the phase; the first time it is stretched down to the ground
+!> as it has settled (qsmpm_body_feet), later it stands where it has ridden to. With another material the stress stays
+!> and the law starts from it.
+module qsmpm_body_stages
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, bodies_named, body_number, has_stages
+  use qsmpm_analysis, only: select_outline, body_change_type
+  use qsmpm_body_feet, only: find_tracer_bodies, plant_feet
+  use qsmpm_body_placing, only: place_body
+  use qsmpm_carried_basis, only: nearest_point
+  use qsmpm_error, only: error_type
+  use qsmpm_inactive_points, only: allocate_inactive
+  use qsmpm_load_path, only: between
+  use qsmpm_model, only: model_type, progress_type
+  use qsmpm_model_surfaces, only: choose_carrying_points
+  use qsmpm_point_selection, only: select_points, select_surface_points, append_points, append_surface_points
+  use qsmpm_points, only: points_type, surface_points_type, place_of
+  implicit none
+  private
+
+  public :: part_bodies, change_bodies, link_points
+
+contains
+
+  !> Set the bodies aside that are not there at the start.
+  subroutine part_bodies(model)
+    !> As built, with all bodies.
+    type(model_type), intent(inout) :: model
+    integer :: i
+
+    call allocate_inactive(model%state%inactive, model%mesh%dimension)
+    model%state%points%start_weight = model%state%points%weight
+    if (.not. has_stages(model%analysis)) return
+    model%state%points%number = [(i, i=1, model%state%points%count)]
+    model%history_number = model%history_point
+    call find_surface_bodies(model)
+    call find_tracer_bodies(model)
+    call plant_feet(model)
+    call move_bodies(.not. model%analysis%bodies%active, model%state%points, model%state%inactive%points)
+    call move_surfaces(.not. model%analysis%bodies%active, model%state%surface, model%state%inactive%surface)
+    call link_points(model)
+  end subroutine part_bodies
+
+  !> Body of every surface point: that of the outline, else that of the nearest point which is there at the start.
+  subroutine find_surface_bodies(model)
+    type(model_type), intent(inout) :: model
+    type(points_type) :: there
+    integer :: i
+
+    call select_points(model%state%points, pack([(i, i=1, model%state%points%count)], &
+      model%analysis%bodies(model%state%points%body)%active), there)
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        associate (drawn => model%analysis%surfaces(surface%surface(i)))
+          if (drawn%selection == select_outline) then
+            surface%body(i) = body_number(model%analysis, drawn%body)
+          else
+            surface%body(i) = there%body(nearest_point(there, surface%position(:, i)))
+          end if
+        end associate
+      end do
+    end associate
+  end subroutine find_surface_bodies
+
+  !> Move the points of bodies from one set to another.
+  subroutine move_bodies(chosen, from, to)
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    type(points_type), intent(inout) :: from, to
+    type(points_type) :: going, rest
+    integer :: i
+
+    if (.not. any(chosen(from%body))) return
+    call select_points(from, pack([(i, i=1, from%count)], chosen(from%body)), going)
+    call select_points(from, pack([(i, i=1, from%count)], .not. chosen(from%body)), rest)
+    from = rest
+    call append_points(going, to)
+  end subroutine move_bodies
+
+  !> The same of the points of their surfaces.
+  subroutine move_surfaces(chosen, from, to)
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    type(surface_points_type), intent(inout) :: from, to
+    type(surface_points_type) :: going, rest
+    integer :: i
+
+    if (.not. any(chosen(from%body))) return
+    call select_surface_points(from, pack([(i, i=1, from%count)], chosen(from%body)), going)
+    call select_surface_points(from, pack([(i, i=1, from%count)], .not. chosen(from%body)), rest)
+    from = rest
+    call append_surface_points(going, to)
+  end subroutine move_surfaces
+
+  !> What the present phase does to bodies; its load fraction still is that which the phase before has reached. Nothing
+  !> is done twice when the phase begins again.
+  subroutine change_bodies(model, notes, error)
+    type(model_type), intent(inout) :: model
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(out) :: notes
+    !> A body overlaps the ground, or lies outside of the mesh.
+    type(error_type), allocatable, intent(out) :: error
+    logical, dimension(size(model%analysis%bodies)) :: going, coming
+    integer :: i
+
+    notes = ''
+    call settle_weights(model)
+    if (.not. has_stages(model%analysis)) return
+    associate (phase => model%analysis%phases(model%state%progress%phase), inactive => model%state%inactive)
+      going = bodies_named(model%analysis, phase%deactivations)
+      coming = bodies_named(model%analysis, phase%activations)
+      call end_unloading(model, .not. going)
+      call move_bodies(going, model%state%points, inactive%unloading)
+      call move_surfaces(going, model%state%surface, inactive%unloading_surface)
+      do i = 1, size(phase%activations)
+        call bring(model, phase%activations(i), notes, error)
+        if (allocated(error)) return
+      end do
+      do i = 1, size(phase%materials)
+        call change_material(model, phase%materials(i))
+      end do
+      if (.not. (any(going) .or. any(coming))) return
+      ! Forces that a program has put on the points were those of others.
+      if (allocated(model%loading%point_force)) deallocate (model%loading%point_force)
+      call link_points(model)
+    end associate
+  end subroutine change_bodies
+
+  !> Share of its changes that the phase before has left, where it has ended early.
+  pure real(wp) function left_of(progress)
+    type(progress_type), intent(in) :: progress
+
+    left_of = max(1.0_wp - progress%fraction, progress%release_left)
+  end function left_of
+
+  !> Weights at the start of the phase are those that the phase before has reached.
+  pure subroutine settle_weights(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: reached
+
+    associate (progress => model%state%progress, points => model%state%points)
+      reached = 1.0_wp - left_of(progress)
+      points%start_weight = between(points%start_weight, points%weight, reached)
+    end associate
+  end subroutine settle_weights
+
+  !> Bodies that the phase before has unloaded wait; what a phase ended early has left of their stress and weight is
+  !> lowered on.
+  subroutine end_unloading(model, chosen)
+    type(model_type), intent(inout) :: model
+    !> (bodies)
+    logical, intent(in) :: chosen(:)
+    real(wp) :: left
+
+    left = left_of(model%state%progress)
+    associate (inactive => model%state%inactive)
+      if (left > 0.0_wp) then
+        inactive%unloading%stress = left*inactive%unloading%stress
+        inactive%unloading%start_weight = left*inactive%unloading%start_weight
+        inactive%unloading_surface%area = left*inactive%unloading_surface%area
+        inactive%unloading_surface%area_vector = left*inactive%unloading_surface%area_vector
+        inactive%unloading_surface%reaction = left*inactive%unloading_surface%reaction
+      else
+        call move_bodies(chosen, inactive%unloading, inactive%points)
+        call move_surfaces(chosen, inactive%unloading_surface, inactive%surface)
+      end if
+    end associate
+  end subroutine end_unloading
+
+  !> Put a body in place, from what waits.
+  subroutine bring(model, change, notes, error)
+    type(model_type), intent(inout) :: model
+    type(body_change_type), intent(in) :: change
+    !> Gets a sentence.
+    character(len=:), allocatable, intent(inout) :: notes
+    type(error_type), allocatable, intent(out) :: error
+    type(points_type) :: body
+    type(surface_points_type) :: surface
+    logical :: chosen(size(model%analysis%bodies))
+
+    chosen = .false.
+    chosen(body_number(model%analysis, change%body)) = .true.
+    call select_points(model%state%points, [integer ::], body)
+    call select_surface_points(model%state%surface, [integer ::], surface)
+    call move_bodies(chosen, model%state%inactive%points, body)
+    call move_surfaces(chosen, model%state%inactive%surface, surface)
+    if (body%count == 0) return
+    call place_body(model, change, body, surface, notes, error)
+    if (allocated(error)) return
+    call append_points(body, model%state%points)
+    call append_surface_points(surface, model%state%surface)
+  end subroutine bring
+
+  !> Another material for a body.
+  subroutine change_material(model, change)
+    type(model_type), intent(inout) :: model
+    type(body_change_type), intent(in) :: change
+    integer :: b, m, p
+
+    b = body_number(model%analysis, change%body)
+    do m = size(model%analysis%materials), 1, -1
+      if (model%analysis%materials(m)%name == change%material) exit
+    end do
+    associate (points => model%state%points, materials => model%analysis%materials, law => model%laws(m)%law)
+      do p = 1, points%count
+        if (points%body(p) /= b .or. points%material(p) == m) cycle
+        if (materials(points%material(p))%unit_weight > 0.0_wp) then
+          points%weight(p) = points%weight(p)*materials(m)%unit_weight/materials(points%material(p))%unit_weight
+        else
+          points%weight(p) = materials(m)%unit_weight*points%volume(p)
+        end if
+        points%material(p) = m
+        points%plastic(p) = 0
+        ! The strain that the law takes the stress for counts from here.
+        points%initial_volume(p) = points%volume(p)
+        call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
+      end do
+    end associate
+  end subroutine change_material
+
+  !> Find the points of histories, and of the pictures of loads, among those that are there.
+  subroutine link_points(model)
+    type(model_type), intent(inout) :: model
+    integer :: i
+
+    if (.not. allocated(model%history_number)) return
+    do i = 1, size(model%history_point)
+      model%history_point(i) = 0
+      if (model%history_number(i) > 0) &
+        model%history_point(i) = findloc(model%state%points%number, model%history_number(i), dim=1)
+    end do
+    call choose_carrying_points(model)
+  end subroutine link_points
+end module qsmpm_body_stages

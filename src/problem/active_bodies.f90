@@ -1,0 +1,75 @@
+!> Which bodies are there in a phase: what *BODY, ACTIVE=NO, *ACTIVATE and *DEACTIVATE say, along the line of its
+!> ancestors. A body that a phase takes out is not there in that phase any more, though its weight and stress are
+!> lowered over it (qsmpm_unloading).
+module qsmpm_active_bodies
+  use qsmpm_analysis, only: analysis_type, body_change_type
+  use qsmpm_phase_tree, only: lineage
+  implicit none
+  private
+
+  public :: bodies_active, bodies_named, body_number, has_stages
+
+contains
+
+  !> Whether each body is there during a phase; at its start for a number below 1.
+  pure function bodies_active(analysis, phase) result(active)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    !> (bodies)
+    logical :: active(size(analysis%bodies))
+    integer, allocatable :: line(:)
+    integer :: i
+
+    allocate (line, source=lineage(analysis%phases, phase))
+    active = analysis%bodies%active
+    do i = 1, size(line)
+      active = (active .and. .not. bodies_named(analysis, analysis%phases(line(i))%deactivations)) &
+        .or. bodies_named(analysis, analysis%phases(line(i))%activations)
+    end do
+  end function bodies_active
+
+  !> Whether each body is in a list of changes.
+  pure function bodies_named(analysis, changes) result(named)
+    type(analysis_type), intent(in) :: analysis
+    !> Unallocated for none.
+    type(body_change_type), allocatable, intent(in) :: changes(:)
+    !> (bodies)
+    logical :: named(size(analysis%bodies))
+    integer :: i, b
+
+    named = .false.
+    if (.not. allocated(changes)) return
+    do i = 1, size(changes)
+      b = body_number(analysis, changes(i)%body)
+      if (b > 0) named(b) = .true.
+    end do
+  end function bodies_named
+
+  !> Number of a body by its name, 0 for none.
+  pure integer function body_number(analysis, name) result(number)
+    type(analysis_type), intent(in) :: analysis
+    character(len=*), intent(in) :: name
+
+    do number = size(analysis%bodies), 1, -1
+      if (analysis%bodies(number)%name == name) return
+    end do
+  end function body_number
+
+  !> Whether bodies come or go, or change their material.
+  pure logical function has_stages(analysis)
+    type(analysis_type), intent(in) :: analysis
+    integer :: p
+
+    has_stages = .false.
+    if (.not. (allocated(analysis%bodies) .and. allocated(analysis%phases))) return
+    has_stages = .not. all(analysis%bodies%active)
+    do p = 1, size(analysis%phases)
+      associate (phase => analysis%phases(p))
+        if (allocated(phase%deactivations)) has_stages = has_stages .or. size(phase%deactivations) > 0
+        if (allocated(phase%activations)) has_stages = has_stages .or. size(phase%activations) > 0
+        if (allocated(phase%materials)) has_stages = has_stages .or. size(phase%materials) > 0
+      end associate
+    end do
+  end function has_stages
+end module qsmpm_active_bodies
