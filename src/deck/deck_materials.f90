@@ -5,6 +5,7 @@ module qsmpm_deck_materials
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_soil_laws, only: add_soil_law_keywords
+  use qsmpm_deck_profile, only: add_profile_keyword
   use qsmpm_deck_objects, only: list_materials
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
@@ -33,6 +34,7 @@ contains
       'in degrees.', strength_fields, '*MOHR COULOMB| 1, 25, 0, 0', check_strength)
     call add_softening_keyword(table)
     call add_soil_law_keywords(table)
+    call add_profile_keyword(table)
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')

@@ -15,6 +15,7 @@ module qsmpm_deck_references
   use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
+  use qsmpm_deck_profile, only: check_profiles
   use qsmpm_deck_water, only: check_water
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
@@ -33,6 +34,7 @@ contains
     call check_point_deck(state)
     if (state%analysis%point_test%given) then
       call check_materials(state)
+      call check_profiles(state)
       call check_undrained(state)
       return
     end if
@@ -41,6 +43,7 @@ contains
     call check_bodies(state)
     call check_materials(state)
     call check_softening(state)
+    call check_profiles(state)
     call check_undrained(state)
     call check_node_sets(state)
     call check_surfaces(state)

@@ -126,7 +126,7 @@ module qsmpm_law
     procedure :: effective_stress => whole_stress
     !> Elastic shear modulus of a step.
     procedure :: shear_modulus => usual_shear
-    !> Elastic shear compliance of a step at effective stress, by which results tell elastic from plastic strain.
+    !> Elastic shear compliance of a step, by which results tell elastic from plastic strain.
     procedure :: shear_compliance => usual_compliance
   end type law_type
 
@@ -243,13 +243,13 @@ contains
 
   !> c at the start and at the end of a step, for which c s' is the deviator of the elastic strain of the Cauchy stress
   !> s: 1/2G of linear elasticity in Cauchy stress; of a user's model with the G that scales stabilisation.
-  pure function usual_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+  pure function usual_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(law_type), intent(in) :: self
-    !> Cauchy stress and V/V0 at the start, and the volume at the end over that at the start (4 or 6).
-    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    !> Cauchy stress, state and V/V0 at the start, and the volume at the end over that at the start (4 or 6).
+    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
 
-    associate (unused => stress, unused_ratio => volume_ratio, unused_change => volume_change)
+    associate (unused => stress, unused_state => state, unused_ratio => volume_ratio, unused_change => volume_change)
     end associate
     compliance = 0.5_wp/self%shear_scale
   end function usual_compliance

@@ -261,11 +261,12 @@ contains
   end function shear_modulus
 
   !> That of the law inside, of effective stress.
-  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+  pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(undrained_law_type), intent(in) :: self
-    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
 
-    compliance = self%law%shear_compliance(stress, volume_ratio, volume_change)
+    compliance = self%law%shear_compliance(self%effective_stress(stress, state), state(:self%law%state_count), &
+      volume_ratio, volume_change)
   end function shear_compliance
 end module qsmpm_undrained_law

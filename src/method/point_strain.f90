@@ -35,9 +35,8 @@ contains
       associate (law => laws(points%material(p))%law)
         if (law%tells_yield .and. results%plastic(q) == 0) cycle
         points%plastic_strain(p) = points%plastic_strain(p) + plastic_shear_increment(results%gradient(:, q), &
-          points%stress(:, p), results%stress(:, q), law%shear_compliance( &
-          law%effective_stress(points%stress(:, p), points%state(:law%state_count, p)), points%volume(p)/ &
-          points%initial_volume(p), results%volume_change(q)))
+          points%stress(:, p), results%stress(:, q), law%shear_compliance(points%stress(:, p), &
+          points%state(:law%state_count, p), points%volume(p)/points%initial_volume(p), results%volume_change(q)))
       end associate
     end do
     !$omp end parallel do

@@ -11,7 +11,8 @@ module qsmpm_lowered_laws
   use qsmpm_material_traits, only: traits_of, may_yield
   use qsmpm_model, only: model_type
   use qsmpm_safety_bracket, only: largest_factor, smallest_factor
-  use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, operator(==)
+  use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, &
+    operator(==)
   implicit none
   private
 
@@ -75,12 +76,19 @@ contains
     type(material_type), intent(inout) :: material
     !> error_deck: its law says of no strength.
     type(error_type), allocatable, intent(out) :: error
+    real(wp) :: friction, dilatancy
 
-    if (material%user%given .or. material%own_law) then
+    if (material%undrained%given .and. by%flow /= flow_material .and. material%friction_angle > 0.0_wp) then
+      call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without end: '// &
+        'FLOW=MATERIAL')
+    else if (material%user%given .or. material%own_law) then
       call fail(error, error_deck, 'of a model of the user''s it is not known which parameters are a strength')
     else if (allocated(material%soil_law)) then
       call material%soil_law%lower(by, error)
     else
+      friction = material%friction_angle
+      dilatancy = material%dilatancy_angle
+      call lower_strength(by, material%strength_profile%factor, friction, dilatancy)
       call lower_strength(by, material%cohesion, material%friction_angle, material%dilatancy_angle)
       call lower_tension(by, material%tensile_strength)
       associate (s => material%softening)

@@ -6,9 +6,11 @@ module qsmpm_material_law
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: law_type
   use qsmpm_law_factory, only: new_law, rate_paper, rate_paper_cauchy, rate_midpoint_cauchy
+  use qsmpm_profile_law, only: new_profile_law
+  use qsmpm_strength_profile, only: strength_profile_type
   use qsmpm_soil_parameters, only: parameters_of
   use qsmpm_undrained_law, only: make_undrained
-  use qsmpm_undrained_parameters, only: undrained_c
+  use qsmpm_undrained_parameters, only: undrained_c, undrained_ratio
   use qsmpm_user_material_law, only: new_user_law
   implicit none
   private
@@ -31,6 +33,7 @@ contains
     class(law_type), allocatable, intent(out) :: law
     !> Set when a parameter is out of its range.
     type(error_type), allocatable, intent(out) :: error
+    type(strength_profile_type) :: profile
     integer :: rate
 
     if (material%user%given) then
@@ -42,11 +45,19 @@ contains
       rate = method%rate
       if (method%stress_rate == stress_rate_cauchy) rate = merge(rate_paper_cauchy, rate_midpoint_cauchy, &
         rate == rate_paper)
-      call new_law(parameters_of(material), dimension, method%kinematics, rate, law, error)
+      if (material%strength_profile%given) then
+        profile = material%strength_profile
+        profile%least = material%cohesion/profile%factor
+        profile%young = material%young
+        call new_profile_law(parameters_of(material), profile, dimension, method%kinematics, rate, law, error)
+      else
+        call new_law(parameters_of(material), dimension, method%kinematics, rate, law, error)
+      end if
     end if
     if (allocated(error)) return
     ! What scales with stiffness is the same for a material in total as in effective stress.
-    if (material%undrained%given .and. material%undrained%kind == undrained_c) law%stiffness_scale = material%young
+    if (material%undrained%given .and. material%undrained%kind == undrained_c) law%stiffness_scale = &
+      law%stiffness_scale*(1.0_wp + material%poisson)/(1.0_wp + undrained_ratio(material%undrained, material%poisson))
     call make_undrained(material%undrained, law, error)
   end subroutine make_material_law
 end module qsmpm_material_law

@@ -20,6 +20,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
@@ -72,6 +73,7 @@ contains
     if (diagnostics%count == 0) call make_points(model, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
+    if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
     if (diagnostics%count == 0) call make_histories(model, diagnostics)

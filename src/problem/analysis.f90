@@ -10,6 +10,7 @@ module qsmpm_analysis
   use qsmpm_softening_parameters, only: softening_parameters_type
   use qsmpm_law_parameters, only: law_parameters_type
   use qsmpm_strength_factor, only: flow_material
+  use qsmpm_strength_profile, only: strength_profile_type
   use qsmpm_undrained_parameters, only: undrained_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
@@ -192,6 +193,9 @@ module qsmpm_analysis
     type(softening_parameters_type) :: softening
     !> The law is given by the program that embeds the library; nothing is known of it.
     logical :: own_law = .false.
+    !> Strength by place, in the place of the cohesion.
+    type(strength_profile_type) :: strength_profile
+    type(source_line_type) :: profile_where
     !> Pore water that cannot leave.
     type(undrained_type) :: undrained
     type(source_line_type) :: undrained_where

@@ -105,6 +105,7 @@ program run_unit_tests
   use test_stabilisation_share, only: collect_stabilisation_share
   use test_model_space, only: collect_model_space
   use test_pressure_groups, only: collect_pressure_groups
+  use test_strength_profile, only: collect_strength_profile
   use test_undrained_law, only: collect_undrained_law
   use test_uniform_pressure, only: collect_uniform_pressure
   implicit none
@@ -225,6 +226,7 @@ program run_unit_tests
   call register('stabilisation_share', collect_stabilisation_share)
   call register('model_space', collect_model_space)
   call register('pressure_groups', collect_pressure_groups)
+  call register('strength_profile', collect_strength_profile)
   call register('undrained_law', collect_undrained_law)
   call register('uniform_pressure', collect_uniform_pressure)
 

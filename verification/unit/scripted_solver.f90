@@ -56,8 +56,9 @@ module scripted_solver
     character(len=:), allocatable :: text
     !> Load fractions and load factors of accepted steps.
     real(wp), allocatable :: fraction(:), load_factor(:)
-    !> Points that yield in the last step.
+    !> Points that yield in the last step, and its histories.
     integer :: plastic_points = 0
+    real(wp), allocatable :: histories(:)
     !> Stop is requested after so many steps.
     integer :: stop_after = huge(1)
   contains
@@ -131,6 +132,7 @@ contains
     if (.not. allocated(self%fraction)) allocate (self%fraction(0), self%load_factor(0))
     self%steps = self%steps + 1
     self%plastic_points = record%plastic_points
+    if (allocated(record%histories)) self%histories = record%histories
     self%fraction = [self%fraction, model%state%progress%fraction]
     self%load_factor = [self%load_factor, model%state%progress%load_factor]
   end subroutine accepted

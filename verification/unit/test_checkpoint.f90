@@ -407,6 +407,13 @@ contains
     model%state%points%position(1, 1) = 5.1_wp
     call follow_material(model)
     call tests%check('a material point that leads takes the window along', model%state%window%last(1) >= far + 2)
+    call build('plane', model)
+    model%state%watched%position(1, :) = 5.1_wp
+    call follow_material(model)
+    call tests%check('a watched place that leads takes the window along', model%state%window%last(1) >= far + 2)
+    call build('plane', model)
+    model%state%points%position(1, 1) = 5.1_wp
+    call follow_material(model)
     ! All but the surface points arrive; then all go on, and the surface points are still booked at the start.
     model%state%points%position(1, :) = 5.1_wp
     model%state%tracers%position(1, :) = 5.1_wp
@@ -434,6 +441,31 @@ contains
     model%state%surface%position(1, :) = 14.9_wp
     call follow_material(model)
     call tests%check('cells that a tracer is booked in stay in the window', model%state%window%first(1) <= 3)
+    call build('plane', model)
+    call go_on_to(5.1_wp)
+    call relocate(model%mesh, model%cell_size, model%state%tracers, 'tracer', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%points, 'material point', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%watched, 'watched place', error)
+    if (.not. allocated(error)) call relocate(model%mesh, model%cell_size, model%state%surface, 'surface point', error)
+    call go_on_to(9.1_wp)
+    call tests%check('what nothing is booked in leaves it', .not. allocated(error) .and. model%state%window%first(1) > 1)
+    call build('moving', model)
+    call go_on_to(5.1_wp)
+    call tests%check('rows that move stay in the window', model%state%window%first(1) == 1 .and. &
+      model%state%window%last(1) >= far + 2)
+
+  contains
+
+    !> Everything is at a place along x, and the window follows.
+    subroutine go_on_to(place)
+      real(wp), intent(in) :: place
+
+      model%state%points%position(1, :) = place
+      model%state%tracers%position(1, :) = place
+      model%state%watched%position(1, :) = place
+      model%state%surface%position(1, :) = place
+      call follow_material(model)
+    end subroutine go_on_to
   end subroutine check_leaders
 
   !> Labels of the nodes of the space (1, nodes).

@@ -324,6 +324,9 @@ contains
     call check_one('no support', elastic, 18.0_wp, '*GRAVITY|0, -1', newton_full, 20, 'singular', error_singular)
     call check_one('far too heavy for modified Newton', elastic, 2.0e4_wp, fixed, newton_modified, 200, '', &
       error_not_converged)
+    call check_one('pressed through the base', elastic, 18.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -3', newton_full, &
+      100, 'turns inside out', error_not_converged)
+    call check_halved()
 
   contains
 
@@ -351,6 +354,22 @@ contains
         allocated(solution%internal_force) .and. solution%iterations <= iterations)
       call end_system(step%system)
     end subroutine check_one
+
+    !> A block that the first correction of a great weight would turn inside out takes half of it, and half of that.
+    subroutine check_halved()
+      type(model_type) :: model
+      type(step_type) :: step
+      type(target_type) :: goal
+      real(wp), allocatable :: load(:, :)
+      type(solution_type) :: solution
+      type(controls_type) :: controls
+
+      call build('BASIS=STANDARD', elastic, 2.0e3_wp, fixed, model, step, goal, load)
+      controls%max_iterations = 40
+      call solve_equilibrium(model, step, goal, controls, solution)
+      call tests%check('halved corrections lead to equilibrium', solution%converged)
+      call end_system(step%system)
+    end subroutine check_halved
   end subroutine check_reasons
 
   !> The worst node is the free one with the largest residual.

@@ -241,6 +241,7 @@ contains
     type(step_type) :: step
     type(solution_type) :: solution
     type(error_type), allocatable :: error
+    real(wp) :: by_factors
 
     call build(phase//'STEP ERROR=1e-9', model, step)
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
@@ -248,10 +249,16 @@ contains
     call go(model, step, 0.125_wp, 1.0_wp, solution, error)
     call tests%check('the smallest step is taken all the same', solution%converged .and. .not. solution%too_long)
     call end_system(step%system)
-    call build(phase//'STEP ERROR=0.5', model, step)
+    call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*MOHR COULOMB|1, 20, 0')
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)
     call tests%check('a step within its error is taken, and its error told', solution%converged .and. &
       solution%step_error > 0.0_wp .and. solution%step_error < 0.5_wp)
+    call end_system(step%system)
+    by_factors = solution%step_error
+    call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*MOHR COULOMB|1, 20, 0|*SOLVER, TYPE=KRYLOV')
+    call go(model, step, 0.25_wp, 1.0_wp, solution, error)
+    call tests%close('the present matrix tells the error that the last factors tell', solution%step_error, by_factors, &
+      0.02_wp*by_factors)
     call end_system(step%system)
     call build(phase//'STEP ERROR=0.5', model, step, '1000, 0.3|*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE')
     call go(model, step, 0.25_wp, 1.0_wp, solution, error)

@@ -168,6 +168,9 @@ contains
     call tests%check('its loads begin where the first ended', abs(run%model%loading%gravity_start(2) + 8.0_wp) <= 0.0_wp &
       .and. abs(run%model%loading%gravity_final(2) + 3.0_wp) <= 0.0_wp)
     call tests%check('the run is not finished', .not. is_finished(run%model, run%loop))
+    call tests%check('histories are taken of every step', allocated(run%observer%histories))
+    if (allocated(run%observer%histories)) call tests%close('those of the state', run%observer%histories(1), &
+      run%model%state%points%stress(2, run%model%history_point(1)), 0.0_wp)
     call run%to_end()
     call tests%check('until the observer knows that the last phase has ended', is_finished(run%model, run%loop) .and. &
       run%observer%phases == 2)

@@ -30,10 +30,33 @@ contains
     call check_davis(tests)
     call check_tension(tests)
     call check_softening(tests)
+    call check_profile(tests)
     call check_drucker_prager(tests)
     call check_hardening_soil(tests)
     call check_refused(tests)
   end subroutine collect_strength_factor
+
+  !> Strength by place is lowered as the cohesion is, by a share that leaves what points know of it; undrained friction
+  !> gets no associated flow.
+  subroutine check_profile(tests)
+    type(tests_type), intent(inout) :: tests
+    type(material_type) :: material
+    type(error_type), allocatable :: error
+
+    material%young = 100.0_wp
+    material%mohr_coulomb = .true.
+    material%cohesion = 3.0_wp
+    material%friction_angle = 30.0_wp
+    material%strength_profile%given = .true.
+    call lower_material(strength_factor_type(2.0_wp, flow_davis_a), material, error)
+    call tests%close('share of the profile', material%strength_profile%factor, material%cohesion/3.0_wp, rounding)
+    call tests%close('by Davis', material%strength_profile%factor, 0.25_wp*sqrt(3.0_wp), rounding)
+    material%undrained%given = .true.
+    call lower_material(strength_factor_type(2.0_wp, flow_davis_a), material, error)
+    call tests%check('undrained friction by Davis is refused', allocated(error))
+    call lower_material(strength_factor_type(2.0_wp, flow_material), material, error)
+    call tests%check('by its own flow not', .not. allocated(error))
+  end subroutine check_profile
 
   !> psi stays until phi has come down to it.
   subroutine check_material_flow(tests)

@@ -231,13 +231,15 @@ contains
 
   !> The elastic strain belongs to the stress that the model bounds: Kirchhoff stress, J sigma of the rate with J from
   !> the start of the step, or Cauchy stress.
-  pure function shear_compliance(self, stress, volume_ratio, volume_change) result(compliance)
+  pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
     class(principal_law_type), intent(in) :: self
     !> As of qsmpm_law.
-    real(wp), intent(in) :: stress(:), volume_ratio, volume_change
+    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
     real(wp) :: compliance(2)
     real(wp) :: values(3), vectors(3, 3)
 
+    associate (unused => state)
+    end associate
     call spectral(unpack_symmetric(stress), values, vectors)
     compliance = 0.5_wp/self%model%shear_modulus(values)
     if (self%strains > 0) then

@@ -191,3 +191,80 @@ def bearing_capacity_smooth(
     fine = _smooth_reach(soil, width, 2 * SECTORS, 0.98 * coarse, 1.02 * coarse)
     pressures = _smooth_pressure(soil, width, coarse, SECTORS), _smooth_pressure(soil, width, fine, 2 * SECTORS)
     return _extrapolated(*pressures)
+
+
+def _wedge(field: Field, start: int) -> tuple[float, float] | None:
+    """Width and mean pressure of the rough footing whose wedge begins at a base node; None when the march stops before.
+
+    Weightless soil: the base slides up to that node, the slip line from there to the axis carries the rest.
+    """
+    line = _ends_on_axis(field, start)
+    if line is None:
+        return None
+    soil, sliding = field.soil, field.base[:, : start + 1]
+    force = _trapezium(soil.vertical(sliding), -sliding[X])
+    force += _trapezium(soil.vertical(line), -line[X]) + _trapezium(soil.shear(line), line[Z])
+    half = -float(line[X, -1])
+    return 2 * half, force / half
+
+
+def _profile_march(ratio: float, fan: int, end: float) -> Field:
+    """Soil with strength 1 at the surface and gain 1, for a footing of the width `ratio`."""
+    grading = np.expm1(np.linspace(0, 6, 4 * fan + 1)[1:]) / math.expm1(6)
+    return march(Soil(0.0, 1.0, 0.0, 0.0, 1.0), 3 * max(ratio, 1.2) * grading, fan, end)
+
+
+def _profile_rough(ratio: float, fan: int) -> float:
+    """Mean pressure under a rough footing: its base slides near the edges, or the fan ends before it would."""
+    field = _profile_march(ratio, fan, -math.pi / 4)
+    found = [_wedge(field, start) for start in range(field.base.shape[1] - 1)]
+    wedges = [wedge for wedge in found if wedge is not None]
+    if wedges[0][0] < ratio:
+        after = int(np.argmax([width > ratio for width, _ in wedges]))
+        near = wedges[max(0, after - 2) : after + 2]
+        shape = np.polynomial.Polynomial.fit([w for w, _ in near], [q for _, q in near], len(near) - 1)
+        return float(shape(ratio))
+
+    def at(end: float) -> tuple[float, float]:
+        wedge = _wedge(_profile_march(ratio, fan, end), 0)
+        assert wedge is not None
+        return wedge
+
+    return at(root(lambda end: at(end)[0] - ratio, -math.pi / 4, -1e-6, 1e-12))[1]
+
+
+def _profile_smooth(ratio: float, fan: int, low: float, high: float) -> tuple[float, float]:
+    """Mean pressure under a smooth footing, and the reach of its march."""
+    soil = Soil(0.0, 1.0, 0.0, 0.0, 1.0)
+    reach = _smooth_reach(soil, ratio, fan, low, high)
+    return _smooth_pressure(soil, ratio, reach, fan), reach
+
+
+def bearing_profile_rough(ratio: float) -> float:
+    """Bearing pressure of a rough strip footing over the strength at the surface, s_u = s_0 + k z.
+
+    Formula: vertical equilibrium of base and wedge, method of characteristics; q = F ((2 + pi) s_0 + k B / 4)
+    Units: ratio = k B / s_0 [-]; result q / s_0 [-]
+    Range: 0.01 <= k B / s_0 <= 30; accurate to 1e-4
+    Assumes: plane strain, Tresca soil without weight, full adhesion
+    Source: Davis & Booker 1973; own march
+    Check: slope at k = 0 from the work of Prandtl's mechanism (upper bound theorem), limit 2 + pi
+    """
+    within("ratio", ratio, 0.01, 30.0)
+    return _extrapolated(_profile_rough(ratio, SECTORS), _profile_rough(ratio, 2 * SECTORS))
+
+
+def bearing_profile_smooth(ratio: float) -> float:
+    """Bearing pressure of a smooth strip footing over the strength at the surface, s_u = s_0 + k z.
+
+    Formula: mean vertical stress on the base, method of characteristics
+    Units: ratio = k B / s_0 [-]; result q / s_0 [-]
+    Range: 0.01 <= k B / s_0 <= 30; accurate to 1e-4
+    Assumes: plane strain, Tresca soil without weight
+    Source: Davis & Booker 1973; own march
+    Check: slope at k = 0 from the work of Hill's mechanism (upper bound theorem), limit 2 + pi
+    """
+    within("ratio", ratio, 0.01, 30.0)
+    coarse, reach = _profile_smooth(ratio, SECTORS, 1e-3 * ratio, ratio)
+    fine, _ = _profile_smooth(ratio, 2 * SECTORS, 0.98 * reach, 1.02 * reach)
+    return _extrapolated(coarse, fine)

@@ -8,7 +8,8 @@ stress from the vertical. With e = 45 - phi/2, R = c cos phi + s sin phi and the
     along dx/dz = tan(t + e):  ds + 2 R / cos phi dt = g (dz - tan phi dx)
     along dx/dz = tan(t - e):  ds - 2 R / cos phi dt = g (dz + tan phi dx)
 
-both with means of the two ends (second order). Source: Sokolovskii 1965; own discretisation.
+both with means of the two ends (second order). Without friction the cohesion may grow with depth, c = c_0 + k z: -k dx
+on the right of the first, +k dx of the second (Davis & Booker 1973). Source: Sokolovskii 1965; own discretisation.
 """
 
 from __future__ import annotations
@@ -28,29 +29,32 @@ ROUNDS = 60
 
 @dataclass(frozen=True)
 class Soil:
-    """Strength and loads: friction [radian], cohesion [stress], surcharge [stress], weight [force/volume]."""
+    """Strength and loads: friction [radian], cohesion [stress], surcharge [stress], weight [force/volume], gain k of
+    cohesion with depth [stress/length], 0 with friction."""
 
     friction: float
     cohesion: float
     surcharge: float
     weight: float
+    gain: float = 0.0
 
     @property
     def spread(self) -> float:
         """Angle between the major stress and the slip lines."""
         return math.pi / 4 - self.friction / 2
 
-    def radius(self, mean: Any) -> Any:
-        """Radius of Mohr's circle at a mean stress."""
-        return self.cohesion * math.cos(self.friction) + mean * math.sin(self.friction)
+    def radius(self, mean: Any, depth: Any) -> Any:
+        """Radius of Mohr's circle at a mean stress and a depth."""
+        cohesion = self.cohesion + self.gain * depth
+        return cohesion * math.cos(self.friction) + mean * math.sin(self.friction)
 
     def vertical(self, nodes: Array) -> Array:
         """Vertical stress of nodes."""
-        return np.asarray(nodes[MEAN] + self.radius(nodes[MEAN]) * np.cos(2 * nodes[ANGLE]))
+        return np.asarray(nodes[MEAN] + self.radius(nodes[MEAN], nodes[Z]) * np.cos(2 * nodes[ANGLE]))
 
     def shear(self, nodes: Array) -> Array:
         """Shear stress of nodes on horizontal planes."""
-        return np.asarray(self.radius(nodes[MEAN]) * np.sin(2 * nodes[ANGLE]))
+        return np.asarray(self.radius(nodes[MEAN], nodes[Z]) * np.sin(2 * nodes[ANGLE]))
 
 
 @dataclass(frozen=True)
@@ -78,10 +82,10 @@ def _node(soil: Soil, a: Array, b: Array) -> Array:
         across = np.sin(first - second)
         x = (along_b * np.sin(first) - along_a * np.sin(second)) / across
         z = (along_b * np.cos(first) - along_a * np.cos(second)) / across
-        factor_a = 2 * soil.radius((mean + a[MEAN]) / 2) / math.cos(soil.friction)
-        factor_b = 2 * soil.radius((mean + b[MEAN]) / 2) / math.cos(soil.friction)
-        right_a = a[MEAN] + factor_a * a[ANGLE] + soil.weight * (z - a[Z] - slope * (x - a[X]))
-        right_b = b[MEAN] - factor_b * b[ANGLE] + soil.weight * (z - b[Z] + slope * (x - b[X]))
+        factor_a = 2 * soil.radius((mean + a[MEAN]) / 2, (z + a[Z]) / 2) / math.cos(soil.friction)
+        factor_b = 2 * soil.radius((mean + b[MEAN]) / 2, (z + b[Z]) / 2) / math.cos(soil.friction)
+        right_a = a[MEAN] + factor_a * a[ANGLE] + soil.weight * (z - a[Z] - slope * (x - a[X])) - soil.gain * (x - a[X])
+        right_b = b[MEAN] - factor_b * b[ANGLE] + soil.weight * (z - b[Z] + slope * (x - b[X])) + soil.gain * (x - b[X])
         new = (right_a - right_b) / (factor_a + factor_b)
         change = float(np.max(np.abs(new - angle)))
         angle, mean = new, right_a - factor_a * new
@@ -93,10 +97,10 @@ def _node(soil: Soil, a: Array, b: Array) -> Array:
 def _base_node(soil: Soil, a: Array, end: float) -> Array:
     """Node where the slip line from a reaches the base, major stress at the angle `end`."""
     x = a[X] - math.tan((end + a[ANGLE]) / 2 + soil.spread) * a[Z]
-    pull = soil.weight * (-a[Z] - math.tan(soil.friction) * (x - a[X]))
+    pull = soil.weight * (-a[Z] - math.tan(soil.friction) * (x - a[X])) - soil.gain * (x - a[X])
     turn = (a[ANGLE] - end) / math.cos(soil.friction)
     # s - s_a = turn (R(s) + R(s_a)) + pull, linear in s
-    mean = (a[MEAN] + turn * 2 * soil.radius(a[MEAN] / 2) + pull) / (1 - turn * math.sin(soil.friction))
+    mean = (a[MEAN] + turn * 2 * soil.radius(a[MEAN] / 2, a[Z] / 2) + pull) / (1 - turn * math.sin(soil.friction))
     return np.array([x, 0.0, mean, end])
 
 
@@ -115,7 +119,8 @@ def march(soil: Soil, places: Array, fan: int, end: float) -> Field:
     far = np.concatenate([[0.0], places])
     front = np.zeros((4, count + 1))
     front[X], front[Z] = far * math.cos(soil.spread), far * math.sin(soil.spread)
-    front[MEAN] = soil.surcharge + soil.cohesion * math.cos(soil.friction) + soil.weight * front[Z]
+    front[MEAN] = soil.surcharge + soil.cohesion * math.cos(soil.friction)
+    front[MEAN] += (soil.weight + soil.gain) * front[Z]
     front[MEAN] /= 1 - math.sin(soil.friction)
     front[ANGLE] = math.pi / 2
     edge = _edge(soil, angles)

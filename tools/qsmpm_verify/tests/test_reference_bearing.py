@@ -168,5 +168,35 @@ class WithWeight(unittest.TestCase):
         self.assertRaises(ValueError, ref.bearing_capacity_smooth, 25.0, 1.0, 0.0, 10.0, 0.0)
 
 
+def work_slope(width: float) -> float:
+    """Growth of the limit load with k at k = 0: work of z over a mechanism with a wedge of this width under B = 1.
+
+    Velocity 1 of the footing, sqrt(2) on two straight lines, an arc and the fan between, per width of the wedge.
+    """
+    radius = width / math.sqrt(2)
+    angle = np.linspace(math.pi / 4, 3 * math.pi / 4, 20001)
+    arc = float(np.sum(np.sin(angle[1:]) + np.sin(angle[:-1])) / 2 * (angle[1] - angle[0]))
+    straight = radius * width / 4
+    return math.sqrt(2) * (2 * straight + radius**2 * arc + radius**2 / 2 * arc) / width
+
+
+class StrengthWithDepth(unittest.TestCase):
+    def test_slope_at_constant_strength_is_the_work_of_the_mechanism(self):
+        for function, width in ((ref.bearing_profile_smooth, 0.5), (ref.bearing_profile_rough, 1.0)):
+            grown = function(0.02) - (2 + math.pi)
+            self.assertAlmostEqual(grown / 0.02, work_slope(width), delta=0.02 * work_slope(width))
+            self.assertLess(grown / 0.02, work_slope(width))
+
+    def test_davis_and_booker(self):
+        for ratio, rough, smooth in ((4.0, 1.487, 1.273), (8.0, 1.622, 1.370)):
+            known = 2 + math.pi + ratio / 4
+            self.assertAlmostEqual(ref.bearing_profile_rough(ratio) / known, rough, 3)
+            self.assertAlmostEqual(ref.bearing_profile_smooth(ratio) / known, smooth, 3)
+
+    def test_refuses(self):
+        self.assertRaises(ValueError, ref.bearing_profile_rough, 0.0)
+        self.assertRaises(ValueError, ref.bearing_profile_smooth, 100.0)
+
+
 if __name__ == "__main__":
     unittest.main()

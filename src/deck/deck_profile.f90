@@ -1,0 +1,244 @@
+!> *STRENGTH PROFILE: strength, and stiffness where asked for, by depth, table or a file of samples.
+module qsmpm_deck_profile
+  use qsmpm_analysis, only: material_type
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_lines, only: read_whole_file
+  use qsmpm_deck_state, only: deck_state_type, beside_deck
+  use qsmpm_deck_words, only: bar_list, axis_words
+  use qsmpm_keyword_table, only: table_type, in_material, once
+  use qsmpm_kinds, only: wp
+  use qsmpm_strength_profile, only: strength_profile_type, profile_linear, profile_table, profile_field, &
+    varies_stiffness, reference_strength
+  use qsmpm_text, only: string_type, split, stripped, squeezed, upper, read_real, integer_text, number_good
+  implicit none
+  private
+
+  public :: add_profile_keyword, check_profiles
+
+  character(len=1), parameter :: newline = new_line('a')
+
+contains
+
+  !> *STRENGTH PROFILE.
+  subroutine add_profile_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('STRENGTH PROFILE', in_material, once, 'Cohesion of *MOHR COULOMB (s_u where phi = 0) that '// &
+      'differs from place to place, by the place where a point is at its start; c of *MOHR COULOMB is its least '// &
+      'value then. On request the stiffness follows: docs/methods/undrained.md.', profile_fields, &
+      '*ELASTIC| 3000, 0.3|*MOHR COULOMB| 5, 0, 0|*STRENGTH PROFILE, STIFFNESS RATIO=300| 0, 10, 1.5', finish_profile)
+  end subroutine add_profile_keyword
+
+  !> Its fields.
+  subroutine profile_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (profile => deck%analysis%materials(deck%material)%strength_profile)
+      call fields%given(profile%given)
+      call fields%line(deck%analysis%materials(deck%material)%profile_where)
+      call fields%choice('TYPE', profile%kind, 'LINEAR|TABLE|FIELD', 'LINEAR: strength + gain (level - Y); TABLE: '// &
+        'linear between levels, constant beyond; FIELD: by samples of a file')
+      call fields%choice('ALONG', profile%along, bar_list(axis_words), 'axis of Y', needs='TYPE=LINEAR|TABLE')
+      call fields%file('INPUT', profile%file, 'CSV file of samples, relative to the deck: first line `x,y,s_u` or '// &
+        '`x,y,z,s_u`, with a column `E` where the stiffness is given too; linear fields come back exactly', &
+        needs='TYPE=FIELD')
+      call fields%number('STIFFNESS RATIO', profile%stiffness_ratio, "Young's modulus over strength; E of *ELASTIC "// &
+        'then has no effect', range='(0, inf)')
+      call fields%data('linear profile', when='TYPE=LINEAR')
+      call fields%number('level', profile%level, 'coordinate')
+      call fields%number('strength', profile%strength, 'cohesion at that level')
+      call fields%number('gain', profile%gain, 'gain of cohesion with depth below it')
+      call table_rows(fields, profile)
+      call fields%data('nothing: the file has them', 0, 0, when='TYPE=FIELD')
+    end associate
+  end subroutine profile_fields
+
+  !> Levels of a table.
+  subroutine table_rows(fields, profile)
+    class(card_fields_type), intent(inout) :: fields
+    type(strength_profile_type), intent(inout) :: profile
+    real(wp) :: young
+    integer :: i, n
+
+    n = 0
+    if (allocated(profile%levels)) n = size(profile%levels)
+    call fields%data('levels in order', 2, huge(1), when='TYPE=TABLE', rows=n)
+    if (.not. fields%writing) then
+      if (allocated(profile%levels)) deallocate (profile%levels)
+      if (allocated(profile%strengths)) deallocate (profile%strengths)
+      if (allocated(profile%moduli)) deallocate (profile%moduli)
+      allocate (profile%levels(n), profile%strengths(n), profile%moduli(n))
+    end if
+    do i = 1, n
+      call fields%row(i)
+      young = -1.0_wp
+      if (fields%writing .and. allocated(profile%moduli)) young = profile%moduli(i)
+      call fields%number('level', profile%levels(i), 'coordinate')
+      call fields%number('strength', profile%strengths(i), 'cohesion there')
+      call fields%number('E', young, "Young's modulus there, in all rows or none", range='(0, inf)', required=.false.)
+      if (fields%reading) profile%moduli(i) = young
+    end do
+  end subroutine table_rows
+
+  !> Rows and file become a profile.
+  subroutine finish_profile(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (profile => state%analysis%materials(state%material)%strength_profile)
+      if (any([(.not. card%rows(i)%good, i=1, size(card%rows))])) return
+      if (profile%along > state%dimension .and. state%dimension > 0) call state%report_error(card, &
+        'ALONG=Z has no meaning in a plane model')
+      if (profile%kind == profile_table) call finish_table(card, state, profile)
+      if (profile%kind /= profile_table .and. allocated(profile%levels)) deallocate (profile%levels, &
+        profile%strengths, profile%moduli)
+      if (profile%kind == profile_field) call read_field(card, state, profile)
+      if (profile%stiffness_ratio > 0.0_wp .and. allocated(profile%moduli)) call state%report_error(card, &
+        "give STIFFNESS RATIO or a column of Young's moduli, not both")
+    end associate
+  end subroutine finish_profile
+
+  !> Levels rise, and all rows have a stiffness or none.
+  subroutine finish_table(card, state, profile)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(strength_profile_type), intent(inout) :: profile
+    integer :: n
+
+    n = size(profile%levels)
+    if (n < 2) return
+    if (profile%levels(1) > profile%levels(n)) then
+      profile%levels = profile%levels(n:1:-1)
+      profile%strengths = profile%strengths(n:1:-1)
+      profile%moduli = profile%moduli(n:1:-1)
+    end if
+    if (any(profile%levels(2:) <= profile%levels(:n - 1))) call state%report_error(card, &
+      'the levels must rise or fall from line to line')
+    profile%level = profile%levels(n)
+    if (any(profile%moduli > 0.0_wp) .and. .not. all(profile%moduli > 0.0_wp)) call state%report_error(card, &
+      "Young's modulus is wanted in all lines or none")
+    if (.not. all(profile%moduli > 0.0_wp)) deallocate (profile%moduli)
+  end subroutine finish_table
+
+  !> Samples of a file.
+  subroutine read_field(card, state, profile)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    type(strength_profile_type), intent(inout) :: profile
+    character(len=:), allocatable :: text, sentence
+    logical :: found
+
+    if (.not. card%has('INPUT')) then
+      call state%report_error(card, 'TYPE=FIELD wants the parameter INPUT')
+      return
+    end if
+    profile%file = beside_deck(card, 'INPUT')
+    call read_whole_file(profile%file, text, found)
+    if (.not. found) then
+      call state%report_error(card, "there is no file '"//profile%file//"'")
+      return
+    end if
+    call parse_samples(text, merge(3, 2, state%dimension == 3), profile, sentence)
+    if (len(sentence) > 0) call state%report_error(card, "'"//profile%file//"': "//sentence)
+  end subroutine read_field
+
+  !> Columns by their names, a sample a line.
+  subroutine parse_samples(text, dimension, profile, sentence)
+    character(len=*), intent(in) :: text
+    integer, intent(in) :: dimension
+    type(strength_profile_type), intent(inout) :: profile
+    !> What is wrong, empty for nothing.
+    character(len=:), allocatable, intent(out) :: sentence
+    character(len=3), parameter :: names(5) = [character(len=3) :: 'X', 'Y', 'Z', 'S_U', 'E']
+    type(string_type), allocatable :: lines(:), cells(:)
+    real(wp), allocatable :: values(:, :)
+    integer :: column(5), i, k, n, outcome
+
+    sentence = ''
+    call split(text, newline, lines)
+    column = 0
+    call split(line_of(lines(1)%text), ',', cells)
+    do k = 1, 5
+      do i = 1, size(cells)
+        if (upper(squeezed(cells(i)%text)) == trim(names(k))) column(k) = i
+      end do
+    end do
+    if (any(column(:dimension) == 0) .or. column(4) == 0) then
+      sentence = 'the first line names the columns: '//trim(merge('x,y,z,s_u', 'x,y,s_u  ', dimension == 3))//'[,E]'
+      return
+    end if
+    allocate (values(5, size(lines)), source=1.0_wp)
+    n = 0
+    do i = 2, size(lines)
+      if (len(stripped(line_of(lines(i)%text))) == 0) cycle
+      call split(line_of(lines(i)%text), ',', cells)
+      n = n + 1
+      do k = 1, 5
+        if (column(k) == 0) cycle
+        outcome = number_good
+        if (column(k) <= size(cells)) call read_real(stripped(cells(column(k))%text), values(k, n), outcome)
+        if (column(k) <= size(cells) .and. outcome == number_good) cycle
+        sentence = 'line '//integer_text(i)//' has no number in column '//integer_text(column(k))
+        return
+      end do
+    end do
+    if (n == 0) sentence = 'there is no sample'
+    if (column(5) > 0 .and. .not. all(values(5, :n) > 0.0_wp)) sentence = "Young's modulus must be positive"
+    profile%places = values(:dimension, :n)
+    profile%strengths = values(4, :n)
+    if (column(5) > 0) profile%moduli = values(5, :n)
+  end subroutine parse_samples
+
+  !> A line without the return of other systems.
+  pure function line_of(text) result(line)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: line
+
+    line = text
+    if (len(line) > 0) then
+      if (line(len(line):) == achar(13)) line = line(:len(line) - 1)
+    end if
+  end function line_of
+
+  !> What belongs to the profiles of complete materials.
+  subroutine check_profiles(state)
+    type(deck_state_type), intent(inout) :: state
+    character(len=:), allocatable :: sentence
+    integer :: i
+
+    do i = 1, size(state%analysis%materials)
+      associate (material => state%analysis%materials(i))
+        if (.not. material%strength_profile%given) cycle
+        sentence = wrong_material(material)
+        if (len(sentence) > 0) call state%error_from(material%profile_where, 'STRENGTH PROFILE', &
+          "material '"//material%name//"': "//sentence)
+      end associate
+    end do
+  end subroutine check_profiles
+
+  !> What is wrong with the profile of a material, empty for nothing.
+  function wrong_material(material) result(sentence)
+    type(material_type), intent(in) :: material
+    character(len=:), allocatable :: sentence
+    logical :: file_is_wrong
+
+    sentence = ''
+    ! A file with an error has been reported already.
+    file_is_wrong = material%strength_profile%kind == profile_field .and. &
+      .not. allocated(material%strength_profile%places)
+    if (material%user%given .or. allocated(material%soil_law)) then
+      sentence = 'a profile is for *ELASTIC with or without *MOHR COULOMB; a user model has *USER STATE, ALONG='
+    else if (material%softening%given) then
+      sentence = 'strength that softens has no profile'
+    else if (material%tensile_strength > 0.0_wp .and. material%tensile_strength < huge(1.0_wp)) then
+      sentence = 'the tensile strength of *MOHR COULOMB is 0 or NONE with a profile'
+    else if (.not. (material%mohr_coulomb .or. varies_stiffness(material%strength_profile))) then
+      sentence = 'there is no *MOHR COULOMB whose cohesion it could be, and no STIFFNESS RATIO or column of moduli'
+    else if (.not. (file_is_wrong .or. reference_strength(material%strength_profile) > 0.0_wp)) then
+      sentence = 'all of its strengths are zero'
+    end if
+  end function wrong_material
+end module qsmpm_deck_profile

@@ -1,0 +1,143 @@
+!> A model with linear elasticity and perfect strength whose strength differs from point to point.
+!>
+!> Return mappings of this kind are homogeneous: with all strengths f times those of the model inside, the stress of a
+!> trial t is f s(t/f) and its derivative that of s at t/f. f is the strength of the point over that of the model
+!> inside; where the stiffness of the point is e times the model's, stresses have been divided by e (qsmpm_profile_law)
+!> and f too. State variables: those of the model inside, strength and, where it varies, Young's modulus of the
+!> point, both at its start and without any reduction: the share that counts is a parameter.
+module qsmpm_profile_model
+  use qsmpm_kinds, only: wp
+  use qsmpm_principal_model, only: principal_model_type, stress_update_type
+  use qsmpm_strength_profile, only: strength_profile_type, varies_stiffness
+  implicit none
+  private
+
+  public :: profile_model_type, set_profile_model
+
+  !> Least f.
+  real(wp), parameter :: least_ratio = 1.0e-9_wp
+
+  !> The model.
+  type, extends(principal_model_type) :: profile_model_type
+    class(principal_model_type), allocatable :: model
+    !> Strength of the model inside, and the share of a point's strength that counts.
+    real(wp) :: strength = 1.0_wp, factor = 1.0_wp
+    !> Young's modulus of a point with the stiffness of the model inside.
+    real(wp) :: reference = 1.0_wp
+    logical :: varies_stiffness = .false.
+    !> Number of the state variable that is the strength; Young's modulus is the next.
+    integer :: at = 1
+  contains
+    procedure :: initial_state
+    procedure :: shear_modulus
+    procedure :: elastic_strain
+    procedure :: elastic_update
+    procedure :: update
+    procedure :: state_to_field
+    procedure :: field_to_state
+  end type profile_model_type
+
+contains
+
+  !> Around a model of a strength; name of the strength in results.
+  subroutine set_profile_model(inside, strength, profile, name, model)
+    class(principal_model_type), intent(in) :: inside
+    real(wp), intent(in) :: strength
+    type(strength_profile_type), intent(in) :: profile
+    character(len=*), intent(in) :: name
+    type(profile_model_type), intent(inout) :: model
+
+    allocate (model%model, source=inside)
+    model%hookean = inside%hookean
+    ! A model that is asked about every point keeps the state variables.
+    model%elastic = .false.
+    model%symmetric = inside%symmetric
+    model%asks_cell_size = inside%asks_cell_size
+    model%trial_lame = inside%trial_lame
+    model%trial_shear = inside%trial_shear
+    model%young = inside%young
+    model%shear = inside%shear
+    if (allocated(inside%message)) model%message = inside%message
+    model%strength = strength
+    model%factor = profile%factor
+    model%reference = profile%young
+    model%varies_stiffness = varies_stiffness(profile)
+    model%at = inside%state_count + 1
+    model%state_count = model%at + merge(1, 0, model%varies_stiffness)
+    allocate (model%state_names(model%state_count))
+    if (inside%state_count > 0) model%state_names(:inside%state_count) = inside%state_names
+    model%state_names(model%at)%text = name
+    if (model%varies_stiffness) model%state_names(model%at + 1)%text = 'young_modulus'
+  end subroutine set_profile_model
+
+  !> Those of the model inside; a point's strength and stiffness depend on its place and are put by the law.
+  pure subroutine initial_state(self, stress, state)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: stress(3)
+    real(wp), intent(out) :: state(:)
+
+    call self%model%initial_state(stress, state(:self%at - 1))
+    state(self%at) = self%strength
+    if (self%varies_stiffness) state(self%at + 1) = self%reference
+  end subroutine initial_state
+
+  !> G of the model inside.
+  pure real(wp) function shear_modulus(self, stress)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: stress(3)
+
+    shear_modulus = self%model%shear_modulus(stress)
+  end function shear_modulus
+
+  !> Of the model inside.
+  pure function elastic_strain(self, modulus, stress) result(strain)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: modulus, stress(3)
+    real(wp) :: strain(3)
+
+    strain = self%model%elastic_strain(modulus, stress)
+  end function elastic_strain
+
+  !> Of the model inside.
+  pure subroutine elastic_update(self, modulus, trial, result)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: modulus, trial(3)
+    type(stress_update_type), intent(inout) :: result
+
+    call self%model%elastic_update(modulus, trial, result)
+  end subroutine elastic_update
+
+  !> f s(t/f).
+  pure subroutine update(self, modulus, trial, state, cell_size, with_derivative, result)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(in) :: modulus, trial(3), state(self%state_count), cell_size
+    logical, intent(in) :: with_derivative
+    type(stress_update_type), intent(inout) :: result
+    real(wp) :: ratio
+
+    ratio = state(self%at)*self%factor/self%strength
+    if (self%varies_stiffness) ratio = ratio*self%reference/state(self%at + 1)
+    ratio = max(ratio, least_ratio)
+    call self%model%update(modulus, trial/ratio, state(:self%at - 1), cell_size, with_derivative, result)
+    if (result%yields) result%stress = ratio*result%stress
+    result%state(self%at:self%state_count) = state(self%at:)
+  end subroutine update
+
+  !> Strength and stiffness are averaged as they are.
+  pure subroutine state_to_field(self, state)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(inout) :: state(:)
+
+    call self%model%state_to_field(state(:self%at - 1))
+  end subroutine state_to_field
+
+  !> A fit does not end below nothing.
+  pure subroutine field_to_state(self, state)
+    class(profile_model_type), intent(in) :: self
+    real(wp), intent(inout) :: state(:)
+
+    call self%model%field_to_state(state(:self%at - 1))
+    state(self%at) = max(state(self%at), least_ratio*self%strength)
+    if (self%varies_stiffness) state(self%at + 1) = max(state(self%at + 1), least_ratio*self%reference)
+  end subroutine field_to_state
+end module qsmpm_profile_model

@@ -1,0 +1,226 @@
+!> A law whose strength and stiffness are those of the place where a point was at its start.
+!>
+!> Both kinematics are homogeneous in stress: with moduli and strength e times those of the law inside, the stress of a
+!> step from sigma is e times that of a step from sigma/e, so are Q and A. e is Young's modulus of the point over that
+!> of the law inside; the strength over e is qsmpm_profile_model's. Averages are taken of e ln b_e, a stress, so that
+!> those of stresses that are linear in the place are exact.
+module qsmpm_profile_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_elastic_model, only: elastic_model_type, set_moduli
+  use qsmpm_error, only: error_type
+  use qsmpm_law, only: law_type, batch_type, tangent_none
+  use qsmpm_material_parameters, only: material_parameters_type, check_parameters
+  use qsmpm_mohr_coulomb_model, only: mohr_coulomb_model_type, set_mohr_coulomb
+  use qsmpm_principal_law, only: new_principal_law
+  use qsmpm_profile_model, only: profile_model_type, set_profile_model
+  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, reference_strength
+  use qsmpm_tensor, only: stress_size
+  implicit none
+  private
+
+  public :: profile_law_type, new_profile_law
+
+  !> The law.
+  type, extends(law_type) :: profile_law_type
+    class(law_type), allocatable :: law
+    type(strength_profile_type) :: profile
+    !> Young's modulus of the law inside, and whether that of points is another.
+    real(wp) :: young = 1.0_wp
+    logical :: varies_stiffness = .false.
+    !> Mean modulus of the body over that of the law inside.
+    real(wp) :: scale = 1.0_wp
+    !> Number of the state variable that is the strength; Young's modulus is the next.
+    integer :: at = 1
+  contains
+    procedure :: start
+    procedure :: start_at
+    procedure :: update
+    procedure :: fit_count
+    procedure :: to_fields
+    procedure :: from_fields
+    procedure :: blend
+    procedure :: shear_modulus
+    procedure :: shear_compliance
+  end type profile_law_type
+
+contains
+
+  !> Law of linear elasticity, with Mohr-Coulomb strength where it is given, of a profile.
+  subroutine new_profile_law(parameters, profile, dimension, kinematics, rate, law, error)
+    type(material_parameters_type), intent(in) :: parameters
+    type(strength_profile_type), intent(in) :: profile
+    !> As of qsmpm_principal_law.
+    integer, intent(in) :: dimension, kinematics, rate
+    class(law_type), allocatable, intent(out) :: law
+    type(error_type), allocatable, intent(out) :: error
+    type(material_parameters_type) :: usual
+    type(elastic_model_type) :: elastic
+    type(mohr_coulomb_model_type) :: strong
+    type(profile_model_type) :: model
+    type(profile_law_type), allocatable :: made
+
+    usual = parameters
+    usual%cohesion = reference_strength(profile)
+    call check_parameters(usual, error)
+    if (allocated(error)) return
+    if (usual%mohr_coulomb) then
+      call set_mohr_coulomb(usual, strong)
+      call set_profile_model(strong, usual%cohesion, profile, &
+        trim(merge('cohesion          ', 'undrained_strength', usual%friction_angle > 0.0_wp)), model)
+    else
+      call set_moduli(usual, elastic)
+      call set_profile_model(elastic, usual%cohesion, profile, 'undrained_strength', model)
+    end if
+    allocate (made)
+    call new_principal_law(model, dimension, kinematics, rate, made%law, error)
+    if (allocated(error)) return
+    made%profile = profile
+    made%young = profile%young
+    made%varies_stiffness = varies_stiffness(profile)
+    made%scale = 1.0_wp
+    if (profile%mean_young > 0.0_wp) made%scale = profile%mean_young/made%young
+    made%at = made%law%state_count - merge(1, 0, made%varies_stiffness)
+    call take_description(made)
+    call move_alloc(made, law)
+  end subroutine new_profile_law
+
+  !> What others ask of the law.
+  subroutine take_description(law)
+    type(profile_law_type), intent(inout) :: law
+
+    law%dimension = law%law%dimension
+    law%state_count = law%law%state_count
+    law%state_names = law%law%state_names
+    law%asks_where = law%law%asks_where
+    law%symmetric = law%law%symmetric
+    law%stiffness_scale = law%scale*law%law%stiffness_scale
+    law%shear_scale = law%scale*law%law%shear_scale
+  end subroutine take_description
+
+  !> The share of the elastic tangent is that of the law inside.
+  subroutine blend(self, share)
+    class(profile_law_type), intent(inout) :: self
+    real(wp), intent(in) :: share
+
+    self%elastic_blend = share
+    call self%law%blend(share)
+  end subroutine blend
+
+  !> State of a point at the level of the profile.
+  subroutine start(self, stress, state)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:)
+    real(wp), intent(out) :: state(:)
+    real(wp) :: place(3)
+
+    place = 0.0_wp
+    place(self%profile%along) = self%profile%level
+    call self%start_at(stress, place, state)
+  end subroutine start
+
+  !> State of a point at a place.
+  subroutine start_at(self, stress, place, state)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), place(3)
+    real(wp), intent(out) :: state(:)
+    real(wp) :: ratio
+
+    ratio = 1.0_wp
+    if (self%varies_stiffness) ratio = young_at(self%profile, place)/self%young
+    call self%law%start_at(stress/ratio, place, state)
+    state(self%at) = max(self%profile%least, strength_at(self%profile, place))
+    if (self%varies_stiffness) state(self%at + 1) = ratio*self%young
+  end subroutine start_at
+
+  !> e of a state.
+  pure real(wp) function stiffness_of(self, state) result(ratio)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: state(:)
+
+    ratio = 1.0_wp
+    if (self%varies_stiffness) ratio = state(self%at + 1)/self%young
+  end function stiffness_of
+
+  !> Update a batch.
+  subroutine update(self, batch, tangent)
+    class(profile_law_type), intent(in) :: self
+    type(batch_type), intent(inout) :: batch
+    integer, intent(in) :: tangent
+    real(wp) :: whole(size(batch%stress_start, 1), batch%count), ratio
+    integer :: p
+
+    if (.not. self%varies_stiffness) then
+      call self%law%update(batch, tangent)
+      return
+    end if
+    whole = batch%stress_start(:, :batch%count)
+    do p = 1, batch%count
+      batch%stress_start(:, p) = whole(:, p)/stiffness_of(self, batch%state_start(:, p))
+    end do
+    call self%law%update(batch, tangent)
+    batch%stress_start(:, :batch%count) = whole
+    do p = 1, batch%count
+      ratio = stiffness_of(self, batch%state_start(:, p))
+      batch%stress(:, p) = ratio*batch%stress(:, p)
+      batch%piola(:, p) = ratio*batch%piola(:, p)
+      if (tangent /= tangent_none) batch%tangent(:, :, p) = ratio*batch%tangent(:, :, p)
+    end do
+  end subroutine update
+
+  !> As the law inside.
+  pure integer function fit_count(self)
+    class(profile_law_type), intent(in) :: self
+
+    fit_count = self%law%fit_count()
+  end function fit_count
+
+  !> Fields of stress in the measure of all points.
+  pure subroutine to_fields(self, stress, state, fields)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+    real(wp), intent(out) :: fields(:)
+    real(wp) :: ratio
+    integer :: n
+
+    n = stress_size(self%dimension)
+    ratio = stiffness_of(self, state)
+    call self%law%to_fields(stress/ratio, state, fields)
+    fields(:n) = ratio*fields(:n)
+  end subroutine to_fields
+
+  !> And back; Young's modulus is the last field.
+  pure subroutine from_fields(self, fields, volume_ratio, stress, state)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: fields(:)
+    real(wp), intent(in) :: volume_ratio
+    real(wp), intent(out) :: stress(:), state(:)
+    real(wp) :: own(size(fields)), ratio
+    integer :: n, last
+
+    n = stress_size(self%dimension)
+    last = self%fit_count()
+    ratio = 1.0_wp
+    if (self%varies_stiffness) ratio = max(fields(last)/self%young, epsilon(1.0_wp))
+    own = fields
+    own(:n) = fields(:n)/ratio
+    call self%law%from_fields(own, volume_ratio, stress, state)
+    stress = stiffness_of(self, state)*stress
+  end subroutine from_fields
+
+  !> G of the point.
+  pure real(wp) function shear_modulus(self, stress, state) result(shear)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:)
+
+    shear = stiffness_of(self, state)*self%law%shear_modulus(stress, state)
+  end function shear_modulus
+
+  !> 1/2G of the point.
+  pure function shear_compliance(self, stress, state, volume_ratio, volume_change) result(compliance)
+    class(profile_law_type), intent(in) :: self
+    real(wp), intent(in) :: stress(:), state(:), volume_ratio, volume_change
+    real(wp) :: compliance(2)
+
+    compliance = self%law%shear_compliance(stress, state, volume_ratio, volume_change)/stiffness_of(self, state)
+  end function shear_compliance
+end module qsmpm_profile_law

@@ -1,0 +1,96 @@
+!> Strength profiles against the bodies that have them: no point may have a negative strength, and the log tells the
+!> range that the profile has over the material. The mean of a varying stiffness scales stabilisation from here on.
+module qsmpm_profile_check
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: material_type
+  use qsmpm_law, only: law_type
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: place_of
+  use qsmpm_strength_profile, only: strength_at, varies_stiffness, young_at
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: check_strength_profiles
+
+contains
+
+  !> Check the profiles of all materials.
+  subroutine check_strength_profiles(model, diagnostics)
+    !> The model with its points.
+    type(model_type), intent(inout) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: m
+
+    do m = 1, size(model%analysis%materials)
+      if (model%analysis%materials(m)%strength_profile%given) call check_material(model, m, diagnostics)
+    end do
+  end subroutine check_strength_profiles
+
+  !> One material.
+  subroutine check_material(model, number, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Number of the material.
+    integer, intent(in) :: number
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: strength(2), young(2), place(3), lowest(3), mean(2), value
+    integer :: p
+
+    strength = [huge(1.0_wp), -huge(1.0_wp)]
+    young = strength
+    mean = 0.0_wp
+    associate (material => model%analysis%materials(number), points => model%state%points)
+      do p = 1, points%count
+        if (points%material(p) /= number) cycle
+        place = place_of(points, p)
+        value = strength_at(material%strength_profile, place)
+        if (value < strength(1)) lowest = place
+        strength = [min(strength(1), value), max(strength(2), value)]
+        if (.not. varies_stiffness(material%strength_profile)) cycle
+        value = young_at(material%strength_profile, place)
+        young = [min(young(1), value), max(young(2), value)]
+        mean = mean + points%volume(p)*[1.0_wp, value]
+      end do
+      if (strength(2) < strength(1)) return
+      if (strength(1) < 0.0_wp .or. (varies_stiffness(material%strength_profile) .and. .not. young(1) > 0.0_wp)) then
+        call add_diagnostic(diagnostics, material%profile_where, '*STRENGTH PROFILE', "material '"//material%name// &
+          "': the strength is "//figure(strength(1))//' inside the body, at ('//figure(lowest(1))//', '// &
+          figure(lowest(2))//', '//figure(lowest(3))//'): it must not be negative, nor zero with a STIFFNESS RATIO')
+        return
+      end if
+      if (mean(1) > 0.0_wp) call scale_law(mean(2)/mean(1), material, model%laws(number)%law)
+      model%notes = model%notes//"material '"//material%name//"': strength from "// &
+        figure(max(material%cohesion, strength(1)))//' to '//figure(max(material%cohesion, strength(2)))
+      if (varies_stiffness(material%strength_profile)) model%notes = model%notes//", Young's modulus from "// &
+        figure(young(1))//' to '//figure(young(2))
+      model%notes = model%notes//new_line('a')
+    end associate
+  end subroutine check_material
+
+  !> Let the mean stiffness scale stabilisation, in this law and in one that is made of the material later.
+  pure subroutine scale_law(mean, material, law)
+    real(wp), intent(in) :: mean
+    type(material_type), intent(inout) :: material
+    class(law_type), intent(inout) :: law
+    real(wp) :: before
+
+    before = material%young
+    if (material%strength_profile%mean_young > 0.0_wp) before = material%strength_profile%mean_young
+    law%shear_scale = law%shear_scale*mean/before
+    law%stiffness_scale = law%stiffness_scale*mean/before
+    material%strength_profile%mean_young = mean
+  end subroutine scale_law
+
+  !> A number to four digits.
+  pure function figure(value) result(text)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=16) :: digits
+    real(wp) :: rounded
+
+    write (digits, '(es16.3e3)') value
+    read (digits, *) rounded
+    text = real_text(rounded)
+  end function figure
+end module qsmpm_profile_check

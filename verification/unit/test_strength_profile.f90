@@ -1,0 +1,234 @@
+!> Strength by place: the profiles themselves, the law of a point against the law that has its strength and stiffness,
+!> averages, tangents, and strength that is reduced.
+module test_strength_profile
+  use law_trials, only: elastic, strong, make_law, random_batch, difference_error
+  use qsmpm_error, only: error_type
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: law_type, batch_type, tangent_none, tangent_consistent
+  use qsmpm_law_factory, only: kinematics_logarithmic, kinematics_jaumann, rate_midpoint
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_profile_law, only: new_profile_law
+  use qsmpm_strength_profile, only: strength_profile_type, strength_at, young_at, varies_stiffness, profile_table, &
+    profile_field
+  use qsmpm_undrained_law, only: make_undrained
+  use qsmpm_undrained_parameters, only: undrained_type, water_stiffness
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_strength_profile
+
+  real(wp), parameter :: rounding = 1.0e-11_wp
+  real(wp), parameter :: here(3) = [3.0_wp, -2.0_wp, 0.5_wp]
+
+contains
+
+  subroutine collect_strength_profile(tests)
+    type(tests_type), intent(inout) :: tests
+    integer :: d, k
+
+    call tests%start('strength_profile')
+    call check_values(tests)
+    call check_field(tests)
+    do d = 2, 3
+      do k = kinematics_jaumann, kinematics_logarithmic
+        call check_law(tests, d, k, .false., 1.0_wp)
+        call check_law(tests, d, k, .true., 1.0_wp)
+        call check_law(tests, d, k, .true., 0.7_wp)
+        call check_average(tests, d, k)
+      end do
+    end do
+    call check_elastic(tests)
+    call check_water(tests)
+  end subroutine collect_strength_profile
+
+  !> s = 2 + 1.5 (1 - y), E = 100 s where asked.
+  pure function line(stiff) result(profile)
+    logical, intent(in) :: stiff
+    type(strength_profile_type) :: profile
+
+    profile%given = .true.
+    profile%level = 1.0_wp
+    profile%strength = 2.0_wp
+    profile%gain = 1.5_wp
+    profile%young = 200.0_wp
+    if (stiff) profile%stiffness_ratio = 100.0_wp
+  end function line
+
+  !> Linear profiles and tables.
+  subroutine check_values(tests)
+    type(tests_type), intent(inout) :: tests
+    type(strength_profile_type) :: profile
+
+    profile = line(.true.)
+    call tests%close('linear', strength_at(profile, here), 6.5_wp, rounding)
+    call tests%close('stiffness in proportion', young_at(profile, here), 650.0_wp, rounding)
+    profile%least = 7.0_wp
+    call tests%close('that of the least strength', young_at(profile, here), 700.0_wp, rounding)
+    profile%along = 1
+    call tests%close('along x', strength_at(profile, here), -1.0_wp, rounding)
+    profile = strength_profile_type(given=.true., kind=profile_table)
+    profile%levels = [-4.0_wp, -1.0_wp, 0.0_wp]
+    profile%strengths = [10.0_wp, 4.0_wp, 3.0_wp]
+    profile%moduli = [100.0_wp, 70.0_wp, 10.0_wp]
+    call tests%close('between levels', strength_at(profile, here), 6.0_wp, rounding)
+    call tests%close('stiffness between levels', young_at(profile, here), 80.0_wp, rounding)
+    call tests%close('above', strength_at(profile, [0.0_wp, 5.0_wp, 0.0_wp]), 3.0_wp, rounding)
+    call tests%close('below', strength_at(profile, [0.0_wp, -5.0_wp, 0.0_wp]), 10.0_wp, rounding)
+    call tests%check('stiffness varies', varies_stiffness(profile) .and. .not. varies_stiffness(line(.false.)))
+  end subroutine check_values
+
+  !> Samples come back as they are, linear fields exactly, nothing beyond the samples around.
+  subroutine check_field(tests)
+    type(tests_type), intent(inout) :: tests
+    type(strength_profile_type) :: profile
+    integer :: i
+
+    profile = strength_profile_type(given=.true., kind=profile_field)
+    allocate (profile%places(2, 20), profile%strengths(20))
+    do i = 1, 20
+      profile%places(:, i) = [modulo(0.7_wp*i, 3.1_wp), -modulo(1.3_wp*i, 4.7_wp)]
+      profile%strengths(i) = 3.0_wp + 0.2_wp*profile%places(1, i) - 1.1_wp*profile%places(2, i)
+    end do
+    call tests%close('linear field', strength_at(profile, [1.4_wp, -2.3_wp, 0.0_wp]), 3.0_wp + 0.28_wp + 2.53_wp, &
+      1.0e-8_wp)
+    call tests%check('not beyond the samples', strength_at(profile, [0.0_wp, -40.0_wp, 0.0_wp]) <= &
+      maxval(profile%strengths) .and. strength_at(profile, [0.0_wp, 40.0_wp, 0.0_wp]) >= minval(profile%strengths))
+    profile%strengths(7) = 50.0_wp
+    call tests%close('a sample', strength_at(profile, [profile%places(:, 7), 0.0_wp]), 50.0_wp, rounding)
+    profile%places(1, :) = 0.0_wp
+    profile%strengths = 3.0_wp - 1.1_wp*profile%places(2, :)
+    call tests%close('samples on one line', strength_at(profile, [0.4_wp, -2.3_wp, 0.0_wp]), 5.53_wp, 0.2_wp)
+  end subroutine check_field
+
+  !> The laws of a place by the profile and by parameters of their own, and batches of the same points.
+  subroutine make_both(dimension, kinematics, stiff, factor, law, own, batch, same)
+    integer, intent(in) :: dimension, kinematics
+    logical, intent(in) :: stiff
+    !> Share of the strength.
+    real(wp), intent(in) :: factor
+    class(law_type), allocatable, intent(out) :: law, own
+    type(batch_type), intent(out) :: batch, same
+    type(material_parameters_type) :: parameters
+    type(strength_profile_type) :: profile
+    type(error_type), allocatable :: error
+    integer :: p
+
+    profile = line(stiff)
+    profile%factor = factor
+    parameters = strong(5.0_wp, -1.0_wp)
+    call new_profile_law(parameters, profile, dimension, kinematics, rate_midpoint, law, error)
+    parameters%cohesion = factor*6.5_wp
+    if (stiff) parameters%young = 650.0_wp
+    call make_law(parameters, dimension, kinematics, rate_midpoint, own)
+    call random_batch(own, 60, 0.05_wp, 5.0_wp, same)
+    call random_batch(law, 60, 0.05_wp, 5.0_wp, batch)
+    do p = 1, batch%count
+      call law%start_at(batch%stress_start(:, p), here, batch%state_start(:, p))
+    end do
+  end subroutine make_both
+
+  !> Stress, Q, tangent and state are those of the material that has the strength and stiffness of the place.
+  subroutine check_law(tests, dimension, kinematics, stiff, factor)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: dimension, kinematics
+    logical, intent(in) :: stiff
+    real(wp), intent(in) :: factor
+    class(law_type), allocatable :: law, own
+    type(batch_type) :: batch, same
+    real(wp), allocatable :: tangent(:, :, :)
+    real(wp) :: error
+    integer :: n, compared
+
+    call make_both(dimension, kinematics, stiff, factor, law, own, batch, same)
+    n = own%state_count
+    call law%update(batch, tangent_consistent)
+    call own%update(same, tangent_consistent)
+    call tests%check('some yield, some do not', any(batch%plastic == 1) .and. any(batch%plastic == 0))
+    call tests%close('stress', maxval(abs(batch%stress - same%stress)), 0.0_wp, 1.0e-10_wp)
+    call tests%close('Q', maxval(abs(batch%piola - same%piola)), 0.0_wp, 1.0e-10_wp)
+    call tests%close('tangent', maxval(abs(batch%tangent - same%tangent)), 0.0_wp, 1.0e-8_wp)
+    call tests%check('state of the law inside', all(abs(batch%state(:n, :) - same%state) < rounding))
+    call tests%close('strength', maxval(abs(batch%state(n + 1, :) - 6.5_wp)), 0.0_wp, rounding)
+    call tests%close('the start is left as it was', maxval(abs(batch%stress_start - same%stress_start)), 0.0_wp, 0.0_wp)
+    call tests%close('G', law%shear_modulus(batch%stress(:, 1), batch%state(:, 1)), own%shear_scale, rounding)
+    allocate (tangent, source=batch%tangent)
+    call law%blend(0.25_wp)
+    call own%blend(0.25_wp)
+    call law%update(batch, tangent_consistent)
+    call own%update(same, tangent_consistent)
+    call tests%close('share of the elastic tangent', maxval(abs(batch%tangent - same%tangent)), 0.0_wp, 1.0e-8_wp)
+    call difference_error(law, batch, tangent, error, compared)
+    call tests%close('tangent against differences', error, 0.0_wp, 1.0e-7_wp)
+    associate (ours => law%shear_compliance(batch%stress(:, 1), batch%state(:, 1), 1.1_wp, 1.0_wp), &
+      theirs => own%shear_compliance(same%stress(:, 1), same%state(:, 1), 1.1_wp, 1.0_wp))
+      call tests%close('compliance', maxval(abs(ours - theirs)), 0.0_wp, 1.0e-14_wp)
+    end associate
+  end subroutine check_law
+
+  !> A state comes back from the fields of an average; the mean of two stresses that differ with the stiffness is one.
+  subroutine check_average(tests, dimension, kinematics)
+    type(tests_type), intent(inout) :: tests
+    integer, intent(in) :: dimension, kinematics
+    class(law_type), allocatable :: law, own
+    type(batch_type) :: batch, same
+    real(wp), allocatable :: fields(:, :), stress(:), state(:)
+    integer :: p
+
+    call make_both(dimension, kinematics, .true., 1.0_wp, law, own, batch, same)
+    allocate (fields(law%fit_count(), 2), stress(size(batch%stress, 1)), state(law%state_count))
+    batch%stress_start(4:, :) = 0.0_wp
+    do p = 1, 2
+      call law%start_at(batch%stress_start(:, p), here*p, batch%state_start(:, p))
+      call law%to_fields(batch%stress_start(:, p), batch%state_start(:, p), fields(:, p))
+    end do
+    call law%from_fields(fields(:, 2), 1.0_wp, stress, state)
+    call tests%close('stress comes back', maxval(abs(stress - batch%stress_start(:, 2))), 0.0_wp, rounding)
+    call tests%close('state comes back', maxval(abs(state - batch%state_start(:, 2))), 0.0_wp, 1.0e-10_wp)
+    call law%from_fields(0.5_wp*(fields(:, 1) + fields(:, 2)), 1.0_wp, stress, state)
+    call tests%close('mean stress', maxval(abs(stress - 0.5_wp*sum(batch%stress_start(:, :2), 2))), 0.0_wp, rounding)
+    fields(:, 1) = -fields(:, 1)
+    call law%from_fields(fields(:, 1), 1.0_wp, stress, state)
+    call tests%check('no negative strength nor stiffness', all(state(law%state_count - 1:) > 0.0_wp))
+  end subroutine check_average
+
+  !> Without strength the stiffness alone varies.
+  subroutine check_elastic(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law, own
+    type(error_type), allocatable :: error
+    type(batch_type) :: batch, same
+    integer :: p
+
+    call new_profile_law(elastic(200.0_wp, 0.3_wp), line(.true.), 2, kinematics_logarithmic, rate_midpoint, law, error)
+    call make_law(elastic(650.0_wp, 0.3_wp), 2, kinematics_logarithmic, rate_midpoint, own)
+    call random_batch(law, 20, 0.05_wp, 5.0_wp, batch)
+    call random_batch(own, 20, 0.05_wp, 5.0_wp, same)
+    do p = 1, batch%count
+      call law%start_at(batch%stress_start(:, p), here, batch%state_start(:, p))
+    end do
+    call law%update(batch, tangent_none)
+    call own%update(same, tangent_none)
+    call tests%close('elastic stress', maxval(abs(batch%stress - same%stress)), 0.0_wp, rounding)
+    call tests%close('modulus is kept', maxval(abs(batch%state(law%state_count, :) - 650.0_wp)), 0.0_wp, rounding)
+  end subroutine check_elastic
+
+  !> The stiffness of pore water follows that of the place.
+  subroutine check_water(tests)
+    type(tests_type), intent(inout) :: tests
+    class(law_type), allocatable :: law
+    type(error_type), allocatable :: error
+    type(undrained_type) :: undrained
+    type(batch_type) :: batch
+
+    call new_profile_law(elastic(200.0_wp, 0.3_wp), line(.true.), 2, kinematics_logarithmic, rate_midpoint, law, error)
+    undrained%given = .true.
+    call make_undrained(undrained, law, error)
+    call random_batch(law, 1, 0.0_wp, 0.0_wp, batch)
+    call law%start_at(batch%stress_start(:, 1), here, batch%state_start(:, 1))
+    batch%gradient(1, 1) = exp(-0.01_wp)
+    call law%update(batch, tangent_none)
+    call tests%close('excess pressure', batch%state(law%state_count, 1), &
+      0.01_wp*water_stiffness(undrained, 650.0_wp/2.6_wp, 0.3_wp), 1.0e-9_wp)
+  end subroutine check_water
+end module test_strength_profile
