@@ -4,7 +4,7 @@
 module qsmpm_stages
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &
-    initial_k0
+    initial_keep
   use qsmpm_analysis_lists, only: append
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set
@@ -222,7 +222,7 @@ contains
     scene%phases(number)%duration = kept*scene%phases(number)%duration
     associate (phase => scene%phases(number))
       factor = kept*phase%load_factor
-      if (phase%gravity%given .and. phase%initial%kind /= initial_k0) then
+      if (phase%gravity%given .and. phase%initial%kind == initial_keep) then
         phase%gravity%vector = reached(gravity_before(scene, number), &
           phase%load_factor*phase%gravity%vector, share)/factor
       else if (phase%gravity%given) then
@@ -230,7 +230,7 @@ contains
       end if
       do i = 1, size(phase%tractions)
         associate (traction => phase%tractions(i))
-          if (phase%initial%kind == initial_k0) then
+          if (phase%initial%kind /= initial_keep) then
             traction%pressure = traction%pressure/kept
             traction%gradient = traction%gradient/kept
             traction%vector = traction%vector/kept
@@ -260,7 +260,7 @@ contains
 
     moves_water = .false.
     associate (phase => scene%phases(number))
-      if (phase%initial%kind == initial_k0) return
+      if (phase%initial%kind /= initial_keep) return
       moves_water = size(phase%water_levels) > 0
       do i = 1, size(phase%tractions)
         moves_water = moves_water .or. phase%tractions(i)%of_water

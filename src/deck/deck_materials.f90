@@ -7,6 +7,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_soil_laws, only: add_soil_law_keywords
   use qsmpm_deck_profile, only: add_profile_keyword
   use qsmpm_deck_objects, only: list_materials
+  use qsmpm_deck_k0, only: add_k0_keyword
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
   use qsmpm_deck_undrained, only: add_undrained_keyword
@@ -38,8 +39,7 @@ contains
     call add_undrained_keyword(table)
     call table%add('UNIT WEIGHT', in_material, once, 'Weight per volume; *GRAVITY multiplies '// &
       'it. A material without the card is weightless.', weight_fields, '*UNIT WEIGHT| 18, 20')
-    call table%add('K0', in_material, once, 'Horizontal over vertical stress of the material at the start, in the '// &
-      'place of that of *INITIAL, TYPE=K0.', ratio_fields, '*K0| 0.5')
+    call add_k0_keyword(table)
     call table%add('VOLUMETRIC LOCKING', in_material, once, 'Treatment of volumetric locking: the points '// &
       'of a cell share one pressure. For flow at constant volume and nearly incompressible '// &
       'elasticity; it costs accuracy where the pressure varies smoothly.', locking_fields, &
@@ -119,20 +119,6 @@ contains
         'given', range='[0, inf)', required=.false.)
     end associate
   end subroutine weight_fields
-
-  !> *K0.
-  subroutine ratio_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-    logical :: given
-
-    associate (material => deck%analysis%materials(deck%material))
-      given = material%k0 > 0.0_wp
-      call fields%given(given)
-      call fields%data('ratio')
-      call fields%number('k0', material%k0, 'horizontal over vertical stress', range='(0, inf)')
-    end associate
-  end subroutine ratio_fields
 
   !> *VOLUMETRIC LOCKING.
   subroutine locking_fields(fields, deck)

@@ -1,17 +1,18 @@
 !> Cards of phases: *PHASE, what changes in it, *END PHASE. Loads on surfaces: qsmpm_deck_loads.
 module qsmpm_deck_phases
-  use qsmpm_analysis, only: fixity_type, prescription_type, initial_k0, initial_keep
+  use qsmpm_analysis, only: fixity_type, prescription_type
   use qsmpm_text, only: string_type, add_word, integer_text
   use qsmpm_cards, only: card_type, row_type, word_at
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_controls, only: add_control_keywords
+  use qsmpm_deck_initial, only: add_initial_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
   use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_undrained, only: add_drain_keyword
-  use qsmpm_deck_words, only: bar_list, initial_words, axis_words, phase_words
+  use qsmpm_deck_words, only: bar_list, axis_words, phase_words
   use qsmpm_keyword_table, only: table_type, in_phase, anywhere, once, many
   implicit none
   private
@@ -31,10 +32,7 @@ contains
       'their value times the load factor.', phase_fields, &
       '*PHASE, NAME=raise, LOAD FACTOR=100|*FIX| base, ALL|*GRAVITY| 0, -1|*END PHASE', begin_phase, list=list_phases, &
       opens='phase')
-    call table%add('INITIAL', in_phase, once, 'Stresses at the start of the phase.', initial_fields, &
-      '*INITIAL, TYPE=K0| 10, 0.5', check_initial)
-    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements count from the start of this phase.', &
-      reset_fields, '*RESET DISPLACEMENTS')
+    call add_initial_keywords(table)
     call add_drain_keyword(table)
     call table%add('FIX', in_phase, once, 'Node sets whose displacement is held at zero, or freed again.', fix_fields, &
       '*FIX| base, ALL| sides, X', check_fixities)
@@ -96,42 +94,6 @@ contains
     if (.not. state%in_phase) call state%report_error(card, 'there is no phase to end')
     state%in_phase = .false.
   end subroutine end_phase
-
-  !> *INITIAL.
-  subroutine initial_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-
-    associate (initial => deck%analysis%phases(deck%phase)%initial)
-      call fields%choice('TYPE', initial%kind, bar_list(initial_words), 'KEEP those there are, or K0: vertical '// &
-        'stress from the weight of the bodies above, horizontal stress in proportion, first phase only; its loads '// &
-        'act from the start, and level ground alone is in equilibrium: anything else is refused and starts from a '// &
-        'phase with *GRAVITY', first=initial_keep)
-      call fields%data('surface', when='TYPE=K0')
-      call fields%number('level', initial%surface_level, 'vertical coordinate of the surface; a gap below it '// &
-        'weighs like what is under it')
-      call fields%number('k0', initial%k0, 'horizontal over vertical stress, of materials without *K0', &
-        range='(0, inf)')
-    end associate
-  end subroutine initial_fields
-
-  !> K0 is a start of the first phase.
-  subroutine check_initial(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-
-    if (state%phase > 1 .and. &
-      state%analysis%phases(state%phase)%initial%kind == initial_k0) call state%report_error(card, &
-      'TYPE=K0 is for the first phase: later ones start from the stresses there are')
-  end subroutine check_initial
-
-  !> *RESET DISPLACEMENTS.
-  subroutine reset_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-
-    call fields%given(deck%analysis%phases(deck%phase)%reset_displacements)
-  end subroutine reset_fields
 
   !> *FIX.
   subroutine fix_fields(fields, deck)

@@ -12,6 +12,7 @@ module qsmpm_deck_references
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_stops, only: check_histories, check_stops
   use qsmpm_deck_controls, only: check_limit_compliance
+  use qsmpm_deck_k0, only: check_k0
   use qsmpm_deck_parents, only: check_parents
   use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
@@ -52,6 +53,7 @@ contains
     call check_safety(state)
     call check_starts(state)
     call check_water(state)
+    call check_k0(state)
     call check_limit_compliance(state)
     call check_histories(state)
     call check_stops(state)

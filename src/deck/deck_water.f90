@@ -1,12 +1,13 @@
 !> *WATER LEVEL: the level of the ground water from a phase on.
 module qsmpm_deck_water
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: water_level_type, initial_k0
+  use qsmpm_analysis, only: water_level_type, phase_type, initial_keep
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_objects, only: list_water_levels
   use qsmpm_deck_state, only: deck_state_type, did_you_mean
   use qsmpm_keyword_table, only: table_type, in_phase, many
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
@@ -107,7 +108,6 @@ contains
     logical :: heavy, known
     integer :: p, i, b
 
-    heavy = .false.
     call check_stops(state)
     allocate (bodies(0))
     do b = 1, size(state%analysis%bodies)
@@ -115,7 +115,7 @@ contains
     end do
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        if (phase%gravity%given) heavy = any(abs(phase%gravity%vector) > 0.0_wp)
+        heavy = is_heavy(state%analysis%phases, p)
         do i = 1, size(phase%water_levels)
           associate (level => phase%water_levels(i))
             if (.not. (heavy .or. level%none)) call state%error_from(level%where, 'WATER LEVEL', 'the water has no '// &
@@ -132,6 +132,20 @@ contains
     end do
   end subroutine check_water
 
+  !> Whether there is gravity in a phase or before it.
+  pure logical function is_heavy(phases, number)
+    type(phase_type), intent(in) :: phases(:)
+    integer, intent(in) :: number
+    integer, allocatable :: path(:)
+    integer :: i
+
+    allocate (path, source=lineage(phases, number))
+    is_heavy = .false.
+    do i = 1, size(path)
+      is_heavy = is_heavy .or. any(abs(phases(path(i))%gravity%vector) > 0.0_wp)
+    end do
+  end function is_heavy
+
   !> A phase that may end early does not move water: half way between two levels is no level.
   subroutine check_stops(state)
     type(deck_state_type), intent(inout) :: state
@@ -140,7 +154,7 @@ contains
 
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
-        if (size(phase%stops) == 0 .or. phase%initial%kind == initial_k0) cycle
+        if (size(phase%stops) == 0 .or. phase%initial%kind /= initial_keep) cycle
         moves = size(phase%water_levels) > 0
         do i = 1, size(phase%tractions)
           if (.not. phase%tractions(i)%follows) cycle

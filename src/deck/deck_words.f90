@@ -38,7 +38,8 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: phase_words(2) = [character(len=n) :: 'LOADING', 'SAFETY']
   character(len=n), parameter, public :: geometry_words(2) = [character(len=n) :: 'FIXED', 'MOVING']
   !> From 0.
-  character(len=n), parameter, public :: initial_words(0:1) = [character(len=n) :: 'KEEP', 'K0']
+  character(len=n), parameter, public :: initial_words(0:3) = [character(len=n) :: 'KEEP', 'K0', &
+    'ISOTROPIC', 'GIVEN']
   !> From 0.
   character(len=n), parameter, public :: support_words(0:2) = [character(len=n) :: &
     'FREE', 'NORMAL', 'ALL']

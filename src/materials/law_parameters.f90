@@ -42,6 +42,8 @@ module qsmpm_law_parameters
     logical :: failure_ties_volume = .false., failure_keeps_volume = .false.
     !> Dilatancy angle of failure in degrees.
     real(wp) :: dilatancy_angle = 0.0_wp
+    !> Friction angle in degrees and cohesion of its strength in compression; negative where they are not known.
+    real(wp) :: friction_angle = -1.0_wp, cohesion = -1.0_wp
     !> Stiffness comes of the stress, so that a point should start with one.
     logical :: needs_stress = .false.
   end type law_description_type

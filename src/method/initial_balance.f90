@@ -1,4 +1,4 @@
-!> Whether the stresses that *INITIAL, TYPE=K0 gives are in equilibrium with the loads of the phase.
+!> Whether the stresses that *INITIAL gives are in equilibrium with the loads of the phase.
 !>
 !>   r = f_load - f_held - sum V sigma grad N,   u = K^-1 r,   u_w = K^-1 f_load        (free components, elastic K)
 !>
@@ -7,15 +7,17 @@
 !>
 !> K0 stresses have no shear stress: they balance level layers and nothing else. Under a slope, or below an interface
 !> that is not level, the first step would move the ground by what is missing, and its stresses would be neither K0
-!> nor those of a ground that has been loaded. So such ground is refused. It is judged by the move max|u|, as a share of
-!> max|u_w|, gamma H^2/2M on level ground: the norm of r alone is as large where the rule of a cell does not integrate
-!> a linear stress, which moves the ground a little and hurts nobody.
+!> nor those of a ground that has been loaded. So such ground is refused: by the change of the horizontal stress
+!> along the horizontal over the weight (`measure_slope`), which no mesh blurs, and, for what else may be missing, by
+!> the move max|u| as a share of max|u_w|, gamma H^2/2M on level ground. The norm of r is printed and not judged: it is
+!> as large where the rule of a cell does not integrate a linear stress, which moves the ground a little and hurts
+!> nobody.
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: gather, scatter
   use qsmpm_error, only: error_type, error_not_converged, fail
-  use qsmpm_analysis, only: phase_type
-  use qsmpm_initial_stress, only: reaches_above
+  use qsmpm_analysis, only: phase_type, initial_k0
+  use qsmpm_initial_stress, only: reaches_above, measure_slope
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_integration, only: integration_type, place_of
   use qsmpm_law, only: tangent_elastic
@@ -35,10 +37,15 @@ module qsmpm_initial_balance
 
   !> Move of the ground, as a share of that under its weight, that is worth a warning, and that is refused.
   real(wp), parameter :: warned_from = 1.0e-3_wp, refused = 1.0e-2_wp
+  !> Change of the horizontal stress along the horizontal, as a share of the weight, that is refused.
+  real(wp), parameter :: steepest = 1.0e-3_wp
   !> The level is that of the bodies up to this share of the height.
   real(wp), parameter :: same_level = 1.0e-9_wp
   !> Residual that an iterated solution may leave.
   real(wp), parameter :: digits = 1.0e-6_wp
+
+  character(len=*), parameter :: advice = 'Start from a phase with *GRAVITY alone, without *INITIAL, TYPE=K0, and '// &
+    'begin the next one with *RESET DISPLACEMENTS'
 
   !> How far stresses are from equilibrium.
   type :: balance_type
@@ -51,7 +58,7 @@ module qsmpm_initial_balance
 
 contains
 
-  !> Refuse K0 stresses that are not in equilibrium; say how well they are.
+  !> Refuse initial stresses that are not in equilibrium; say how well they are.
   subroutine check_initial_balance(model, step, phase, observer, error)
     type(model_type), intent(inout) :: model
     !> Scratch of the step; the first step makes use of it.
@@ -64,9 +71,9 @@ contains
     character(len=240) :: text
     character(len=:), allocatable :: kind
 
-    if (reaches_above(model, phase%initial) > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) &
-      call observer%note('warning: material lies up to '//real_text(reaches_above(model, phase%initial))// &
-      ' above the level of *INITIAL, TYPE=K0; its weight counts as that of the ground does')
+    if (phase%initial%kind == initial_k0) call warn_of_material_above(model, phase, observer)
+    if (phase%initial%kind == initial_k0) call check_slope(model, phase, error)
+    if (allocated(error)) return
     call initialise_step(model, step, error)
     if (allocated(error)) return
     call measure_balance(model, step, balance)
@@ -76,15 +83,54 @@ contains
     if (.not. balance%move > refused) then
       kind = ''
       if (balance%move > warned_from) kind = 'warning: '
-      call observer%note(kind//'K0 stresses: '//trim(text))
+      call observer%note(kind//stresses_of(phase)//': '//trim(text))
       return
     end if
     write (text(len_trim(text) + 1:), '(a,3(1x,es11.4))') ', most at', balance%position
-    call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
-      trim(text)//': the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase '// &
-      'is not in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). Start from a phase with '// &
-      '*GRAVITY alone, without *INITIAL, TYPE=K0, and begin the next one with *RESET DISPLACEMENTS')
+    call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
+      ' are not in equilibrium, '//trim(text)//': the ground or a layer of it is not level, *INITIAL gives another '// &
+      'level, a load of the phase is not in them, or too few points integrate the cells (*METHOD, '// &
+      'INTEGRATION=CELL). '//advice)
   end subroutine check_initial_balance
+
+  !> Warn of material above the level of the ground.
+  subroutine warn_of_material_above(model, phase, observer)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: above
+
+    above = reaches_above(model, phase%initial)
+    if (above > same_level*maxval(model%mesh%bounds(:, 2) - model%mesh%bounds(:, 1))) call observer%note( &
+      'warning: material lies up to '//real_text(above)//' above the level of *INITIAL, TYPE=K0; its weight counts '// &
+      'as that of the ground does')
+  end subroutine warn_of_material_above
+
+  !> What the stresses of a phase are called.
+  pure function stresses_of(phase) result(words)
+    type(phase_type), intent(in) :: phase
+    character(len=:), allocatable :: words
+
+    words = 'given stresses'
+    if (phase%initial%kind == initial_k0) words = 'K0 stresses'
+  end function stresses_of
+
+  !> Refuse ground, layers or water that slope.
+  subroutine check_slope(model, phase, error)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    type(error_type), allocatable, intent(out) :: error
+    character(len=200) :: text
+    real(wp) :: slope
+    integer :: worst
+
+    call measure_slope(model, phase%initial, slope, worst)
+    if (.not. slope > steepest) return
+    write (text, '(a,es8.1,a,3(1x,es11.4))') 'their horizontal part varies by ', slope, ' of the weight along the '// &
+      'horizontal, most at', model%state%points%position(:, worst)
+    call fail(error, error_not_converged, "phase '"//phase%name//"': the K0 stresses are not in equilibrium, "// &
+      trim(text)//': ground, a layer or the water is not level there. '//advice)
+  end subroutine check_slope
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
   !> where the equations cannot be solved: the first step tells why.
@@ -107,9 +153,14 @@ contains
     weight = 0.0_wp
     residual = 0.0_wp
     call gather(step%equations, load, weight)
-    if (.not. norm2(weight) > 0.0_wp) return
     call force_before_law(model, step, resistance)
     call gather(step%equations, load - resistance, residual)
+    if (.not. norm2(weight) > 0.0_wp) then
+      ! Without a load nothing but the stresses themselves says what is much.
+      balance%residual = norm2(residual)/max(norm2(resistance), tiny(1.0_wp))
+      balance%move = balance%residual
+      return
+    end if
     balance%residual = norm2(residual)/norm2(weight)
     call add_all_blocks(step%terms, move, step%equations, step%matrix)
     call factorise_system(step%system, step%matrix, error)

@@ -3,7 +3,7 @@
 !> qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, ended_by_limit
+  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, ended_by_limit
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -197,7 +197,7 @@ contains
     call start_phase(model)
     loop%report%lag_warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
-      if (phase%initial%kind == initial_k0) then
+      if (phase%initial%kind /= initial_keep) then
         call check_initial_balance(model, loop%step, phase, observer, error)
         if (allocated(error)) return
         call warn_of_initial_strength(model, observer)

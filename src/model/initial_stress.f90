@@ -1,4 +1,4 @@
-!> Stresses that a phase starts from by *INITIAL, TYPE=K0: level ground under its own weight.
+!> Stresses that a phase starts from by *INITIAL. TYPE=K0: level ground under its own weight.
 !>
 !>   sigma_v = -|g| W(x) + u(x),   sigma_h = K0 sigma_v,   W the weight above the point (qsmpm_overburden)
 !>
@@ -7,47 +7,196 @@
 !> equilibrium then: qsmpm_initial_balance looks whether the ground is.
 module qsmpm_initial_stress
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: initial_stress_type, material_type
+  use qsmpm_analysis, only: initial_stress_type, material_type, initial_k0, initial_isotropic, initial_given
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
-  use qsmpm_pore_water, only: steady_pressure
-  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top
+  use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
+  use qsmpm_stress_at_rest, only: horizontal_at_rest
+  use qsmpm_water_table, only: head_at
+  use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds
   implicit none
   private
 
-  public :: set_k0_stresses, vertical_axis, reaches_above
+  public :: set_initial_stresses, vertical_axis, reaches_above, measure_slope
+
+  !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
+  real(wp), parameter :: inside_box = 0.9_wp
 
 contains
 
-  !> K0 stresses at all material points, and the states of their laws that follow.
-  subroutine set_k0_stresses(model, initial)
+  !> Stresses at all material points as the phase says, and the states of their laws that follow.
+  subroutine set_initial_stresses(model, initial)
     type(model_type), intent(inout) :: model
-    !> Level and K0 of the phase.
     type(initial_stress_type), intent(in) :: initial
-    type(overburden_type) :: overburden
-    real(wp) :: vertical, k0
-    integer :: p, axis
+    integer :: p
 
-    axis = vertical_axis(model)
-    call bodies_from_the_side(model, axis, overburden)
+    select case (initial%kind)
+    case (initial_k0)
+      call set_k0_stresses(model, initial)
+    case (initial_isotropic, initial_given)
+      call set_given_stresses(model, initial)
+    end select
     associate (points => model%state%points)
       do p = 1, points%count
-        vertical = model%loading%gravity_final(axis) &
-          *weight_above(overburden, points%body(p), points%position(:, p), initial%surface_level)
-        vertical = vertical - sign(steady_pressure(model, p), model%loading%gravity_final(axis))
-        k0 = initial%k0
-        if (model%analysis%materials(points%material(p))%k0 > 0.0_wp) &
-          k0 = model%analysis%materials(points%material(p))%k0
-        points%stress(:, p) = 0.0_wp
-        points%stress(1:3, p) = k0*vertical
-        points%stress(axis, p) = vertical
         points%initial_volume(p) = points%volume(p)
         associate (law => model%laws(points%material(p))%law)
           call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate
+  end subroutine set_initial_stresses
+
+  !> Stresses of a table or, the nearest, of a list of places.
+  subroutine set_given_stresses(model, initial)
+    type(model_type), intent(inout) :: model
+    type(initial_stress_type), intent(in) :: initial
+    type(point_bins_type) :: bins
+    real(wp) :: found(6)
+    integer :: p, axis
+    logical :: from_file
+
+    axis = vertical_axis(model)
+    from_file = .false.
+    if (allocated(initial%places)) from_file = initial%kind == initial_given
+    if (from_file) call make_bins(initial%places, bins)
+    associate (points => model%state%points)
+      do p = 1, points%count
+        found = 0.0_wp
+        if (from_file) then
+          found = initial%at_places(:, nearest_in_bins(bins, initial%places, points%position(:, p)))
+        else if (initial%kind == initial_given) then
+          found = table_row(initial%stresses, points%position(axis, p))
+        else
+          found(1:1) = -table_row(initial%pressures, points%position(axis, p))
+          found(2:3) = found(1)
+        end if
+        points%stress(:, p) = found(:size(points%stress, 1))
+      end do
+    end associate
+  end subroutine set_given_stresses
+
+  !> Row of a table at a height: even between the heights given, as at the ends beyond them.
+  pure function table_row(table, height) result(row)
+    !> Height and values (1 + values, n), the heights rising.
+    real(wp), intent(in) :: table(:, :)
+    real(wp), intent(in) :: height
+    real(wp) :: row(size(table, 1) - 1)
+    real(wp) :: share
+    integer :: i
+
+    i = max(1, min(size(table, 2) - 1, count(table(1, :) <= height)))
+    row = table(2:, i)
+    if (i == size(table, 2)) return
+    share = max(0.0_wp, min(1.0_wp, (height - table(1, i))/(table(1, i + 1) - table(1, i))))
+    row = row + share*(table(2:, i + 1) - table(2:, i))
+  end function table_row
+
+  !> K0 stresses at all material points.
+  subroutine set_k0_stresses(model, initial)
+    type(model_type), intent(inout) :: model
+    !> Level and K0 of the phase.
+    type(initial_stress_type), intent(in) :: initial
+    type(overburden_type) :: overburden
+    real(wp) :: vertical
+    integer :: p, axis
+
+    axis = vertical_axis(model)
+    call bodies_from_the_side(model, axis, overburden)
+    associate (points => model%state%points)
+      do p = 1, points%count
+        vertical = vertical_stress(model, overburden, initial, p, points%position(:, p))
+        points%stress(:, p) = 0.0_wp
+        points%stress(1:3, p) = horizontal_stress(model, initial, p, vertical)
+        points%stress(axis, p) = vertical
+      end do
+    end associate
   end subroutine set_k0_stresses
+
+  !> Effective vertical stress at a place in the body of a point.
+  pure real(wp) function vertical_stress(model, overburden, initial, p, position) result(vertical)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: overburden
+    type(initial_stress_type), intent(in) :: initial
+    !> Number of the point.
+    integer, intent(in) :: p
+    !> The place (dimension).
+    real(wp), intent(in) :: position(:)
+
+    associate (gravity => model%loading%gravity_final(overburden%axis), body => model%state%points%body(p))
+      vertical = gravity*weight_above(overburden, body, position, initial%surface_level)
+      associate (water => model%loading%water_final(body))
+        vertical = vertical - gravity*water%unit_weight*head_at(water, position)
+      end associate
+    end associate
+  end function vertical_stress
+
+  !> Effective horizontal stress of a point under a vertical one.
+  pure real(wp) function horizontal_stress(model, initial, p, vertical) result(horizontal)
+    type(model_type), intent(in) :: model
+    type(initial_stress_type), intent(in) :: initial
+    !> Number of the point.
+    integer, intent(in) :: p
+    real(wp), intent(in) :: vertical
+
+    horizontal = -horizontal_at_rest(model%analysis%materials(model%state%points%material(p)), initial%k0, -vertical)
+  end function horizontal_stress
+
+  !> How far K0 stresses are from equilibrium along the horizontal, and at which point: with no shear stress their
+  !> horizontal part must not vary there,
+  !>
+  !>   |d sigma_h/dx| / gamma,   largest over the points, gamma the largest unit weight
+  !>
+  !> by differences over the box of a point, in its body. Where interface, ground or water slope by 1 in n between
+  !> unit weights that differ by g this is K0 g/(n gamma), on whatever mesh.
+  subroutine measure_slope(model, initial, slope, worst)
+    type(model_type), intent(in) :: model
+    type(initial_stress_type), intent(in) :: initial
+    real(wp), intent(out) :: slope
+    !> Number of the point; 0 where nothing slopes.
+    integer, intent(out) :: worst
+    type(overburden_type) :: overburden
+    real(wp) :: heaviest, found
+    integer :: p, d
+
+    slope = 0.0_wp
+    worst = 0
+    call bodies_from_the_side(model, vertical_axis(model), overburden)
+    heaviest = abs(model%loading%gravity_final(overburden%axis))*maxval([overburden%unit_weight, &
+      overburden%saturated_weight])
+    if (.not. heaviest > 0.0_wp) return
+    do p = 1, model%state%points%count
+      do d = 1, model%mesh%dimension
+        if (d == overburden%axis) cycle
+        found = abs(change_along(model, overburden, initial, p, d))/heaviest
+        if (.not. found > slope) cycle
+        slope = found
+        worst = p
+      end do
+    end do
+  end subroutine measure_slope
+
+  !> Change of the horizontal stress along a horizontal axis, between two places of the box of a point that its body
+  !> holds.
+  pure real(wp) function change_along(model, overburden, initial, p, axis) result(change)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: overburden
+    type(initial_stress_type), intent(in) :: initial
+    !> Number of the point.
+    integer, intent(in) :: p
+    integer, intent(in) :: axis
+    real(wp) :: place(model%mesh%dimension, 2), stress(2)
+    integer :: k
+
+    associate (points => model%state%points)
+      do k = 1, 2
+        place(:, k) = points%position(:, p)
+        place(axis, k) = place(axis, k) + merge(-1.0_wp, 1.0_wp, k == 1)*inside_box*points%half_size(axis, p)
+        if (.not. body_holds(overburden, points%body(p), place(:, k))) place(:, k) = points%position(:, p)
+        stress(k) = horizontal_stress(model, initial, p, vertical_stress(model, overburden, initial, p, place(:, k)))
+      end do
+      change = (stress(2) - stress(1))/max(place(axis, 2) - place(axis, 1), tiny(1.0_wp))
+    end associate
+  end function change_along
 
   !> Coordinate along which gravity acts; y without gravity.
   pure integer function vertical_axis(model) result(axis)

@@ -22,6 +22,7 @@ module qsmpm_model_builder
   use qsmpm_phase_start, only: resume_phase
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
+  use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_water_check, only: check_water_levels
   use qsmpm_material_law, only: make_material_law
@@ -181,7 +182,7 @@ contains
       axis = maxloc(abs(phase%gravity%vector(:model%mesh%dimension)), dim=1)
       depth = 0.5_wp*max(0.0_wp, phase%initial%surface_level - minval(model%mesh%coordinates(axis, :)))
       vertical = material%unit_weight*phase%load_factor*phase%gravity%vector(axis)*depth
-      stress(:3) = vertical*merge(material%k0, phase%initial%k0, material%k0 > 0.0_wp)
+      stress(:3) = -horizontal_at_rest(material, phase%initial%k0, -vertical)
       stress(axis) = vertical
     end associate
   end function usual_stress

@@ -2,17 +2,18 @@
 !>
 !> Loads and fixities stay until a later phase changes them; a load given again runs from its former
 !> value to the new one, a prescribed node stays where it is. What a freed fixity or support has carried is lowered to
-!> zero over the phase. The loads of a phase that starts from K0 stresses are in
+!> zero over the phase. The loads of a phase that starts from initial stresses are in
 !> force from its start, because these stresses balance them.
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_k0, phase_safety, support_none
-  use qsmpm_initial_stress, only: set_k0_stresses
+  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
+  use qsmpm_initial_stress, only: set_initial_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_load_path, only: between
   use qsmpm_phase_ends, only: fraction_reached
   use qsmpm_pore_water, only: dry_tables, take_levels, update_pore_pressure
+  use qsmpm_softening, only: softening_state
   use qsmpm_surface_pressure, only: surface_pressure_type, reached_pressure
   use qsmpm_model, only: model_type, loading_type
   use qsmpm_points, only: set_normals, reset_strains
@@ -55,10 +56,27 @@ contains
         model%state%tracers%initial_position = model%state%tracers%position
         call reset_strains(model%state%points)
       end if
-      if (phase%initial%kind == initial_k0) call set_k0_stresses(model, phase%initial)
+      if (phase%initial%kind /= initial_keep) call set_initial_stresses(model, phase%initial)
+      if (phase%reset_strains) call reset_softening(model)
     end associate
     call update_pore_pressure(model)
   end subroutine start_phase
+
+  !> Materials with *SOFTENING have their first strength again.
+  pure subroutine reset_softening(model)
+    type(model_type), intent(inout) :: model
+    integer :: m, i, p
+
+    do m = 1, size(model%laws)
+      if (.not. model%analysis%materials(m)%softening%given .or. .not. allocated(model%laws(m)%law%state_names)) cycle
+      do i = 1, size(model%laws(m)%law%state_names)
+        if (model%laws(m)%law%state_names(i)%text /= softening_state) cycle
+        do p = 1, model%state%points%count
+          if (model%state%points%material(p) == m) model%state%points%state(i, p) = 0.0_wp
+        end do
+      end do
+    end do
+  end subroutine reset_softening
 
   !> What fixities and supports that this phase frees have carried becomes a load that falls to zero; supports that it
   !> changes begin at the present place and normal of their surface, with no force yet.
@@ -205,7 +223,7 @@ contains
           loading%support(s) = phase%supports(i)%kind
       end do
     end do
-    if (phase%initial%kind /= initial_k0) return
+    if (phase%initial%kind == initial_keep) return
     loading%gravity_start = loading%gravity_final
     loading%traction_start = loading%traction_final
     loading%pressure_start = loading%pressure_final

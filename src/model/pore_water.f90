@@ -16,15 +16,13 @@ module qsmpm_pore_water
   use qsmpm_analysis, only: analysis_type, phase_type, water_level_type
   use qsmpm_model, only: model_type
   use qsmpm_points, only: carries_water
+  use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_water_table, only: water_table_type, head_at, slope_at, submerged_share
   implicit none
   private
 
   public :: has_water, has_pore_pressure, vertical_of, dry_tables, take_levels, water_forces, steady_pressure, &
     update_pore_pressure
-
-  !> Name of the state variable that is the excess pore pressure of a law.
-  character(len=*), parameter, public :: excess_name = 'excess_pore_pressure'
 
 contains
 
@@ -201,7 +199,7 @@ contains
     place = 0
     if (.not. allocated(model%laws(m)%law%state_names)) return
     do i = 1, size(model%laws(m)%law%state_names)
-      if (model%laws(m)%law%state_names(i)%text == excess_name) place = i
+      if (model%laws(m)%law%state_names(i)%text == excess_pressure_name) place = i
     end do
   end function excess_place
 end module qsmpm_pore_water

@@ -9,6 +9,7 @@ module qsmpm_water_check
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
+  use qsmpm_phase_tree, only: lineage
   use qsmpm_pore_water, only: has_water, vertical_of, dry_tables, take_levels
   use qsmpm_text, only: real_text
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at
@@ -34,10 +35,9 @@ contains
     if (.not. has_water(model%analysis)) return
     none = 0.0_wp
     call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground)
-    call dry_tables(model%analysis, tables)
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
-        call take_levels(model%analysis, phase, tables)
+        call levels_in_force(model, p, tables)
         do i = 1, size(phase%water_levels)
           if (.not. phase%water_levels(i)%none) call check_reach(model, phase%water_levels(i), tables, diagnostics)
           if (.not. phase%water_levels(i)%none) call check_slope(model, ground, phase%water_levels(i), tables, &
@@ -48,6 +48,23 @@ contains
       end associate
     end do
   end subroutine check_water_levels
+
+  !> Levels at the end of a phase.
+  subroutine levels_in_force(model, number, tables)
+    type(model_type), intent(in) :: model
+    !> Number of the phase.
+    integer, intent(in) :: number
+    !> (bodies)
+    type(water_table_type), allocatable, intent(out) :: tables(:)
+    integer, allocatable :: path(:)
+    integer :: k
+
+    call dry_tables(model%analysis, tables)
+    allocate (path, source=lineage(model%analysis%phases, number))
+    do k = 1, size(path)
+      call take_levels(model%analysis, model%analysis%phases(path(k)), tables)
+    end do
+  end subroutine levels_in_force
 
   !> Height of the mesh along the vertical.
   pure real(wp) function mesh_height(model, axis) result(height)
@@ -179,14 +196,16 @@ contains
     type(overburden_type), intent(in) :: ground
     !> Number of the phase.
     integer, intent(in) :: number, body
+    integer, allocatable :: path(:)
     integer :: i, p, k
 
     pressed = .false.
+    allocate (path, source=lineage(model%analysis%phases, number))
     associate (surface => model%state%surface)
       do k = 1, surface%count
-        do p = 1, number
-          do i = 1, size(model%analysis%phases(p)%tractions)
-            associate (load => model%analysis%phases(p)%tractions(i))
+        do p = 1, size(path)
+          do i = 1, size(model%analysis%phases(path(p))%tractions)
+            associate (load => model%analysis%phases(path(p))%tractions(i))
               if (.not. load%follows .or. model%analysis%surfaces(surface%surface(k))%name /= load%surface) cycle
               pressed = pressed .or. body_holds(ground, body, inner_place(model, ground, k))
             end associate
@@ -242,17 +261,19 @@ contains
     end associate
   end subroutine check_pressures
 
-  !> The last pressure that phases up to one put on a surface.
+  !> The last pressure that a phase and those before it put on a surface.
   pure type(traction_type) function pressure_in_force(model, number, surface) result(load)
     type(model_type), intent(in) :: model
     !> Number of the phase.
     integer, intent(in) :: number
     !> Name of the surface.
     character(len=*), intent(in) :: surface
+    integer, allocatable :: path(:)
     integer :: p, i
 
-    do p = 1, number
-      associate (phase => model%analysis%phases(p))
+    allocate (path, source=lineage(model%analysis%phases, number))
+    do p = 1, size(path)
+      associate (phase => model%analysis%phases(path(p)))
         do i = 1, size(phase%tractions)
           if (phase%tractions(i)%follows .and. phase%tractions(i)%surface == surface) load = phase%tractions(i)
         end do

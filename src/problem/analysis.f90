@@ -22,7 +22,7 @@ module qsmpm_analysis
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
     safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
-    stop_type, water_level_type
+    stop_type, water_level_type, at_rest_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -77,7 +77,7 @@ module qsmpm_analysis
   !> Places, volumes and deformation in the search for a factor of safety: they stay, or follow.
   integer, parameter, public :: geometry_fixed = 1, geometry_moving = 2
   !> How a phase starts its stresses.
-  integer, parameter, public :: initial_keep = 0, initial_k0 = 1
+  integer, parameter, public :: initial_keep = 0, initial_k0 = 1, initial_isotropic = 2, initial_given = 3
   !> Who carries a traction: tracked surface points, or the outermost material points (paper, 3.1).
   integer, parameter, public :: carrier_surface = 1, carrier_points = 2
   !> What a history records: rows of `history_quantities` (qsmpm_history_quantities).
@@ -170,6 +170,18 @@ module qsmpm_analysis
     integer :: points_per_element = 0
   end type body_type
 
+  !> Horizontal stress of a material at the start (qsmpm_stress_at_rest).
+  type :: at_rest_type
+    type(source_line_type) :: where
+    !> K0 of first loading; negative: that of the phase. It is 1 - sin phi.
+    real(wp) :: k0 = -1.0_wp
+    logical :: jaky = .false.
+    !> Largest vertical stress in the past over the present one, and less the present one.
+    real(wp) :: overconsolidation = 1.0_wp, pre_overburden = 0.0_wp
+    !> Poisson's ratio of unloading; negative: that of the material.
+    real(wp) :: poisson = -1.0_wp
+  end type at_rest_type
+
   !> Parameters of one material; the law is chosen by what is present.
   type :: material_type
     character(len=:), allocatable :: name
@@ -180,8 +192,7 @@ module qsmpm_analysis
     real(wp) :: unit_weight = 0.0_wp
     !> The same below the water level; negative: no other.
     real(wp) :: saturated_weight = -1.0_wp
-    !> Horizontal over vertical stress of a K0 start; negative: that of the phase.
-    real(wp) :: k0 = -1.0_wp
+    type(at_rest_type) :: at_rest
     logical :: mohr_coulomb = .false.
     real(wp) :: cohesion = 0.0_wp
     !> Degrees.
@@ -360,9 +371,15 @@ module qsmpm_analysis
   !> How the stresses of a phase start.
   type :: initial_stress_type
     integer :: kind = initial_keep
+    type(source_line_type) :: where
     !> K0 start: level of the horizontal surface and ratio of horizontal to vertical stress.
     real(wp) :: surface_level = 0.0_wp
     real(wp) :: k0 = 1.0_wp
+    !> Height and pressure, compression positive, (2,n); height and stress 11, 22, 33, 12, 13, 23, (7,n).
+    real(wp), allocatable :: pressures(:, :), stresses(:, :)
+    !> CSV file of stresses: path relative to the working directory, places (dimension,n) and stresses (6,n).
+    character(len=:), allocatable :: file
+    real(wp), allocatable :: places(:, :), at_places(:, :)
   end type initial_stress_type
 
   !> How a phase lowers the strength.
@@ -428,7 +445,8 @@ module qsmpm_analysis
     !> Where it ends before its whole load, and by how much a value may be passed, relative to it.
     type(stop_type), allocatable :: stops(:)
     real(wp) :: stop_tolerance = 1.0e-2_wp
-    logical :: reset_displacements = .false.
+    !> Displacements count from its start; softened material has its first strength again.
+    logical :: reset_displacements = .false., reset_strains = .false.
     type(drain_state_type) :: drain_state
   end type phase_type
 

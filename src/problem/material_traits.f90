@@ -29,6 +29,8 @@ contains
       traits%failure_ties_volume = material%mohr_coulomb
       traits%failure_keeps_volume = material%mohr_coulomb .and. .not. material%friction_angle > 0.0_wp
       traits%dilatancy_angle = material%dilatancy_angle
+      if (material%mohr_coulomb) traits%friction_angle = material%friction_angle
+      if (material%mohr_coulomb) traits%cohesion = material%cohesion
     end if
     if (material%undrained%given) traits%poisson = undrained_ratio(material%undrained, traits%poisson)
   end function traits_of

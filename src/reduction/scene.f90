@@ -4,9 +4,10 @@
 !> With *MODEL, TYPE=AUTO what is proved is used; otherwise the verdicts only tell what could be. A
 !> mirror is used unasked only where `reason_against_mirror` has nothing against it.
 module qsmpm_scene
-  use qsmpm_analysis, only: analysis_type, three_dimensional, axisymmetric, mirror_yes, mirror_no
+  use qsmpm_analysis, only: analysis_type, initial_given, three_dimensional, axisymmetric, mirror_yes, mirror_no
   use qsmpm_reduction, only: reduction_type, expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, &
-    reduce_column, reduce_mirror, append_step, move_stops, refuse
+    reduce_column, reduce_mirror, append_step, move_stops, refuse, &
+    place_text
   use qsmpm_prismatic, only: require_prismatic, make_plane
   use qsmpm_revolved, only: revolved_solid_type, require_revolved
   use qsmpm_revolved_half, only: make_revolved
@@ -85,6 +86,10 @@ contains
           check%kind /= reduce_mirror) call refuse(check%reason, "the width of the cells, by which material '"// &
           material%name//"' softens, would be another one")
       end associate
+    end do
+    do m = 1, size(analysis%phases)
+      if (analysis%phases(m)%initial%kind == initial_given) call refuse(check%reason, '*INITIAL, TYPE=GIVEN'// &
+        place_text(analysis%phases(m)%initial%where)//' gives stresses place by place')
     end do
     if (allocated(check%reason)) return
     select case (check%kind)

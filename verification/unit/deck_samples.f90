@@ -263,9 +263,11 @@ contains
     call flag('material kind', a%mohr_coulomb .eqv. b%mohr_coulomb, field)
     call flag('material', all(same_bits( &
       [a%young, a%poisson, a%unit_weight, a%cohesion, a%friction_angle, a%dilatancy_angle, &
-      a%tensile_strength, a%pressure_factor, a%k0], &
+      a%tensile_strength, a%pressure_factor, a%saturated_weight, a%at_rest%k0, a%at_rest%overconsolidation, &
+      a%at_rest%pre_overburden, a%at_rest%poisson], &
       [b%young, b%poisson, b%unit_weight, b%cohesion, b%friction_angle, b%dilatancy_angle, &
-      b%tensile_strength, b%pressure_factor, b%k0])), field)
+      b%tensile_strength, b%pressure_factor, b%saturated_weight, b%at_rest%k0, b%at_rest%overconsolidation, &
+      b%at_rest%pre_overburden, b%at_rest%poisson])), field)
     call flag('cure of locking', a%locking_treatment == b%locking_treatment, field)
   end subroutine compare_materials
 

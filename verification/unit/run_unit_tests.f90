@@ -70,6 +70,7 @@ program run_unit_tests
   use test_outlines, only: collect_outlines
   use test_overburden, only: collect_overburden
   use test_pore_water, only: collect_pore_water
+  use test_initial_stresses, only: collect_initial_stresses
   use test_pushed_material, only: collect_pushed_material
   use test_point_bins, only: collect_point_bins
   use test_equations, only: collect_equations
@@ -192,6 +193,7 @@ program run_unit_tests
   call register('outlines', collect_outlines)
   call register('overburden', collect_overburden)
   call register('pore_water', collect_pore_water)
+  call register('initial_stresses', collect_initial_stresses)
   call register('pushed_material', collect_pushed_material)
   call register('point_bins', collect_point_bins)
   call register('equations', collect_equations)

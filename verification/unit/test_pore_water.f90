@@ -12,9 +12,10 @@ module test_pore_water
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_points, only: points_type, allocate_points, start_water
-  use qsmpm_pore_water, only: update_pore_pressure, excess_name
+  use qsmpm_pore_water, only: update_pore_pressure
   use qsmpm_reduction, only: reduce_column, reduce_mirror
   use qsmpm_stages, only: cut_stage
+  use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_surface_pressure, only: surface_pressure_type, pressure_at, reached_pressure
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at, submerged_share
   use deck_samples, only: joined
@@ -199,7 +200,7 @@ contains
     call make(changed(block_deck('PLANE STRAIN', 'QUAD4', 'STANDARD', ' 18', '|*WATER LEVEL, UNIT WEIGHT=10| 0, 2.4'), &
       '*UNIT WEIGHT', '*MOHR COULOMB| 10, 20, 0|*SOFTENING, LENGTH=10| 1, 10, 0, 0.1|*UNIT WEIGHT'), model)
     model%state%progress%fraction = 1.0_wp
-    model%laws(1)%law%state_names(1)%text = excess_name
+    model%laws(1)%law%state_names(1)%text = excess_pressure_name
     associate (points => model%state%points)
       points%state(1, :) = 3.0_wp
       points%stress = 1.5_wp

@@ -8,7 +8,7 @@
 !> G constant as given, or 3(1 - 2nu)/(2(1 + nu)) K(p) with p at the start of the step. All strains are
 !> logarithmic, so that compression lines are straight in ln v - ln p (Butterfield 1979).
 module qsmpm_cam_clay
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, pi
   use qsmpm_cam_clay_return, only: clay_type, cam_clay_return_type, pressure_of, solve_return, find_derivative, &
     largest_exponent
   use qsmpm_error, only: error_type, fail, error_deck
@@ -79,6 +79,7 @@ contains
     ! On the dry side of the critical state.
     law%may_soften = .true.
     law%needs_stress = .true.
+    law%friction_angle = asin(min(1.0_wp, 3.0_wp*self%slope/(6.0_wp + self%slope)))*180.0_wp/pi
   end function describe
 
   !> Its fields.

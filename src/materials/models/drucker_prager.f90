@@ -64,6 +64,8 @@ contains
     law%associated_flow = .not. self%dilatancy_angle < self%friction_angle
     law%failure_ties_volume = .true.
     law%dilatancy_angle = self%dilatancy_angle
+    law%friction_angle = self%friction_angle
+    law%cohesion = self%cohesion
     law%failure_keeps_volume = .not. self%friction_angle > 0.0_wp
   end function describe
 

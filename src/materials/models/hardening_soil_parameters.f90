@@ -57,6 +57,8 @@ contains
     law%has_strength = .true.
     law%associated_flow = .false.
     law%dilatancy_angle = self%dilatancy_angle
+    law%friction_angle = self%friction_angle
+    law%cohesion = self%cohesion
   end function describe
 
   !> Its fields.

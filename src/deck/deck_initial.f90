@@ -1,0 +1,152 @@
+!> *INITIAL and *RESET DISPLACEMENTS: what a phase starts from.
+module qsmpm_deck_initial
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: initial_stress_type, initial_k0, initial_keep, initial_isotropic, initial_given
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_state, only: deck_state_type, beside_deck
+  use qsmpm_deck_words, only: bar_list, initial_words
+  use qsmpm_error, only: error_type
+  use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_stress_file, only: read_stress_file
+  implicit none
+  private
+
+  public :: add_initial_keywords
+
+contains
+
+  !> *INITIAL, *RESET DISPLACEMENTS.
+  subroutine add_initial_keywords(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('INITIAL', in_phase, once, 'Effective stresses at the start of the first phase, whose loads act '// &
+      'from its start: they balance the stresses, or the phase is refused.', initial_fields, &
+      '*INITIAL, TYPE=K0| 10, 0.5|*INITIAL, TYPE=ISOTROPIC| 0, 100', check_initial)
+    call table%add('RESET DISPLACEMENTS', in_phase, once, 'Displacements and the strains that results show count '// &
+      'from the start of this phase.', reset_fields, '*RESET DISPLACEMENTS')
+  end subroutine add_initial_keywords
+
+  !> *INITIAL.
+  subroutine initial_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (initial => deck%analysis%phases(deck%phase)%initial)
+      call fields%line(initial%where)
+      call fields%choice('TYPE', initial%kind, bar_list(initial_words), 'KEEP those there are. K0: vertical '// &
+        'stress from the weight of the bodies and the water above, horizontal stress in proportion; level ground '// &
+        'alone is in equilibrium: anything else is refused and starts from a phase with *GRAVITY. ISOTROPIC: a '// &
+        'pressure by height. GIVEN: all components by height or from a file', first=initial_keep)
+      call fields%file('INPUT', initial%file, 'CSV file of stresses, relative to the deck, in place of data lines: '// &
+        'first line `x,y,s11,s22,s33,s12`, then a row for each place; a point takes those of the nearest', &
+        needs='TYPE=GIVEN')
+      call fields%data('surface', when='TYPE=K0')
+      call fields%number('level', initial%surface_level, 'vertical coordinate of the surface; a gap below it '// &
+        'weighs like what is under it')
+      call fields%number('k0', initial%k0, 'horizontal over vertical stress, of materials without *K0', &
+        range='(0, inf)')
+      call pressure_rows(fields, initial%pressures)
+      call fields%data('nothing: the file has them', 0, 0, when='INPUT')
+      call stress_rows(fields, initial%stresses)
+    end associate
+  end subroutine initial_fields
+
+  !> A pressure by height.
+  subroutine pressure_rows(fields, table)
+    class(card_fields_type), intent(inout) :: fields
+    real(wp), allocatable, intent(inout) :: table(:, :)
+    integer :: i, n
+
+    n = 0
+    if (allocated(table)) n = size(table, 2)
+    call fields%data('pressures by height, upwards; even between and beyond', 1, huge(1), when='TYPE=ISOTROPIC', rows=n)
+    if (.not. fields%writing) then
+      if (allocated(table)) deallocate (table)
+      allocate (table(2, n), source=0.0_wp)
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')
+      call fields%number('p', table(2, i), 'pressure, compression positive')
+    end do
+  end subroutine pressure_rows
+
+  !> Stresses by height.
+  subroutine stress_rows(fields, table)
+    class(card_fields_type), intent(inout) :: fields
+    real(wp), allocatable, intent(inout) :: table(:, :)
+    integer :: i, n
+
+    n = 0
+    if (allocated(table)) n = size(table, 2)
+    call fields%data('stresses by height, upwards; even between and beyond', 1, huge(1), when='TYPE=GIVEN', rows=n)
+    if (.not. fields%writing) then
+      if (allocated(table)) deallocate (table)
+      allocate (table(7, n), source=0.0_wp)
+    end if
+    do i = 1, n
+      call fields%row(i)
+      call fields%number('y', table(1, i), 'height: the coordinate along which gravity acts, y without gravity')
+      call fields%number('s11', table(2, i), 'stress, tension positive')
+      call fields%number('s22', table(3, i), 'stress')
+      call fields%number('s33', table(4, i), 'stress')
+      call fields%number('s12', table(5, i), 'shear stress')
+      call fields%number('s13', table(6, i), 'shear stress', third=.true.)
+      call fields%number('s23', table(7, i), 'shear stress', third=.true.)
+    end do
+  end subroutine stress_rows
+
+  !> Stresses are a start of the first phase; heights rise; the file is read.
+  subroutine check_initial(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    associate (initial => state%analysis%phases(state%phase)%initial)
+      if (state%phase > 1 .and. initial%kind /= initial_keep) call state%report_error(card, 'TYPE='// &
+        trim(initial_words(initial%kind))//' is for the first phase: later ones start from the stresses there are')
+      if (initial%kind == initial_isotropic) call check_heights(card, initial%pressures, state)
+      if (initial%kind == initial_given .and. .not. card%has('INPUT')) call check_heights(card, initial%stresses, state)
+      if (initial%kind == initial_given .and. card%has('INPUT')) call read_file(card, initial, state)
+    end associate
+  end subroutine check_initial
+
+  !> The heights of a table rise.
+  subroutine check_heights(card, table, state)
+    type(card_type), intent(in) :: card
+    !> Heights in the first row.
+    real(wp), intent(in) :: table(:, :)
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    if (.not. card%is_right()) return
+    do i = 2, size(table, 2)
+      if (.not. table(1, i) > table(1, i - 1)) call state%error_at(card, card%rows(i), 'y does not increase')
+    end do
+  end subroutine check_heights
+
+  !> Stresses of a file.
+  subroutine read_file(card, initial, state)
+    type(card_type), intent(in) :: card
+    type(initial_stress_type), intent(inout) :: initial
+    type(deck_state_type), intent(inout) :: state
+    type(error_type), allocatable :: error
+
+    initial%file = beside_deck(card, 'INPUT')
+    call read_stress_file(initial%file, state%dimension, initial%places, initial%at_places, error)
+    if (allocated(error)) call state%report_error(card, error%message)
+  end subroutine read_file
+
+  !> *RESET DISPLACEMENTS.
+  subroutine reset_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (phase => deck%analysis%phases(deck%phase))
+      call fields%given(phase%reset_displacements)
+      call fields%answer('STRAINS', phase%reset_strains, 'YES also sets to zero the plastic shear strain by which '// &
+        'materials with *SOFTENING have lost strength: they start with their first one. Stresses and all other '// &
+        'state variables stay')
+    end associate
+  end subroutine reset_fields
+end module qsmpm_deck_initial

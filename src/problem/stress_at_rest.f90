@@ -1,0 +1,83 @@
+!> The horizontal stress of ground at rest under its vertical stress (both effective, compression positive):
+!>
+!>   sigma_h = K0nc sigma_p - (sigma_p - sigma_v) nu/(1 - nu),     sigma_p = OCR sigma_v  or  sigma_v + POP
+!>
+!> the largest vertical stress that the ground has carried by K0 of first loading, less what elastic unloading to the
+!> present one takes away: K0 = K0nc OCR - (OCR - 1) nu/(1 - nu). K0nc is a value or, after Jaky, 1 - sin phi.
+module qsmpm_stress_at_rest
+  use qsmpm_kinds, only: wp, pi
+  use qsmpm_analysis, only: material_type
+  use qsmpm_law_parameters, only: law_description_type
+  use qsmpm_material_traits, only: traits_of
+  implicit none
+  private
+
+  public :: has_ratio, first_loading_ratio, horizontal_at_rest, passive_ratio, unloading_poisson
+
+contains
+
+  !> Whether a material has a K0 of its own.
+  pure logical function has_ratio(material)
+    type(material_type), intent(in) :: material
+
+    has_ratio = material%at_rest%jaky .or. material%at_rest%k0 > 0.0_wp
+  end function has_ratio
+
+  !> K0 of first loading.
+  pure real(wp) function first_loading_ratio(material, default) result(ratio)
+    type(material_type), intent(in) :: material
+    !> That of materials which have none of their own.
+    real(wp), intent(in) :: default
+    type(law_description_type) :: traits
+
+    ratio = default
+    if (material%at_rest%k0 > 0.0_wp) ratio = material%at_rest%k0
+    if (.not. material%at_rest%jaky) return
+    traits = traits_of(material)
+    ratio = 1.0_wp - sin(traits%friction_angle*pi/180.0_wp)
+  end function first_loading_ratio
+
+  !> Horizontal stress of a vertical one.
+  pure real(wp) function horizontal_at_rest(material, default, vertical) result(horizontal)
+    type(material_type), intent(in) :: material
+    !> K0 of materials which have none of their own.
+    real(wp), intent(in) :: default
+    !> Compression positive, as the result.
+    real(wp), intent(in) :: vertical
+    real(wp) :: past, poisson
+
+    associate (rest => material%at_rest)
+      past = rest%overconsolidation*vertical + rest%pre_overburden
+      horizontal = first_loading_ratio(material, default)*past
+      if (.not. (rest%overconsolidation > 1.0_wp .or. rest%pre_overburden > 0.0_wp)) return
+      poisson = unloading_poisson(material)
+      horizontal = horizontal - (past - vertical)*poisson/(1.0_wp - poisson)
+    end associate
+  end function horizontal_at_rest
+
+  !> Poisson's ratio of elastic unloading: that of *K0, else of the drained material; 0 where it is not known.
+  pure real(wp) function unloading_poisson(material) result(poisson)
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+
+    poisson = material%poisson
+    if (allocated(material%soil_law)) then
+      traits = material%soil_law%describe()
+      poisson = traits%poisson
+    end if
+    if (material%at_rest%poisson >= 0.0_wp) poisson = material%at_rest%poisson
+  end function unloading_poisson
+
+  !> Passive ratio (1 + sin phi)/(1 - sin phi) of a material whose strength is friction alone; huge for others.
+  pure real(wp) function passive_ratio(material) result(ratio)
+    type(material_type), intent(in) :: material
+    type(law_description_type) :: traits
+    real(wp) :: sine
+
+    ratio = huge(1.0_wp)
+    traits = traits_of(material)
+    if (.not. (traits%friction_angle > 0.0_wp .and. abs(traits%cohesion) <= 0.0_wp)) return
+    sine = sin(traits%friction_angle*pi/180.0_wp)
+    ratio = (1.0_wp + sine)/(1.0_wp - sine)
+  end function passive_ratio
+end module qsmpm_stress_at_rest

@@ -1,0 +1,222 @@
+!> Initial stresses beside K0 by value: Jaky, overconsolidation, tables and files, what slopes, and softened soil made
+!> whole again.
+module test_initial_stresses
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, material_type
+  use qsmpm_deck, only: parse_deck, message_list_type, message_text
+  use qsmpm_error, only: error_type
+  use qsmpm_initial_stress, only: measure_slope
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_reduction, only: reduce_column
+  use qsmpm_stress_at_rest, only: horizontal_at_rest, passive_ratio
+  use deck_samples, only: joined
+  use scene_samples, only: changed, layers_deck, outcome
+  use scratch_folder, only: make_folder, remove_folder
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_initial_stresses
+
+  real(wp), parameter :: rounding = 1.0e-12_wp
+
+contains
+
+  !> All checks.
+  subroutine collect_initial_stresses(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('initial_stresses')
+    call check_ratios(tests)
+    call check_slopes(tests)
+    call check_tables(tests)
+    call check_file(tests)
+    call check_softened(tests)
+    call check_reduction(tests)
+  end subroutine collect_initial_stresses
+
+  !> Horizontal stress of a value, of Jaky, of OCR and of POP; the passive ratio of friction alone.
+  subroutine check_ratios(tests)
+    type(tests_type), intent(inout) :: tests
+    type(material_type) :: material
+
+    material%poisson = 0.2_wp
+    material%mohr_coulomb = .true.
+    material%friction_angle = 30.0_wp
+    call tests%close('K0 of the phase', horizontal_at_rest(material, 0.7_wp, 100.0_wp), 70.0_wp, rounding*100)
+    material%at_rest%jaky = .true.
+    call tests%close('Jaky', horizontal_at_rest(material, 0.7_wp, 100.0_wp), 50.0_wp, rounding*100)
+    material%at_rest%overconsolidation = 3.0_wp
+    call tests%close('OCR: K0nc OCR - (OCR - 1) nu/(1 - nu)', horizontal_at_rest(material, 0.7_wp, 100.0_wp), &
+      100.0_wp*(0.5_wp*3.0_wp - 2.0_wp*0.25_wp), rounding*100)
+    material%at_rest%poisson = 0.0_wp
+    call tests%close('nu of the card', horizontal_at_rest(material, 0.7_wp, 100.0_wp), 150.0_wp, rounding*100)
+    material%at_rest%poisson = -1.0_wp
+    material%at_rest%overconsolidation = 1.0_wp
+    material%at_rest%pre_overburden = 40.0_wp
+    call tests%close('POP', horizontal_at_rest(material, 0.7_wp, 100.0_wp), 0.5_wp*140.0_wp - 40.0_wp*0.25_wp, &
+      rounding*100)
+    material%at_rest%jaky = .false.
+    material%at_rest%k0 = 0.6_wp
+    call tests%close('a value', horizontal_at_rest(material, 0.7_wp, 0.0_wp), 0.6_wp*40.0_wp - 10.0_wp, rounding*100)
+    call tests%close('passive ratio', passive_ratio(material), 3.0_wp, rounding*10)
+    material%cohesion = 1.0_wp
+    call tests%check('none with cohesion', passive_ratio(material) > 1.0e9_wp)
+  end subroutine check_ratios
+
+  !> What is missing along the horizontal: an interface of 1 in 5 between 10 and 20, water of 1 in 10, level ground.
+  subroutine check_slopes(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%close('level layers', slope_of(layers('0, 2| 10, 2', '')), 0.0_wp, rounding)
+    call tests%close('an interface of 1 in 5', slope_of(layers('0, 1| 10, 3', '')), 0.5_wp*10.0_wp/5.0_wp/20.0_wp, &
+      1.0e-9_wp)
+    call tests%close('water of 1 in 10', slope_of(layers('0, 2| 10, 2', '*WATER LEVEL, UNIT WEIGHT=10| 0, 3.2| 10, 2.2')), &
+      0.5_wp*10.0_wp/10.0_wp/20.0_wp, 1.0e-9_wp)
+    call tests%close('the water of PLAXIS, saturated soil above moist', slope_of(changed(layers('0, 2| 10, 2', &
+      '*WATER LEVEL, UNIT WEIGHT=10| 0, 3.2| 10, 2.2'), 'UNIT WEIGHT| 10|', 'UNIT WEIGHT| 10, 12|')), &
+      0.5_wp*8.0_wp/10.0_wp/20.0_wp, 1.0e-9_wp)
+  end subroutine check_slopes
+
+  !> Ground of 4 over 10: 20 below an interface, 10 above it.
+  function layers(interface_line, water) result(deck)
+    !> Two corners with a bar between them, and cards.
+    character(len=*), intent(in) :: interface_line, water
+    character(len=:), allocatable :: deck, right
+
+    right = interface_line(index(interface_line, '|') + 1:)
+    deck = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 10, 10| Y, 0, 5, 5|*MATERIAL, NAME=heavy|*ELASTIC|'// &
+      ' 1e4, 0.3|*UNIT WEIGHT| 20|*MATERIAL, NAME=light|*ELASTIC| 1e4, 0.3|*UNIT WEIGHT| 10|'// &
+      '*BODY, NAME=low, MATERIAL=heavy, SHAPE=POLYGON| 0, 0| 10, 0|'//right//'|'// &
+      interface_line(:index(interface_line, '|'))//'*BODY, NAME=up, MATERIAL=light, SHAPE=POLYGON|'//interface_line// &
+      '| 10, 4| 0, 4|*NSET, NSET=base, PLANE=Y| 0|*PHASE, NAME=start|*INITIAL, TYPE=K0| 4, 0.5|*FIX| base, ALL|'// &
+      '*GRAVITY| 0, -1|'
+    if (len(water) > 0) deck = deck//water//'|'
+    deck = joined(deck//'*END PHASE|')
+  end function layers
+
+  !> What slopes in a deck.
+  real(wp) function slope_of(deck) result(slope)
+    character(len=*), intent(in) :: deck
+    type(model_type) :: model
+    integer :: worst
+
+    call make(deck, model)
+    call measure_slope(model, model%analysis%phases(1)%initial, slope, worst)
+  end function slope_of
+
+  !> Stresses by height, even between the heights and beyond them.
+  subroutine check_tables(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    real(wp) :: off
+    integer :: p
+
+    call make(block('*INITIAL, TYPE=ISOTROPIC| 0.5, 40| 1.5, 20'), model)
+    associate (points => model%state%points)
+      off = 0.0_wp
+      do p = 1, points%count
+        associate (pressure => 40.0_wp - 20.0_wp*max(0.0_wp, min(1.0_wp, points%position(2, p) - 0.5_wp)))
+          off = max(off, maxval(abs(points%stress(:, p) + pressure*[1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp])))
+        end associate
+      end do
+    end associate
+    call tests%close('a pressure by height', off, 0.0_wp, rounding*100)
+    call make(block('*INITIAL, TYPE=GIVEN| 0, -1, -2, -3, 4| 2, -3, -4, -5, 2'), model)
+    off = 0.0_wp
+    do p = 1, model%state%points%count
+      associate (y => model%state%points%position(2, p), stress => model%state%points%stress(:, p))
+        off = max(off, maxval(abs(stress - [-1.0_wp - y, -2.0_wp - y, -3.0_wp - y, 4.0_wp - y])))
+      end associate
+    end do
+    call tests%close('all components by height', off, 0.0_wp, rounding*100)
+  end subroutine check_tables
+
+  !> A point takes the stress of the nearest place of a file, whatever the order of its columns.
+  subroutine check_file(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: directory
+    type(model_type) :: model
+    real(wp) :: off
+    integer :: unit, p
+
+    call make_folder(directory)
+    open (newunit=unit, file=directory//'/s.csv', action='write')
+    write (unit, '(a)') 'name,y,x,s22,s12', 'a,1,0.5,-7,1', 'b,1,1.5,-9,2'
+    close (unit)
+    call make(block('*INITIAL, TYPE=GIVEN, INPUT='//directory//'/s.csv'), model)
+    off = 0.0_wp
+    do p = 1, model%state%points%count
+      associate (x => model%state%points%position(1, p), stress => model%state%points%stress(:, p))
+        off = max(off, maxval(abs(stress - merge([0.0_wp, -7.0_wp, 0.0_wp, 1.0_wp], [0.0_wp, -9.0_wp, 0.0_wp, &
+          2.0_wp], x < 1.0_wp))))
+      end associate
+    end do
+    call tests%close('stresses of a file', off, 0.0_wp, rounding)
+    call remove_folder(directory)
+  end subroutine check_file
+
+  !> *RESET DISPLACEMENTS alone leaves the strain by which a material has softened, STRAINS=YES does not.
+  subroutine check_softened(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=:), allocatable :: deck
+    integer :: turn
+
+    deck = changed(block(''), '*UNIT WEIGHT', '*MOHR COULOMB| 10, 20, 0|*SOFTENING, LENGTH=10| 1, 10, 0, 0.1|*UNIT WEIGHT')
+    do turn = 1, 2
+      if (turn == 2) deck = changed(deck, 'DISPLACEMENTS', 'DISPLACEMENTS, STRAINS=YES')
+      call make(deck, model)
+      model%state%points%state = 0.25_wp
+      model%state%progress%phase = 2
+      call start_phase(model)
+      associate (state => model%state%points%state)
+        call tests%close(merge('the strain stays    ', 'and is set to zero  ', turn == 1), &
+          maxval(abs(state(size(state, 1), :))), merge(0.25_wp, 0.0_wp, turn == 1), rounding)
+        call tests%check('nothing else is', all(abs(state(:size(state, 1) - 1, :) - 0.25_wp) <= rounding))
+      end associate
+    end do
+  end subroutine check_softened
+
+  !> Stresses by height hold in a column; given ones are not looked through.
+  subroutine check_reduction(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: deck
+
+    deck = changed(layers_deck(), '*PHASE, NAME=load|', '*PHASE, NAME=load|*INITIAL, TYPE=ISOTROPIC| 0, 10|')
+    call tests%check('a column of isotropic stresses', index(outcome(deck, reduce_column, 1), 'used') > 0)
+    deck = changed(deck, 'TYPE=ISOTROPIC| 0, 10|', 'TYPE=GIVEN| 0, 10, 0, 0, 0|')
+    call tests%check('not of given ones', index(outcome(deck, reduce_column, 1), 'place by place') > 0)
+  end subroutine check_reduction
+
+  !> A block of two phases, the second with *RESET DISPLACEMENTS.
+  function block(initial) result(deck)
+    character(len=*), intent(in) :: initial
+    character(len=:), allocatable :: deck
+
+    deck = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 2, 2| Y, 0, 2, 2|*MATERIAL, NAME=soil|*ELASTIC|'// &
+      ' 1e4, 0.3|*UNIT WEIGHT| 20|*BODY, NAME=all, MATERIAL=soil, SHAPE=ALL|*NSET, NSET=base, PLANE=Y| 0|'// &
+      '*PHASE, NAME=start|*FIX| base, ALL|'
+    if (len(initial) > 0) deck = deck//initial//'|'
+    deck = joined(deck//'*END PHASE|*PHASE, NAME=next|*RESET DISPLACEMENTS|*END PHASE|')
+  end function block
+
+  !> Build the model of a deck and begin its first phase.
+  subroutine make(deck, model)
+    character(len=*), intent(in) :: deck
+    type(model_type), intent(out) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('test.inp', deck, analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) then
+      print '(a)', message_text(messages), error%message
+      error stop 'the deck of the test is not good'
+    end if
+    call start_phase(model)
+  end subroutine make
+end module test_initial_stresses
