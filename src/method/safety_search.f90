@@ -28,8 +28,11 @@ module qsmpm_safety_search
 
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 20
-  !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load.
-  real(wp), parameter :: largest_fade = 0.1_wp
+  !> Re-equilibrations of a try, at most: after six the stabilisation is as weak as it may be.
+  integer, parameter :: most_reequilibrations = 8
+  !> Factor on the stabilisation from one re-equilibration to the next, at most: every try is near a limit load. What
+  !> it may carry, at most: a run-out may allow more.
+  real(wp), parameter :: largest_fade = 0.1_wp, largest_share = 5.0e-3_wp
 
 contains
 
@@ -50,6 +53,8 @@ contains
     search = phase
     search%controls%damping = .false.
     search%controls%stabilisation_fade = min(largest_fade, phase%controls%stabilisation_fade)
+    search%controls%max_reequilibrations = min(most_reequilibrations, phase%controls%max_reequilibrations)
+    search%controls%stabilisation_share = min(largest_share, phase%controls%stabilisation_share)
     search%controls%in_place = phase%safety%geometry == geometry_fixed
     before = model%state%progress%strength_factor
     do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance))

@@ -44,7 +44,7 @@ contains
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
-    type(phase_row_type), allocatable :: rows(:)
+    type(phase_row_type) :: rows(size(analysis%phases))
     character(len=:), allocatable :: text
     integer :: p
 
@@ -143,7 +143,7 @@ contains
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
-    type(phase_row_type), allocatable :: rows(:)
+    type(phase_row_type) :: rows(size(analysis%phases))
     type(phase_end_type) :: ended
     integer :: p
 
@@ -192,12 +192,11 @@ contains
   subroutine read_rows(directory, analysis, rows, error)
     character(len=*), intent(in) :: directory
     type(analysis_type), intent(in) :: analysis
-    type(phase_row_type), allocatable, intent(out) :: rows(:)
+    type(phase_row_type), intent(out) :: rows(:)
     type(error_type), allocatable, intent(out) :: error
     character(len=:), allocatable :: text
     integer :: start, last
 
-    allocate (rows(size(analysis%phases)))
     call read_text(directory//'/curves.csv', text, error)
     if (allocated(error)) return
     start = index(text, newline) + 1
