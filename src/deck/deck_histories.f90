@@ -22,9 +22,9 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
-      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE are '// &
-      'those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME is '// &
-      'that of a body; RUNOUT how far the front of a body has moved along an axis. *STOP ends a phase by one.', &
+      'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
+      'are those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME '// &
+      'is that of a body; RUNOUT how far the front of a body has moved along an axis. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &

@@ -46,8 +46,8 @@ contains
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'the material points carry no strains; '// &
           '*FIELD, STRAIN gives them')
         if (histories(i)%quantity == quantity_pore_pressure .and. .not. has_pore_pressure(model)) &
-          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER LEVEL '// &
-          'nor *UNDRAINED')
+          call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
+          'LEVEL nor *UNDRAINED')
         if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
         if (.not. traced(i)) cycle
         n = n + 1
