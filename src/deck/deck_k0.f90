@@ -119,7 +119,7 @@ contains
     normal = material
     normal%at_rest%pre_overburden = 0.0_wp
     ratio = horizontal_at_rest(normal, default, 1.0_wp)
-    if (ratio > 0.0_wp .and. ratio <= passive_ratio(material)*(1.0_wp + rounding)) return
+    if (ratio > 0.0_wp .and. ratio*(1.0_wp - rounding) <= passive_ratio(material)) return
     if (ratio > 0.0_wp) then
       call report("K0 = "//real_text(ratio)//" of material '"//material%name//"' is above its passive ratio, "// &
         real_text(passive_ratio(material)))

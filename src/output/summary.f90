@@ -50,7 +50,7 @@ contains
 
     call read_rows(directory, analysis, rows, error)
     if (allocated(error)) return
-    text = '{'//newline//'  "job": '//json_string(analysis%job)//','//newline//'  "phases": ['
+    text = '{'//newline//'  "phases": ['
     do p = 1, size(rows)
       if (p > 1) text = text//','
       text = text//newline//phase_json(analysis, p, rows(p), end_of_phase(model%state%progress, p), &
@@ -71,9 +71,9 @@ contains
     character(len=:), allocatable :: text
     integer :: i
 
-    text = '    {"name": '//json_string(analysis%phases(phase)%name)//', '//parent_json(analysis, phase)// &
+    text = '    {"name": '//json_string(name_of(analysis, phase))//', '//parent_json(analysis, phase)// &
       factor_json(factor)//'"ended_by": '// &
-      json_string(trim(reasons(ended%reason)))//', "load_factor": '//real_text(row%load_factor)//','//newline// &
+      json_string(trim(reason_of(ended, factor)))//', "load_factor": '//real_text(row%load_factor)//','//newline// &
       '     "steps": '//integer_text(row%steps)//', "iterations": '//integer_text(row%iterations)// &
       ', "out_of_balance": '//real_text(row%out_of_balance)//', "largest_displacement": '// &
       real_text(ended%displacement)//','//newline//'     "histories": {'
@@ -99,6 +99,27 @@ contains
       if (nint(model%state%progress%factors(1, i)) == phase) factor = model%state%progress%factors(2:3, i)
     end do
   end function factor_of
+
+  !> How a phase has ended, in words.
+  pure function reason_of(ended, factor) result(words)
+    type(phase_end_type), intent(in) :: ended
+    !> Factor of safety; zeros for none.
+    real(wp), intent(in) :: factor(2)
+    character(len=10) :: words
+
+    words = reasons(ended%reason)
+    if (factor(1) > 0.0_wp) words = 'factor'
+  end function reason_of
+
+  !> Name of a phase; its number where a program has given it none.
+  pure function name_of(analysis, phase) result(name)
+    type(analysis_type), intent(in) :: analysis
+    integer, intent(in) :: phase
+    character(len=:), allocatable :: name
+
+    name = integer_text(phase)
+    if (allocated(analysis%phases(phase)%name)) name = analysis%phases(phase)%name
+  end function name_of
 
   !> The phase that a phase starts from, where the deck names it.
   pure function parent_json(analysis, phase) result(text)
@@ -153,7 +174,7 @@ contains
     if (allocated(error)) return
     do p = 1, size(rows)
       ended = end_of_phase(model%state%progress, p)
-      text = text//newline//line_of(analysis%phases(p)%name, reasons(ended%reason), &
+      text = text//newline//line_of(name_of(analysis, p), reason_of(ended, factor_of(model, p)), &
         short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
         short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor_of(model, p))
     end do
