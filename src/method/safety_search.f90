@@ -110,6 +110,8 @@ contains
         return
       end if
       call observer%note("phase '"//phase%name//"': "//bracket_text(progress%bracket))
+      if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
+        "': RUNOUT="//factor_text(phase%safety%runout)//' is no more than the stable factor: nothing runs out')
       call add_factor(progress)
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate

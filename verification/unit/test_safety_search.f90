@@ -231,6 +231,11 @@ contains
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
     end do
     call tests%close('half way its strength is half way', run%model%strength%factor, 1.3_wp, rounding)
+    call tests%check('a run-out beyond the factor needs no warning', index(run%observer%text, 'nothing runs out') == 0)
+    call make_run(soil, fixed//', RUNOUT=1.05', run, [good, good, good, good, lost, lost, damped, good, good])
+    call search(run)
+    call tests%check('one below the factor is warned of', index(run%observer%text, &
+      'warning: phase ''factor'': RUNOUT=1.05 is no more than the stable factor: nothing runs out') > 0)
   end subroutine check_runout
 
   !> A run that is stopped in the search and goes on.
