@@ -478,6 +478,7 @@ contains
     type(progress_type), intent(inout) :: progress
     integer, allocatable :: reason(:)
     real(wp), allocatable :: fraction(:), displacement(:)
+    logical :: whole
     integer :: there, i
 
     there = 0
@@ -488,6 +489,10 @@ contains
     call get_array(reader, group//'/end_fraction', fraction)
     call get_array(reader, group//'/end_displacement', displacement)
     if (allocated(reader%reason)) return
+    whole = allocated(reason) .and. allocated(fraction) .and. allocated(displacement)
+    if (whole) whole = size(fraction) == size(reason) .and. size(displacement) == size(reason)
+    if (.not. whole) call note_reason(reader, 'the ends of its phases have lost a part')
+    if (.not. whole) return
     progress%ends = [(phase_end_type(reason(i), fraction(i), displacement(i)), i=1, size(reason))]
   end subroutine get_ends
 
