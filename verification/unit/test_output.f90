@@ -229,6 +229,11 @@ contains
       'out_of_balance,damping_share,stabilisation_share,inaccurate_points,step_error,compliance,top [mm],sigma [kN/m2],'// &
       'external_work [kN m/m],internal_work [kN m/m]')
     call tests%check('six steps have six rows', line_count(whole) == 7)
+    call read_text(directory//'/whole/summary.json', header, error)
+    call tests%check('the summary has steps, iterations and the worst residual of a phase: '//header, &
+      index(header, '"steps": 3, "iterations": 15, "out_of_balance": 1e-5') > 0 .and. &
+      index(header, '"steps": 3, "iterations": 24, "out_of_balance": 2.5e-6') > 0)
+    call tests%check('and its last histories', index(header, '"sigma": -2}') > 0 .and. index(header, '"sigma": -1.25}') > 0)
     call tests%check('the log ends with the word that the run finished', &
       ends_with(directory//'/whole/job.log', 'qsmpm: finished'//newline))
     call run_steps(model, directory//'/parts', 5, .true., error)
@@ -243,6 +248,8 @@ contains
       whole == continued)
     call tests%check('a continued run has the same list of pictures', &
       contents(directory//'/whole/points.pvd') == contents(directory//'/parts/points.pvd'))
+    call tests%check('a continued run has the same summary', &
+      contents(directory//'/whole/summary.json') == contents(directory//'/parts/summary.json'))
     call tests%check('a continued run has the same results file', &
       contents(directory//'/whole/results.h5') == contents(directory//'/parts/results.h5'))
     call tests%check('a continued run has the same results', &

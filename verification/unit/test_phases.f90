@@ -39,6 +39,7 @@ contains
     call tests%start('phases')
     call check_lengths(tests)
     call check_two_phases(tests)
+    call check_stop_card(tests)
     call check_cuts(tests)
     call check_end(tests)
     call check_limit(tests)
@@ -50,6 +51,25 @@ contains
     call check_lost_set(tests)
     call check_summary(tests)
   end subroutine collect_phases
+
+  !> A phase that *STOP ends: the next one begins with the loads and the released forces that were left.
+  subroutine check_stop_card(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([scripted_outcome_type()], new_line('a')//'*STOP'//new_line('a')//'s, BELOW, 1')
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('a value that is reached ends the phase', .not. allocated(run%error) .and. &
+      run%observer%phases == 1 .and. run%model%state%progress%phase_steps == 1)
+    call tests%check('and the log says which', index(run%observer%text, "phase 'first' stops at load factor ") > 0 &
+      .and. index(run%observer%text, " 's' is ") > 0)
+    run%model%state%released = 1.0_wp
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%close('the next one begins with a quarter of the load', run%model%loading%gravity_start(2), -2.0_wp, rounding)
+    call tests%close('and with three quarters of what was being released', minval(run%model%state%released), 0.75_wp, &
+      rounding)
+    call tests%check('it has not stopped', .not. run%model%state%progress%stopped)
+  end subroutine check_stop_card
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
   function new_run(answers, controls) result(run)
