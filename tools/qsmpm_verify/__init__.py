@@ -10,7 +10,7 @@ study      study: a user's own deck over grids, methods and steps, with the band
 stability_map  map: tests where methods fail; stability (their files), mapping (how a method comes out)
 peers      peers: the same scenes in other programs; peers_scenes (their files), peers_model and peers_loads (what is taken
            from a run), peers_calculix and peers_kratos (the programs), peers_runs (runs kept), peers_compute, peers_judge
-view       view: material points by a field; fields (values), stage (VTK)
+view       view: bodies by a field; fields (values), bodies, body_net, outlines and plane_picture (in the plane), stage (VTK, in space)
 pictures   plot, points, figures
 
 What they share:

@@ -47,6 +47,12 @@ def scalar_field(points: Points, name: str) -> Array:
     raise ResultError(f"{points.path}: no field '{name}'; there are {', '.join([*NAMES, *more])}")
 
 
+def title_of(name: str) -> str:
+    """A field as a legend names it: displacement y, stress xx, plastic shear strain."""
+    return {"volume_ratio": "volume over that of the start", "mises": "von Mises stress", "plastic": "state",
+            "pressure": "mean stress, compression positive"}.get(name, name.replace("_", " "))  # fmt: skip
+
+
 def unit_of(folder: Path, name: str) -> str:
     """Unit of a field, from *UNITS of the echoed deck in the folder; empty when it says none."""
     for deck in folder.glob("*.echo.inp"):

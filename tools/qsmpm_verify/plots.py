@@ -11,9 +11,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+from qsmpm_verify.bodies import body_of, frame_of  # noqa: E402
 from qsmpm_verify.measures import column_stress_error  # noqa: E402
+from qsmpm_verify.plane_picture import bar, draw_body  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
-from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_points  # noqa: E402
+from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_mesh, read_points  # noqa: E402
 
 # Text stays text and the same figures give the same file.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
@@ -42,7 +44,8 @@ def label(curves: Curves, name: str) -> str:
 def save(figure: plt.Figure, path: Path) -> Path:
     """Write a picture."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.tight_layout()
+    if figure.get_layout_engine() is None:
+        figure.tight_layout()
     figure.savefig(path, dpi=130, metadata={"Date": None} if path.suffix == ".svg" else None)
     plt.close(figure)
     return path
@@ -63,15 +66,19 @@ def plot_columns(results: list[Path], x: str, y: str | None, out: Path) -> Path:
 
 
 def plot_points(results: list[Path], out: Path) -> Path:
-    """Material points of the last written states side by side, coloured by the size of their displacement."""
-    figure, rows = plt.subplots(len(results), 1, figsize=(8.0, 2.4 * len(results)), squeeze=False)
-    for axes, folder in zip(rows[:, 0], results):
-        points = read_points(folder)
-        place, moved = points.field("position"), np.linalg.norm(points.field("displacement"), axis=1)
-        drawn = axes.scatter(place[:, 0], place[:, 1], c=moved, s=3, cmap="viridis", linewidths=0)
-        axes.set_aspect("equal")
-        axes.set_title(f"{folder.name}: load factor {points.load_factor:.4g}", fontsize=9)
-        figure.colorbar(drawn, ax=axes, label="displacement")
+    """Last written states of plane bodies below each other, filled by the size of their displacement, on one scale."""
+    states = [read_points(folder) for folder in results]
+    values = [np.linalg.norm(points.field("displacement"), axis=1) for points in states]
+    bodies = [body_of(points, value, read_mesh(folder)) for points, value, folder in zip(states, values, results)]
+    frame = frame_of(states, values, "displacement", "displacement [m]")
+    size = frame.high - frame.low
+    figure, rows = plt.subplots(len(results), 1, figsize=(8.0, len(results) * (6.6 * size[1] / size[0] + 0.45)), squeeze=False,
+                                sharex=True, layout="constrained")
+    for axes, folder, points, body in zip(rows[:, 0], results, states, bodies):
+        draw_body(axes, body, frame)
+        axes.set_title(f"{folder.name}: load factor {points.load_factor:.4g}", fontsize=9, loc="left")
+        axes.tick_params(labelsize=8)
+    bar(figure, list(rows[:, 0]), frame, shrink=0.6, pad=0.01)
     return save(figure, out)
 
 

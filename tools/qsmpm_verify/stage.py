@@ -1,4 +1,4 @@
-"""Pictures of material points by VTK, off screen: points coloured by a field, outlines of the body, mesh edges."""
+"""Pictures of bodies in space by VTK, off screen: points coloured by a field in the skin of the body, mesh edges."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  the renderer itself
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkLogger, vtkLookupTable, vtkObject, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData, vtkUnstructuredGrid
-from vtkmodules.vtkFiltersCore import vtkDelaunay2D, vtkDelaunay3D, vtkExtractEdges, vtkFeatureEdges
+from vtkmodules.vtkFiltersCore import vtkDelaunay3D, vtkExtractEdges
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingAnnotation import vtkScalarBarActor
 from vtkmodules.vtkRenderingCore import (
@@ -35,16 +35,12 @@ class Look:
     high: Array
     least: float
     most: float
-    flat: bool
     height: int
 
     @staticmethod
     def around(low: Array, high: Array, least: float, most: float) -> Look:
-        """A look for points between two corners; flat when they have no depth."""
-        size = high - low
-        flat = bool(size[2] <= 1e-9 * max(size[0], size[1]))
-        ratio = size[1] / size[0] if flat else 0.7
-        return Look(low, high, least, most, flat, int(np.clip(WIDTH * ratio + 190, 320, 1000)) // 2 * 2)
+        """A look for points between two corners."""
+        return Look(low, high, least, most, int(np.clip(WIDTH * 0.7 + 190, 320, 1000)) // 2 * 2)
 
 
 def colours(look: Look) -> vtkLookupTable:
@@ -65,8 +61,8 @@ def _points_of(places: Array) -> vtkPoints:
     return points
 
 
-def cloud(places: Array, values: Array, table: vtkLookupTable, pixels: float, flat: bool) -> vtkActor:
-    """The points as squares in the plane, as spheres in space."""
+def cloud(places: Array, values: Array, table: vtkLookupTable, pixels: float) -> vtkActor:
+    """The points as spheres."""
     data = vtkPolyData()
     data.SetPoints(_points_of(places))
     cells = vtkCellArray()
@@ -81,8 +77,7 @@ def cloud(places: Array, values: Array, table: vtkLookupTable, pixels: float, fl
     actor = vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetPointSize(max(1.0, pixels))
-    actor.GetProperty().SetRenderPointsAsSpheres(not flat)
-    actor.GetProperty().SetLighting(not flat)
+    actor.GetProperty().SetRenderPointsAsSpheres(True)
     return actor
 
 
@@ -99,38 +94,17 @@ def _lines(data: vtkPolyData, colour: tuple[float, float, float], width: float, 
     return actor
 
 
-def hull(start: Array, spacing: float, flat: bool) -> vtkPolyData:
-    """Outline in the plane, skin in space, of the points where they started; gaps wider than 1.6 spacings stay open."""
+def hull(start: Array, spacing: float) -> vtkPolyData:
+    """Skin of the points where they started; gaps wider than 1.6 spacings stay open."""
     data = vtkPolyData()
     data.SetPoints(_points_of(start))
-    data.GetPointData().SetScalars(numpy_to_vtk(np.arange(len(start), dtype=float), deep=True))
-    net = vtkDelaunay2D() if flat else vtkDelaunay3D()
+    net = vtkDelaunay3D()
     net.SetInputData(data)
     net.SetAlpha(1.6 * spacing)
-    skin: vtkGeometryFilter | vtkFeatureEdges
-    if flat:
-        skin = vtkFeatureEdges()
-        skin.BoundaryEdgesOn()
-        skin.FeatureEdgesOff()
-        skin.ManifoldEdgesOff()
-        skin.NonManifoldEdgesOff()
-        skin.ColoringOff()
-    else:
-        skin = vtkGeometryFilter()
+    skin = vtkGeometryFilter()
     skin.SetInputConnection(net.GetOutputPort())
     skin.Update()
     return skin.GetOutput()
-
-
-def moved_hull(shape: vtkPolyData, places: Array) -> vtkPolyData:
-    """The hull with its points where they are now."""
-    numbers = shape.GetPointData().GetScalars()
-    moved = vtkPolyData()
-    moved.DeepCopy(shape)
-    if numbers is not None and shape.GetNumberOfPoints():
-        moved.SetPoints(_points_of(places[vtk_to_numpy(numbers).astype(int)]))
-    moved.GetPointData().SetScalars(None)
-    return moved
 
 
 def mesh_edges(mesh: Mesh) -> vtkActor:
@@ -181,20 +155,10 @@ def _aim(renderer: vtkRenderer, look: Look) -> float:
     camera.SetFocalPoint(*centre)
     camera.ParallelProjectionOn()
     reach = float(np.linalg.norm(size)) or 1.0
-    if look.flat:
-        room = look.height - 190
-        scale = max(size[0] / (WIDTH * 0.94), size[1] / room)
-        camera.SetPosition(centre[0], centre[1], centre[2] + 2 * reach)
-        camera.SetViewUp(0, 1, 0)
-        camera.SetParallelScale(scale * look.height / 2)
-        shift = 40 * scale
-        camera.SetPosition(centre[0], centre[1] - shift, centre[2] + 2 * reach)
-        camera.SetFocalPoint(centre[0], centre[1] - shift, centre[2])
-    else:
-        camera.SetPosition(*(centre + 2 * reach * np.array([0.5, 0.42, 0.75])))
-        camera.SetViewUp(0, 1, 0)
-        scale = 1.15 * reach / min(WIDTH, look.height)
-        camera.SetParallelScale(scale * look.height / 2)
+    camera.SetPosition(*(centre + 2 * reach * np.array([0.5, 0.42, 0.75])))
+    camera.SetViewUp(0, 1, 0)
+    scale = 1.15 * reach / min(WIDTH, look.height)
+    camera.SetParallelScale(scale * look.height / 2)
     renderer.ResetCameraClippingRange()
     return 1 / scale
 
@@ -205,7 +169,6 @@ def picture(
     values: Array,
     spacing: float,
     caption: str,
-    now: vtkPolyData | None = None,
     before: vtkPolyData | None = None,
     mesh: Mesh | None = None,
 ) -> Array:
@@ -216,11 +179,9 @@ def picture(
     if mesh is not None:
         renderer.AddActor(mesh_edges(mesh))
     if before is not None:
-        renderer.AddActor(_lines(before, (0.45, 0.45, 0.45), 1.5, 0.9 if look.flat else 0.12))
+        renderer.AddActor(_lines(before, (0.45, 0.45, 0.45), 1.5, 0.12))
     pixels = _aim(renderer, look)
-    renderer.AddActor(cloud(places, values, table, 0.9 * spacing * pixels, look.flat))
-    if now is not None and look.flat:
-        renderer.AddActor(_lines(now, (0.8, 0.1, 0.1), 2.0))
+    renderer.AddActor(cloud(places, values, table, 0.9 * spacing * pixels))
     renderer.AddViewProp(_caption(caption, look))
     renderer.AddViewProp(_bar(table, look))
     renderer.ResetCameraClippingRange()

@@ -1,4 +1,4 @@
-"""`view`: material points coloured by a field, with the outline of the body before and now; one step or all of them."""
+"""`view`: a body coloured by a field of its material points, with its outline before and now; one step or all of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from qsmpm_verify.fields import NAMES, scalar_field, unit_of
+from qsmpm_verify.bodies import body_of, frame_of, is_flat, start_of
+from qsmpm_verify.fields import NAMES, scalar_field, title_of, unit_of
+from qsmpm_verify.plane_picture import plane_picture
 from qsmpm_verify.results import Array, Points, ResultError, read_mesh, read_points, written_steps
 from qsmpm_verify.trouble import Trouble
 
@@ -46,10 +48,9 @@ def chosen_steps(words: argparse.Namespace) -> list[int]:
     return [step]
 
 
-def spacing_of(points: Points, flat: bool) -> float:
-    """Distance of neighbours, from the volume of the largest point at the start."""
-    largest = float(points.field("initial_volume").max())
-    return largest ** (1 / 2 if flat else 1 / 3)
+def spacing_of(points: Points) -> float:
+    """Distance of neighbours in space, from the volume of the largest point at the start."""
+    return float(points.field("initial_volume").max()) ** (1 / 3)
 
 
 def neighbours(start: Array) -> float:
@@ -66,33 +67,51 @@ def job_of(folder: Path) -> str:
     return echoed[0].name.removesuffix(".echo.inp") if echoed else folder.resolve().name
 
 
-def frames(words: argparse.Namespace, steps: list[int]) -> list[Array]:
-    """The pictures of the steps, all with the same colours and from the same place."""
+def plane_frames(states: list[Points], values: list[Array], title: str, words: argparse.Namespace, job: str) -> list[Array]:
+    """Pictures of a plane body: the field filled out to its boundary."""
+    frame, mesh = frame_of(states, values, words.field, title, words.range or ()), read_mesh(words.result)
+    return [
+        plane_picture(body_of(points, value, mesh), frame, caption_of(job, points), not words.no_outline,
+                      mesh if words.mesh else None)
+        for points, value in zip(states, values)
+    ]  # fmt: skip
+
+
+def caption_of(job: str, points: Points) -> str:
+    """What a picture shows."""
+    return f"{job}: step {points.step}, load factor {points.load_factor:.4g}"
+
+
+def space_frames(states: list[Points], values: list[Array], title: str, words: argparse.Namespace, job: str) -> list[Array]:
+    """Pictures of a body in space: points as spheres in its skin."""
+    if not util.find_spec("vtkmodules"):
+        raise Trouble("view of a body in space needs the Python package vtk: run tools/setup")
     from qsmpm_verify import stage
 
-    states = [read_points(words.result, step) for step in steps]
-    values = [scalar_field(points, words.field) for points in states]
-    first = states[0]
-    start = first.field("position") - first.field("displacement")
+    start = start_of(states[0])
     places = [points.field("position") for points in states]
     everything = np.concatenate([start, *places])
     least, most = words.range or (min(v.min() for v in values), max(v.max() for v in values))
+    margin = 0.02 * float(np.ptp(everything, axis=0).max())
+    look = stage.Look.around(everything.min(axis=0) - margin, everything.max(axis=0) + margin, least, most)
+    spacing = spacing_of(states[0])
+    outline = None if words.no_outline else stage.hull(start, max(spacing, 1.2 * neighbours(start)))
+    mesh = read_mesh(words.result) if words.mesh else None
+    return [
+        stage.picture(look, place, value, spacing, f"{caption_of(job, points)}, {title}", outline, mesh)
+        for points, place, value in zip(states, places, values)
+    ]
+
+
+def frames(words: argparse.Namespace, steps: list[int]) -> list[Array]:
+    """The pictures of the steps, all with the same colours and from the same place."""
+    states = [read_points(words.result, step) for step in steps]
+    values = [scalar_field(points, words.field) for points in states]
     folder = words.result if words.result.is_dir() else words.result.parent
     unit = unit_of(folder, words.field)
-    margin = 0.02 * float(np.ptp(everything, axis=0).max())
-    flat = bool(np.ptp(everything[:, 2]) <= 1e-9 * np.ptp(everything, axis=0).max())
-    pad = np.array([margin, margin, 0.0 if flat else margin])
-    title = f"{words.field} [{unit}]" if unit else words.field
-    look = stage.Look.around(everything.min(axis=0) - pad, everything.max(axis=0) + pad, least, most)
-    spacing = spacing_of(first, flat)
-    outline = None if words.no_outline else stage.hull(start, max(spacing, 1.2 * neighbours(start)), flat)
-    mesh = read_mesh(words.result) if words.mesh else None
-    pictures = []
-    for points, place, value in zip(states, places, values):
-        caption = f"{job_of(folder)}: {title}, step {points.step}, load factor {points.load_factor:.4g}"
-        now = None if outline is None else stage.moved_hull(outline, place)
-        pictures.append(stage.picture(look, place, value, spacing, caption, now, outline, mesh))
-    return pictures
+    title = f"{title_of(words.field)} [{unit}]" if unit else title_of(words.field)
+    draw = plane_frames if is_flat(states) else space_frames
+    return draw(states, values, title, words, job_of(folder))
 
 
 def write_picture(picture: Array, out: Path) -> Path:
@@ -140,8 +159,6 @@ def act(words: argparse.Namespace) -> int:
         raise Trouble("--rate is above zero")
     if words.range and not words.range[0] < words.range[1]:
         raise Trouble("--range gives the lower value first")
-    if not util.find_spec("vtkmodules"):
-        raise Trouble("view needs the Python package vtk: run tools/setup")
     pictures = frames(words, chosen_steps(words))
     if words.film:
         written = write_film(pictures, words.out, words.rate)

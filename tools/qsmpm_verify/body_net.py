@@ -1,0 +1,145 @@
+"""A plane body as a net of triangles over its material points, out to its true boundary.
+
+The net is made where the points started (Delaunay), one for each material; triangles wider than the points stand apart
+are gaps and left out. Points stand half a spacing inside the boundary: a rim of that width is put around, on the outline
+of the body where that is known, and moves with the deformation gradient of the triangles beside it. Triangles torn apart
+since are left out as well: no body bridges two.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib.tri as tri
+import numpy as np
+
+from qsmpm_verify.outlines import Outline, snapped
+from qsmpm_verify.results import Array
+
+# A lattice has triangles of 0.71 spacings around their centre, neighbours of twice the spacing 1.1.
+WIDEST = 1.25
+# Inside the outline of a body points may stand further apart one way than the other; a cut is wider still.
+WIDEST_INSIDE = 3.0
+# Slip surfaces draw triangles out; what is longer than this share of its start is no body any more.
+TORN = 4.0
+# A rim that turned over or was drawn out is held at this many times its width at the start.
+LONGEST_RIM = 1.5
+
+
+@dataclass(frozen=True)
+class Net:
+    """Triangles over places before and now, the point whose value a place has, and the outline as pairs of places."""
+
+    before: Array
+    now: Array
+    triangles: Array
+    source: Array
+    outline: Array
+
+
+def spacings(start: Array) -> Array:
+    """Distance of each point to its neighbours: the mean of the shortest third of its edges in the net of all."""
+    edges = tri.Triangulation(*start.T).edges
+    lengths = np.linalg.norm(start[edges[:, 0]] - start[edges[:, 1]], axis=1)
+    order = np.argsort(np.concatenate([edges[:, 0], edges[:, 1]]), kind="stable")
+    ends = np.cumsum(np.bincount(np.concatenate([edges[:, 0], edges[:, 1]]), minlength=len(start)))[:-1]
+    groups = np.split(np.concatenate([lengths, lengths])[order], ends)
+    return np.array([np.sort(group)[: max(1, len(group) // 3)].mean() if len(group) else 0.0 for group in groups])
+
+
+def _circumradii(places: Array, triangles: Array) -> Array:
+    """Radius of the circle around each triangle; infinite where it is flat."""
+    a, b, c = (places[triangles[:, i]] for i in range(3))
+    sides = [np.linalg.norm(p - q, axis=1) for p, q in ((b, c), (c, a), (a, b))]
+    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radii = sides[0] * sides[1] * sides[2] / (4.0 * area)
+    return np.where(area > 1e-12 * np.max(sides) ** 2, radii, np.inf)
+
+
+def _boundary(triangles: Array) -> tuple[Array, Array]:
+    """Directed edges that belong to one triangle only, the body to their left, and the corner opposite to each."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    opposite = np.concatenate([triangles[:, 2], triangles[:, 0], triangles[:, 1]])
+    _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    return edges[first[counts == 1]], opposite[first[counts == 1]]
+
+
+def _gradients(before: Array, now: Array, triangles: Array) -> Array:
+    """Deformation gradient at each place, the mean of the triangles around it by their areas."""
+    a, b, c = (triangles[:, i] for i in range(3))
+    old = np.stack([before[b] - before[a], before[c] - before[a]], axis=2)
+    new = np.stack([now[b] - now[a], now[c] - now[a]], axis=2)
+    area = np.abs(np.linalg.det(old))
+    parts = (new @ np.linalg.inv(old)) * area[:, None, None]
+    total, weight = np.zeros((len(before), 2, 2)), np.zeros(len(before))
+    for corner in (a, b, c):
+        np.add.at(total, corner, parts)
+        np.add.at(weight, corner, area)
+    total[weight == 0], weight[weight == 0] = np.eye(2), 1.0
+    return total / weight[:, None, None]
+
+
+def _outward(before: Array, edges: Array, opposite: Array) -> tuple[Array, Array]:
+    """Points of the boundary and what leads from each half a spacing out, further at corners.
+
+    The spacing across an edge is the height of its triangle, which is right on graded and stretched lattices too.
+    """
+    along = before[edges[:, 1]] - before[edges[:, 0]]
+    normals = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+    height = np.abs(np.sum((before[opposite] - before[edges[:, 0]]) * normals, axis=1))
+    total, width, count = np.zeros_like(before), np.zeros(len(before)), np.zeros(len(before))
+    for corner in (edges[:, 0], edges[:, 1]):
+        np.add.at(total, corner, normals)
+        np.add.at(width, corner, 0.5 * height)
+        np.add.at(count, corner, 1.0)
+    rim = np.flatnonzero(count)
+    mean = total[rim] / count[rim, None]
+    # Both sides of a corner are half a spacing away from its points: the mean normal over its square; held at sharp ones.
+    size = np.maximum(np.sum(mean**2, axis=1), 0.5)
+    return rim, (width[rim] / count[rim] / size)[:, None] * mean
+
+
+def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outline: Outline) -> Net:
+    """The net of the points with the rim around it."""
+    edges, opposite = _boundary(triangles)
+    rim, out = _outward(before, edges, opposite)
+    out = snapped(before[rim] + out, spacing[rim], outline.segments) - before[rim]
+    moved = np.einsum("pij,pj->pi", _gradients(before, now, triangles)[rim], out)
+    length, most = np.linalg.norm(moved, axis=1), LONGEST_RIM * np.linalg.norm(out, axis=1)
+    moved *= np.minimum(1.0, most / np.maximum(length, 1e-300))[:, None]
+    number = np.zeros(len(before), dtype=int)
+    number[rim] = len(before) + np.arange(len(rim))
+    first, last = edges[:, 0], edges[:, 1]
+    skirts = np.concatenate([np.stack([last, first, number[first]], axis=1), np.stack([last, number[first], number[last]], axis=1)])
+    return Net(
+        np.concatenate([before, before[rim] + out]), np.concatenate([now, now[rim] + moved]),
+        np.concatenate([triangles, skirts]), np.concatenate([np.arange(len(before)), rim]),
+        np.stack([number[first], number[last]], axis=1),
+    )  # fmt: skip
+
+
+def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
+    """The net of points that started at `start` and are at `place` (each of 2 columns); none of fewer than three."""
+    if len(start) < 3 or np.linalg.matrix_rank(start - start[0], tol=1e-9 * np.ptp(start)) < 2:
+        return None
+    spacing = spacings(start)
+    triangles = tri.Triangulation(*start.T).get_masked_triangles()
+    turned = np.linalg.det(np.stack([start[triangles[:, i]] - start[triangles[:, 0]] for i in (1, 2)], axis=1)) < 0
+    triangles[turned] = triangles[turned][:, [0, 2, 1]]
+    local = spacing[triangles].max(axis=1)
+    sides = [np.linalg.norm(place[triangles[:, i]] - place[triangles[:, i - 1]], axis=1) for i in range(3)]
+    widest = np.where(outline.inside(start[triangles].mean(axis=1)), WIDEST_INSIDE, WIDEST)
+    kept = (_circumradii(start, triangles) <= widest * local) & (np.max(sides, axis=0) <= TORN * local)
+    return _with_rim(start, place, triangles[kept], spacing, outline) if kept.any() else None
+
+
+def nets_of(start: Array, place: Array, kinds: Array, outline: Outline) -> list[tuple[Net, Array]]:
+    """A net for each kind of points, with the numbers of its points."""
+    found = []
+    for kind in np.unique(kinds):
+        members = np.flatnonzero(kinds == kind)
+        net = net_of(start[members], place[members], outline)
+        if net is not None:
+            found.append((net, members))
+    return found

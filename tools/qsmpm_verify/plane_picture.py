@@ -1,0 +1,132 @@
+"""Pictures of plane bodies by matplotlib: a field filled out to the boundary, outlines before and now, edges of the mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.colors import BoundaryNorm, Normalize  # noqa: E402
+
+from qsmpm_verify.body_net import Net, nets_of  # noqa: E402
+from qsmpm_verify.outlines import CORNERS, Outline  # noqa: E402
+from qsmpm_verify.results import Array, Mesh  # noqa: E402
+
+# Fields of whole numbers: they have classes, and nothing between them.
+CLASSES = {"plastic": {0: "elastic", 1: "yields"}, "material": {}}
+WIDTH = 9.6
+DOTS = 125
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What the pictures of a series have in common: corners of the view, values at the ends of the colours, the field."""
+
+    low: Array
+    high: Array
+    least: float
+    most: float
+    field: str
+    title: str
+
+    def classes(self) -> list[int]:
+        """Numbers of the classes of a field that has them; none else."""
+        return list(range(round(self.least), round(self.most) + 1)) if self.field in CLASSES else []
+
+
+@dataclass(frozen=True)
+class Body:
+    """Points of a state: where they started, where they are, their values, which are of one kind; their outline there."""
+
+    start: Array
+    place: Array
+    values: Array
+    kinds: Array
+    outline: Outline
+
+
+def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
+    """Viridis, in steps where the field has classes."""
+    classes = frame.classes()
+    if classes:
+        return plt.get_cmap("viridis", max(len(classes), 2)), BoundaryNorm(
+            np.arange(classes[0], classes[0] + max(len(classes), 2) + 1) - 0.5, max(len(classes), 2)
+        )
+    most = frame.most if frame.most > frame.least else frame.least + 1.0
+    return plt.get_cmap("viridis"), Normalize(frame.least, most)
+
+
+def _fill(axes: plt.Axes, net: Net, values: Array, frame: Frame) -> None:
+    """The field on a net: smooth, or one class a triangle."""
+    colours, norm = _colours(frame)
+    look = {"cmap": colours, "norm": norm, "rasterized": True}
+    if frame.classes():
+        mean = np.median(values[net.source][net.triangles], axis=1)
+        axes.tripcolor(*net.now.T, net.triangles, facecolors=mean, shading="flat", **look)
+    else:
+        axes.tripcolor(*net.now.T, net.triangles, values[net.source], shading="gouraud", **look)
+
+
+def _lines(axes: plt.Axes, places: Array, pairs: Array, colour: str, width: float, order: float) -> None:
+    """Lines between pairs of places."""
+    axes.add_collection(LineCollection(list(places[pairs]), colors=colour, linewidths=width, zorder=order))
+
+
+def draw_body(axes: plt.Axes, body: Body, frame: Frame, outline: bool = True) -> None:
+    """The field of a body where it is, with its outline there and, in grey, where it began."""
+    colours, norm = _colours(frame)
+    inside: set[int] = set()
+    for net, members in nets_of(body.start, body.place, body.kinds, body.outline):
+        _fill(axes, net, body.values[members], frame)
+        inside |= set(members[net.source[np.unique(net.triangles)]].tolist())
+        if outline:
+            _lines(axes, net.before, net.outline, "0.45", 0.9, 3)
+            _lines(axes, net.now, net.outline, "black", 1.1, 4)
+    alone = np.array(sorted(set(range(len(body.place))) - inside), dtype=int)
+    axes.scatter(*body.place[alone].T, c=body.values[alone], s=6, cmap=colours, norm=norm, linewidths=0, zorder=2)
+    axes.set_xlim(frame.low[0], frame.high[0])
+    axes.set_ylim(frame.low[1], frame.high[1])
+    axes.set_aspect("equal")
+
+
+def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
+    """Edges of the cells at the start; corners come first in every cell."""
+    pairs = [
+        (cell[i], cell[(i + 1) % n]) for kind, cell in zip(mesh.types, mesh.cells)
+        if (n := CORNERS.get(int(kind), 0)) for i in range(n)
+    ]  # fmt: skip
+    if pairs:
+        edges = np.unique(np.sort(np.array(pairs), axis=1), axis=0)
+        _lines(axes, mesh.nodes[:, :2], edges, "0.6", 0.35, 2.5)
+
+
+def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **place: float) -> None:
+    """The colours with their values, or the names of their classes."""
+    colours, norm = _colours(frame)
+    shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label=frame.title, **place)
+    classes = frame.classes()
+    if classes:
+        shown.set_ticks(classes, labels=[CLASSES[frame.field].get(c, str(c)) for c in classes])
+        shown.ax.tick_params(length=0)
+
+
+def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, mesh: Mesh | None = None) -> Array:
+    """One picture as rows of red, green and blue; every picture of a frame has the same size."""
+    size = frame.high - frame.low
+    height = float(np.clip(0.84 * WIDTH * size[1] / size[0] + 0.9, 2.2, 9.0))
+    figure, axes = plt.subplots(figsize=(WIDTH, height), dpi=DOTS, layout="constrained")
+    if mesh is not None:
+        draw_mesh(axes, mesh)
+    draw_body(axes, body, frame, outline)
+    axes.set_title(caption, fontsize=10, loc="left")
+    axes.tick_params(labelsize=8)
+    bar(figure, axes, frame, shrink=0.9, pad=0.01)
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+    plt.close(figure)
+    # Films by MPEG want even numbers of pixels.
+    return pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2]
