@@ -5,6 +5,7 @@ module qsmpm_deck_help
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
+  use qsmpm_help_topics, only: topic_text
   use qsmpm_deck_reference_head, only: reference_head
   use qsmpm_renamed_words, only: renamed_text
   implicit none
@@ -18,15 +19,16 @@ contains
 
   !> Explain a keyword.
   subroutine help_text(name, text, found)
-    !> The keyword, in any case, with or without its star; `renamed` for those that had another name.
+    !> The keyword, in any case, with or without its star; `renamed` for those that had another name; or a word of
+    !> geotechnics that is none (help_topics).
     character(len=*), intent(in) :: name
     !> The explanation, or what may have been meant.
     character(len=:), allocatable, intent(out) :: text
-    !> False when there is no such keyword.
+    !> False when there is no such keyword and no answer.
     logical, intent(out) :: found
     type(table_type) :: table
     type(string_type), allocatable :: names(:)
-    character(len=:), allocatable :: keyword
+    character(len=:), allocatable :: keyword, meant
     integer :: k
 
     keyword = upper(squeezed(name))
@@ -43,7 +45,14 @@ contains
       text = explanation(table%keywords(k), '  ', '')
     else
       call table%names(names)
-      text = 'unknown keyword *'//keyword//did_you_mean(keyword, names)//newline
+      meant = did_you_mean(keyword, names)
+      text = topic_text(keyword)
+      found = len(text) > 0 .and. len(meant) == 0
+      if (found) then
+        text = keyword//' is no keyword: '//text//newline
+      else
+        text = 'unknown keyword *'//keyword//meant//newline
+      end if
       do k = 1, size(names)
         if (index(names(k)%text, keyword) > 0) text = text//'*'//names(k)%text//' is one'//newline
       end do

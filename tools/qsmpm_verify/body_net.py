@@ -20,8 +20,8 @@ from qsmpm_verify.results import Array
 WIDEST = 1.25
 # Inside the outline of a body points may stand further apart one way than the other; a cut is wider still.
 WIDEST_INSIDE = 3.0
-# Slip surfaces draw triangles out; what is longer than this share of its start is no body any more.
-TORN = 4.0
+# Slip surfaces draw triangles out and keep their area; what has grown to so many times its area, or that of neighbours, opens a gap.
+TORN = 3.0
 # A rim that turned over or was drawn out is held at this many times its width at the start.
 LONGEST_RIM = 1.5
 
@@ -47,11 +47,17 @@ def spacings(start: Array) -> Array:
     return np.array([np.sort(group)[: max(1, len(group) // 3)].mean() if len(group) else 0.0 for group in groups])
 
 
+def _areas(places: Array, triangles: Array) -> Array:
+    """Areas of triangles, those turned over below zero."""
+    a, b, c = (places[triangles[:, i]] for i in range(3))
+    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
 def _circumradii(places: Array, triangles: Array) -> Array:
     """Radius of the circle around each triangle; infinite where it is flat."""
     a, b, c = (places[triangles[:, i]] for i in range(3))
     sides = [np.linalg.norm(p - q, axis=1) for p, q in ((b, c), (c, a), (a, b))]
-    area = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+    area = np.abs(_areas(places, triangles))
     with np.errstate(divide="ignore", invalid="ignore"):
         radii = sides[0] * sides[1] * sides[2] / (4.0 * area)
     return np.where(area > 1e-12 * np.max(sides) ** 2, radii, np.inf)
@@ -125,12 +131,12 @@ def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
         return None
     spacing = spacings(start)
     triangles = tri.Triangulation(*start.T).get_masked_triangles()
-    turned = np.linalg.det(np.stack([start[triangles[:, i]] - start[triangles[:, 0]] for i in (1, 2)], axis=1)) < 0
+    turned = _areas(start, triangles) < 0
     triangles[turned] = triangles[turned][:, [0, 2, 1]]
     local = spacing[triangles].max(axis=1)
-    sides = [np.linalg.norm(place[triangles[:, i]] - place[triangles[:, i - 1]], axis=1) for i in range(3)]
+    torn = np.abs(_areas(place, triangles)) > TORN * np.maximum(_areas(start, triangles), 0.5 * local**2)
     widest = np.where(outline.inside(start[triangles].mean(axis=1)), WIDEST_INSIDE, WIDEST)
-    kept = (_circumradii(start, triangles) <= widest * local) & (np.max(sides, axis=0) <= TORN * local)
+    kept = (_circumradii(start, triangles) <= widest * local) & ~torn
     return _with_rim(start, place, triangles[kept], spacing, outline) if kept.any() else None
 
 

@@ -29,6 +29,7 @@ program run_unit_tests
   use test_linear_system, only: collect_linear_system
   use test_node_ordering, only: collect_node_ordering
   use test_checksum, only: collect_checksum
+  use test_help_topics, only: collect_help_topics
   use test_text, only: collect_text
   use test_deck, only: collect_deck
   use test_output, only: collect_output
@@ -152,6 +153,7 @@ program run_unit_tests
   call register('linear_system', collect_linear_system)
   call register('node_ordering', collect_node_ordering)
   call register('checksum', collect_checksum)
+  call register('help_topics', collect_help_topics)
   call register('text', collect_text)
   call register('card_fields', collect_card_fields)
   call register('deck', collect_deck)

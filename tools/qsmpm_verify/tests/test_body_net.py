@@ -80,6 +80,13 @@ class TestNet(unittest.TestCase):
         middle = net.now[net.triangles].mean(axis=1)
         self.assertFalse(np.any((middle[:, 0] > 5) & (middle[:, 0] < 13)))
 
+    def test_a_slip_surface_stays_filled(self) -> None:
+        start = lattice(12, 6)
+        slid = start + np.where(start[:, 1:] > 3, [[4.0, 0.0]], [[0.0, 0.0]])
+        net = self.made(start, slid)
+        inside = np.abs(net.now[net.triangles].mean(axis=1)[:, 1] - 3.0) < 0.2
+        self.assertGreater(int(inside.sum()), 10)
+
     def test_materials_have_nets_of_their_own_and_few_points_none(self) -> None:
         start = lattice(4, 4)
         kinds = (start[:, 0] > 2).astype(int)
