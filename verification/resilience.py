@@ -158,12 +158,12 @@ def wait_for_rows(process: subprocess.Popen[bytes], out: pathlib.Path, rows: int
         time.sleep(0.005)
 
 
-def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int) -> int:
-    """Run the deck of a folder until its curves have some rows, end it by SIGTERM and tell the exit code."""
+def interrupt(checks: Checks, folder: pathlib.Path, out: pathlib.Path, rows: int, by: signal.Signals = signal.SIGTERM) -> int:
+    """Run the deck of a folder until its curves have some rows, end it by a signal and tell the exit code."""
     process = subprocess.Popen([checks.binary, "run", str(folder / "case.inp"), "--out", str(out)],
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     wait_for_rows(process, out, rows)
-    process.send_signal(signal.SIGTERM)
+    process.send_signal(by)
     return process.wait(PATIENCE)
 
 
@@ -210,6 +210,42 @@ def released(checks: Checks, folder: pathlib.Path) -> None:
     rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
     same, why = same_results(folder / "whole", part)
     checks.check("continued, the bytes of the uninterrupted run", rest.returncode == 0 and same, why)
+
+
+DUG = """*PHASE, NAME=dig
+*DEACTIVATE
+pit
+*CONTROLS, STEPS=60, TOLERANCE=1E-8
+*END PHASE
+*PHASE, NAME=fill
+*ACTIVATE
+pit
+lift
+*CHANGE MATERIAL
+block, stiff
+*CONTROLS, STEPS=5, TOLERANCE=1E-8
+*END PHASE
+"""
+
+
+def dug(checks: Checks, folder: pathlib.Path) -> None:
+    """A run that is killed inside an excavation goes on to the same bytes, through the phases behind it too."""
+    deck = block(width=1, columns=4, steps=2, method="BASIS=SPLINE2G, INTEGRATION=CELL", controls="TOLERANCE=1E-8") + DUG
+    for old, new in (("0, 1, 0, 1\n*METHOD", "0, 1, 0, 0.6\n*BODY, NAME=pit, MATERIAL=soil, SHAPE=POLYGON\n0, 0.6\n0.6, 0.6\n"
+                      "0.7, 0.9\n0, 0.9\n*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO\n0.8, 1, 0.6, 0.8\n*METHOD"),
+                     ("*BODY", "*MATERIAL, NAME=stiff\n*ELASTIC\n200, 0.3\n*UNIT WEIGHT\n1.2\n*BODY"), ("0.5, 1\n", "0.3, 0.6\n"),
+                     ("*RESTART", "*FIELD, EVERY=20\n*RESTART")):
+        deck = deck.replace(old, new, 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a pit is dug and filled", whole.returncode == 0, whole.stderr[-300:])
+    part = folder / "part"
+    code = interrupt(checks, folder, part, 15, signal.SIGKILL)
+    with h5py.File(part / "restart.h5") as file:
+        phase, share = int(file["progress"].attrs["phase"]), float(file["progress"].attrs["fraction"])
+    checks.check("killed inside the excavation", code == -9 and phase == 2 and 0 < share < 1, f"exit {code}, {share} of phase {phase}")
+    rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
+    same, why = same_results(folder / "whole", part)
+    checks.check("continued, the bytes of the run that was not killed", rest.returncode == 0 and same, f"exit {rest.returncode}: {why}")
 
 
 # Sends SIGTERM from within METIS, once.
@@ -575,7 +611,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, dug, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:

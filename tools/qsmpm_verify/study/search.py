@@ -1,0 +1,160 @@
+"""Runs of a study in the order of their cost, within a budget of wall time.
+
+Every method starts on the coarsest grid; the cheapest run that is left is next, its cost foretold from the run before it
+of the same method. A method that failed twice in a row is left. Once the finest figures are there, one run in twice the
+steps tells what the steps cost. The search ends when nothing is left, when the budget does not hold the next run, or
+when some run is close enough to the answer and no run that is left could be cheaper.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from qsmpm_verify.cases import Case
+from qsmpm_verify.results import ResultError, read_cpu_seconds, read_curves
+from qsmpm_verify.runner import run_case
+from qsmpm_verify.study.cards import Deck
+from qsmpm_verify.study.variants import Method, at_level, dimension, levels_of, methods_of, with_method, with_steps
+
+# Cost of a halved grid over that of the grid before, beyond the number of its cells: longer equations, more iterations.
+GROWTH = 1.4
+MISSES = 2
+# Share of the budget that is kept for the run in twice the steps.
+KEPT_FOR_STEPS = 0.25
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: what it was, its figure (NaN with the reason where it has none) and its seconds."""
+
+    method: str
+    level: int
+    steps: int
+    deck: str
+    figure: float = math.nan
+    seconds: float = math.nan
+    reason: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Whether it has a figure."""
+        return math.isfinite(self.figure)
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        short = re.sub(r"\W+", "_", self.method.lower()).strip("_")
+        return f"{short}/grid_{2.0**self.level:g}_steps_{self.steps}"
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked: the column and where it is read, the error, the wall seconds; where runs are kept."""
+
+    history: str
+    place: str
+    target: float
+    budget: float
+    program: Path
+    root: Path
+    fresh: bool = False
+
+
+def figure_of(folder: Path, wish: Wish) -> float:
+    """The column of a run at the place asked for."""
+    values = read_curves(folder).column(wish.history)
+    return float({"last": lambda v: v[-1], "max": max, "min": min}[wish.place](values))
+
+
+def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial, float]:
+    """Run a trial, or take the one that is there; its wall seconds, 0 for one that was there."""
+    original = deck.path.read_text(encoding="utf-8")
+    case = Case(trial.name, deck.path.name, deck.path, (), time_limit=max(limit, 1.0), replace=((original, trial.deck),))
+    run = run_case(case, wish.program, wish.root, fresh=wish.fresh)
+    spent = 0.0 if run.reused else run.wall_seconds
+    if run.exit_code != 0:
+        reason = run.message if run.exit_code is None else f"exit {run.exit_code}: {run.message}"
+        return replace(trial, reason=reason), spent
+    try:
+        return replace(trial, figure=figure_of(run.directory, wish), seconds=read_cpu_seconds(run.directory)), spent
+    except ResultError as trouble:
+        if "no column" in str(trouble):
+            raise
+        return replace(trial, reason=str(trouble)), spent
+
+
+class Search:
+    """The runs of a study: what is left, what was found, what was spent."""
+
+    def __init__(self, deck: Deck, wish: Wish, tell: Callable[[Trial, float], None]) -> None:
+        self.deck, self.wish, self.tell = deck, wish, tell
+        self.levels = levels_of(deck)
+        self.methods = methods_of(deck)
+        self.trials: list[Trial] = []
+        self.spent = 0.0
+        self.ending = ""
+
+    def of(self, method: Method) -> list[Trial]:
+        """Trials of a method on its grids, from the coarsest, in the steps of the deck."""
+        return [t for t in self.trials if t.method == method.label and t.steps == 1]
+
+    def next_level(self, method: Method) -> int | None:
+        """The next grid of a method; none when it has been through all, or failed too often."""
+        own = self.of(method)
+        if len(own) >= MISSES and not any(t.good for t in own[-MISSES:]):
+            return None
+        return self.levels[len(own)] if len(own) < len(self.levels) else None
+
+    def foretold(self, method: Method) -> float:
+        """CPU seconds that the next run of a method will take; those of the deck's own method where it has none."""
+        known = [t for t in self.of(method) if t.good] or [t for t in self.trials if t.good and t.steps == 1]
+        if not known:
+            return 0.0
+        level = self.next_level(method)
+        last = known[-1]
+        return last.seconds * (2 ** dimension(self.deck) * GROWTH) ** ((level or 0) - last.level)
+
+    def try_one(self, method: Method, level: int, steps: int) -> None:
+        """Run one variant and keep what it told."""
+        gridded = at_level(self.deck, level)
+        assert gridded is not None, "levels are those that exist"
+        text = with_steps(with_method(gridded, method), steps).text() if steps > 1 else with_method(gridded, method).text()
+        left = self.wish.budget - self.spent
+        started = time.monotonic()
+        trial, spent = run_trial(self.deck, Trial(method.label, level, steps, text), self.wish, left)
+        self.spent += min(spent, time.monotonic() - started)
+        self.trials.append(trial)
+        self.tell(trial, self.spent)
+
+    def go(self, close_enough: Callable[[Sequence[Trial]], float]) -> None:
+        """Search; `close_enough` tells the seconds of the cheapest run that is close enough, infinite without one."""
+        while True:
+            waiting = [m for m in self.methods if self.next_level(m) is not None]
+            if not waiting:
+                self.ending = "every grid was run"
+                break
+            method = min(waiting, key=self.foretold)
+            cost = self.foretold(method)
+            if cost > close_enough(self.trials):
+                self.ending = "no run that is left could be cheaper than the choice"
+                break
+            if self.spent + cost > (1.0 - KEPT_FOR_STEPS) * self.wish.budget:
+                self.ending = f"the budget of {self.wish.budget:.0f} s does not hold the next run (about {cost:.0f} s)"
+                break
+            self.try_one(method, self.next_level(method) or 0, 1)
+        self.double_steps()
+
+    def double_steps(self) -> None:
+        """Twice the steps, on the finest grid whose double the budget holds, by the method whose run that was."""
+        good = [t for t in self.trials if t.good and t.steps == 1]
+        for trial in sorted(good, key=lambda t: (-t.level, t.seconds)):
+            if self.spent + 2.2 * trial.seconds <= self.wish.budget:
+                method = next(m for m in self.methods if m.label == trial.method)
+                self.try_one(method, trial.level, 2)
+                if self.trials[-1].good:
+                    return

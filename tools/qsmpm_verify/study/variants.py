@@ -1,0 +1,218 @@
+"""The same scene on a finer or coarser grid, by another method, or in more steps.
+
+A grid of level k has 2**k times as many cells along every axis as the deck's own, at the same grading; an axis of one
+cell (the width of a column, the thickness of a slice) keeps its one cell. Levels go down as far as every number of
+cells can be halved and every line that a node set stands on stays a line of the grid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from qsmpm_verify.study.cards import Card, Deck, items
+from qsmpm_verify.trouble import Trouble
+
+# Two cells across the whole are no grid any more.
+FEWEST_CELLS = 2
+DEEPEST_LEVEL = -3
+FINEST_LEVEL = 4
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method as cards would say it; the deck's own has no words."""
+
+    label: str
+    words: tuple[tuple[str, str], ...] = ()
+    element: str = ""
+
+
+OWN = Method("as the deck says")
+PLANE_METHODS = (
+    Method("SPLINE2G CELL", (("BASIS", "SPLINE2G"), ("INTEGRATION", "CELL")), "QUAD4"),
+    Method("SPLINE2 CELL", (("BASIS", "SPLINE2"), ("INTEGRATION", "CELL")), "QUAD4"),
+    Method("GIMP", (("BASIS", "GIMP"), ("INTEGRATION", "POINTS")), "QUAD4"),
+    Method("TRI6 CELL", (("BASIS", "STANDARD"), ("INTEGRATION", "CELL")), "TRI6"),
+)
+SPACE_METHODS = (
+    Method("SPLINE2G CELL", (("BASIS", "SPLINE2G"), ("INTEGRATION", "CELL")), "HEX8"),
+    Method("GIMP", (("BASIS", "GIMP"), ("INTEGRATION", "POINTS")), "HEX8"),
+    Method("HEX20 CELL", (("BASIS", "STANDARD"), ("INTEGRATION", "CELL")), "HEX20"),
+)
+MOVING_METHODS = (
+    Method("SPLINE2, points", (("BASIS", "SPLINE2"), ("INTEGRATION", "POINTS"), ("FACTOR", "5E-4")), "QUAD4"),
+    Method("GIMP, points", (("BASIS", "GIMP"), ("INTEGRATION", "POINTS"), ("FACTOR", "5E-4")), "QUAD4"),
+)
+PLANE_ELEMENTS = ("TRI3", "TRI6", "QUAD4", "QUAD8", "QUAD9")
+METHOD_WORDS = ("BASIS", "INTEGRATION", "STABILISATION", "FACTOR")
+
+
+def methods_of(deck: Deck) -> list[Method]:
+    """The deck's own method and those worth trying beside it; a mesh file or elements in the deck allow no other."""
+    grid, own = deck.find("GRID"), deck.find("METHOD")
+    if grid is None:
+        return [OWN]
+    others = PLANE_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else SPACE_METHODS
+    if deck.find("MOVING MESH"):
+        others = MOVING_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else ()
+    return [OWN, *(m for m in others if not same_method(m, grid, own))]
+
+
+def same_method(method: Method, grid: Card, own: Card | None) -> bool:
+    """Whether the deck says this method already."""
+    return own is not None and grid.value("ELEMENT") == method.element and all(
+        own.value(key) == value for key, value in method.words
+    )  # fmt: skip
+
+
+def with_method(deck: Deck, method: Method) -> Deck:
+    """The deck by another method, with the points that method asks for; the kinematics stay."""
+    grid = deck.find("GRID")
+    if not method.words or grid is None:
+        return deck
+    card = (deck.find("METHOD") or Card("METHOD")).without(*METHOD_WORDS)
+    for key, value in method.words:
+        card = card.with_value(key, value)
+    if grid.value("ELEMENT") != method.element:
+        grid = grid.with_value("ELEMENT", method.element)
+        if method.element in ("QUAD4", "HEX8", "HEX20"):
+            grid = grid.without("DIAGONAL", "PERTURB", "SEED")
+    changed = deck.with_card(card).with_card(grid)
+    return changed.with_cards(
+        [c.with_value("PER ELEMENT", "DEFAULT") if c.keyword == "POINTS" else c for c in changed.cards]
+    )
+
+
+def _rows(grid: Card) -> dict[str, list[list[str]]]:
+    """Data lines of a grid by axis."""
+    rows: dict[str, list[list[str]]] = {}
+    for row in grid.data():
+        rows.setdefault(row[0].upper(), []).append(row)
+    return rows
+
+
+def _piece(row: list[str], where: str) -> np.ndarray:
+    """Lines of one data line of a grid."""
+    try:
+        if row[1].upper() == "LINES":
+            return np.array([float(v.lower().replace("d", "e")) for v in row[2:]])
+        first, last, count = float(row[1]), float(row[2]), int(row[3])
+        ratio = float(row[4]) if len(row) > 4 else 1.0
+        powers = ratio ** (np.arange(count) / max(count - 1, 1))
+        return first + (last - first) * np.concatenate([[0.0], np.cumsum(powers) / powers.sum()])
+    except (ValueError, IndexError):
+        raise Trouble(f"{where}: a line of *GRID that is none: {', '.join(row)}") from None
+
+
+def axis_lines(deck: Deck, axis: str) -> np.ndarray:
+    """Lines of the grid along an axis."""
+    grid = deck.find("GRID")
+    rows = _rows(grid).get(axis, []) if grid else []
+    return np.unique(np.concatenate([_piece(row, str(deck.path)) for row in rows])) if rows else np.zeros(0)
+
+
+def _scaled_row(row: list[str], level: int, where: str) -> list[str] | None:
+    """A data line of a grid at a level; none where it cannot be halved."""
+    lines = _piece(row, where)
+    if row[1].upper() != "LINES":
+        scaled = int(row[3]) * 2**level if level >= 0 else int(row[3]) / 2**-level
+        return None if scaled != int(scaled) else [*row[:3], str(int(scaled)), *row[4:]]
+    for _ in range(abs(level)):
+        if level > 0:
+            lines = np.sort(np.concatenate([lines, (lines[1:] + lines[:-1]) / 2]))
+        elif len(lines) % 2 == 0:
+            return None
+        else:
+            lines = lines[::2]
+    return [*row[:2], *(f"{v:.15g}" for v in lines)]
+
+
+def at_level(deck: Deck, level: int) -> Deck | None:
+    """The deck on the grid of a level; none where there is no such grid."""
+    grid = deck.find("GRID")
+    if grid is None or level == 0:
+        return deck if level == 0 else None
+    lines = []
+    for line in grid.lines:
+        row = items(line)
+        if not line.strip() or line.lstrip().startswith("**"):
+            lines.append(line)
+            continue
+        alone = len(axis_lines(deck, row[0].upper())) <= 2
+        scaled = row if alone else _scaled_row(row, level, str(deck.path))
+        if scaled is None:
+            return None
+        lines.append(" " + ", ".join(scaled))
+    changed = deck.with_card(Card("GRID", grid.parameters, tuple(lines)))
+    return changed if level > 0 or _keeps_sets(deck, changed) else None
+
+
+def _keeps_sets(deck: Deck, coarse: Deck) -> bool:
+    """Whether a coarser grid has the lines that node sets stand on, and cells enough along every axis."""
+    for axis in "XYZ":
+        own, left = axis_lines(deck, axis), axis_lines(coarse, axis)
+        if len(own) > 2 and len(left) - 1 < FEWEST_CELLS:
+            return False
+        for place in _places_of_sets(deck, axis):
+            if _near(own, place) and not _near(left, place):
+                return False
+    return True
+
+
+def _near(lines: np.ndarray, place: float) -> bool:
+    """Whether a place is on a line."""
+    return bool(len(lines)) and bool(np.min(np.abs(lines - place)) <= 1e-6 * (lines[-1] - lines[0]))
+
+
+def _places_of_sets(deck: Deck, axis: str) -> list[float]:
+    """Coordinates along an axis that node sets name by planes and boxes."""
+    found: list[float] = []
+    for card in deck.all("NSET"):
+        rows = card.data()
+        try:
+            if card.value("PLANE") == axis:
+                found += [float(row[0]) for row in rows[:1]]
+            elif card.value("BOX") is not None:
+                found += [float(v) for row in rows[:1] for v in row["XYZ".index(axis) * 2 :][:2]]
+        except (ValueError, IndexError):
+            continue
+    return found
+
+
+def with_steps(deck: Deck, factor: int) -> Deck:
+    """Every phase in so many times the steps; steps by their error take the share that belongs to it."""
+    cards: list[Card] = []
+    told = True
+    for card in deck.cards:
+        if card.keyword == "PHASE":
+            told = False
+        if card.keyword == "CONTROLS":
+            told = True
+            card = card.with_value("STEPS", str(factor * int(card.value("STEPS") or 10)))
+            share = float(card.value("STEP ERROR") or 0.0)
+            if share > 0:
+                card = card.with_value("STEP ERROR", f"{share / factor**2:.6g}")
+        if card.keyword == "END PHASE" and not told:
+            cards.append(Card("CONTROLS", (("STEPS", str(10 * factor)),)))
+        cards.append(card)
+    return deck.with_cards(cards)
+
+
+def dimension(deck: Deck) -> int:
+    """Axes of the grid with more than one cell; 2 where there is no grid."""
+    counted = sum(len(axis_lines(deck, axis)) > 2 for axis in "XYZ")
+    return counted or 2
+
+
+def levels_of(deck: Deck) -> list[int]:
+    """Levels of grids from the coarsest that keeps the scene."""
+    if deck.find("GRID") is None:
+        return [0]
+    down = []
+    for level in range(-1, DEEPEST_LEVEL - 1, -1):
+        if at_level(deck, level) is None:
+            break
+        down.append(level)
+    return [*reversed(down), *range(FINEST_LEVEL + 1)]

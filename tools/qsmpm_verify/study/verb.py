@@ -1,0 +1,72 @@
+"""Words of `study`: DECK, --history, --at, --target, --budget."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+
+from qsmpm_verify.places import PROGRAM
+from qsmpm_verify.study.cards import read_deck
+from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
+from qsmpm_verify.study.search import Search, Trial, Wish
+from qsmpm_verify.study.telling import grid_text, tell_study
+from qsmpm_verify.trouble import RunFailed, Trouble
+
+SECONDS = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+def add_words(verbs: argparse._SubParsersAction) -> None:
+    """Words of the verb."""
+    verb = verbs.add_parser("study", help="your own deck over grids, methods and steps: the answer, its error, what it costs")
+    verb.add_argument("deck", type=Path, help="a deck that runs")
+    verb.add_argument("--history", required=True, metavar="NAME", help="column of curves.csv that is asked for")
+    verb.add_argument("--at", choices=("last", "max", "min"), default="last", help="where it is read (default last)")
+    verb.add_argument("--target", type=share, default=0.01, metavar="1%%", help="error that is close enough (default 1%%)")
+    verb.add_argument("--budget", type=seconds, default=600.0, metavar="10min", help="time of all runs (default 10min)")
+    verb.add_argument("--out", type=Path, help="folder of the runs (default output/study/DECK)")
+    verb.add_argument("--program", type=Path, default=PROGRAM, help="the program to run")
+    verb.add_argument("--fresh", action="store_true", help="run again what has been run already")
+    verb.set_defaults(act=act)
+
+
+def share(word: str) -> float:
+    """1% or 0.01."""
+    hit = re.fullmatch(r"([\d.]+(?:[eE]-?\d+)?)\s*(%?)", word.strip())
+    value = float(hit[1]) * (0.01 if hit[2] else 1.0) if hit else 0.0
+    if not 0.0 < value < 1.0:
+        raise argparse.ArgumentTypeError(f"'{word}' is no share such as 1% or 0.01")
+    return value
+
+
+def seconds(word: str) -> float:
+    """90s, 10min, 2h or a number of seconds."""
+    hit = re.fullmatch(r"([\d.]+)\s*(s|min|h)?", word.strip())
+    if not hit or float(hit[1]) <= 0.0:
+        raise argparse.ArgumentTypeError(f"'{word}' is no time such as 90s, 10min or 2h")
+    return float(hit[1]) * SECONDS[hit[2] or "s"]
+
+
+def tell_run(trial: Trial, spent: float) -> None:
+    """A line a run while they go on."""
+    told = f"{trial.figure:.6g}, {trial.seconds:.3g} CPU s" if trial.good else trial.reason[:100]
+    print(f"{trial.method}, grid {grid_text(trial)}, steps {trial.steps}x: {told} ({spent:.0f} s spent)", file=sys.stderr)
+
+
+def act(words: argparse.Namespace) -> int:
+    """Search, judge, tell; exit code 1 when no run is within the target, 3 when none has a figure."""
+    if not words.program.is_file():
+        raise Trouble(f"{words.program} is not there: build it first (tools/test or cmake --build build)")
+    deck = read_deck(words.deck)
+    root = words.out or Path("output") / "study" / words.deck.stem
+    wish = Wish(words.history, words.at, words.target, words.budget, words.program.resolve(), root, words.fresh)
+    search = Search(deck, wish, tell_run)
+    search.go(lambda trials: seconds_of_choice(trials, wish.target))
+    if not any(t.good for t in search.trials):
+        first = search.trials[0].reason if search.trials else search.ending
+        raise RunFailed(f"{words.deck}: no run of it gave a figure; the first says: {first}")
+    answer = answer_of(search.trials)
+    choice = choice_of(search.trials, answer, wish.target)
+    tell_study(search, answer, choice, warnings_of(deck))
+    return 0 if choice else 1

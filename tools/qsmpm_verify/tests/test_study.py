@@ -1,0 +1,320 @@
+"""A user's own deck over grids, methods and steps: what is changed in the deck, and what is told of the figures."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import math
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from qsmpm_verify.cli import main
+from qsmpm_verify.places import PROGRAM, TOP
+from qsmpm_verify.study.band import SAFETY, agreed, of_grids, of_steps, of_three, of_two
+from qsmpm_verify.study.cards import Deck, read_deck
+from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
+from qsmpm_verify.study.search import Search, Trial, Wish
+from qsmpm_verify.study.variants import at_level, axis_lines, dimension, levels_of, methods_of, with_method, with_steps
+from qsmpm_verify.study.verb import seconds, share
+from qsmpm_verify.trouble import Trouble
+
+DECK = """*HEADING
+A footing; with, commas
+*GRID, ELEMENT=TRI6, DIAGONAL=ALTERNATE
+X, 0, 1, 8
+X, 1, 5, 8, 4
+** rows
+Y, LINES, 0, 1, 2
+Z, 0, 1, 1
+*NSET, NSET=plate, BOX
+0, 0.5, 2, 2, 0, 0
+*MATERIAL, NAME=clay
+*MOHR COULOMB
+1, 25, 0
+*POINTS, PER ELEMENT=12
+*METHOD, BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=JAUMANN
+*PHASE, NAME=first
+*CONTROLS, STEPS=40, STEP ERROR=0.04
+*END PHASE
+*PHASE, NAME=second
+*END PHASE
+"""
+
+
+def deck_of(text: str) -> Deck:
+    """A deck read from a file of this text."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.inp"
+        path.write_text(text)
+        return read_deck(path)
+
+
+def trial(method: str, level: int, figure: float, cost: float, steps: int = 1) -> Trial:
+    """A run with a figure."""
+    return Trial(method, level, steps, "", figure, cost)
+
+
+class TestCards(unittest.TestCase):
+    """What is not changed stands as it stood."""
+
+    def test_a_deck_comes_back_word_for_word(self) -> None:
+        self.assertEqual(deck_of(DECK).text(), DECK)
+
+    def test_a_file_of_the_same_folder_is_put_in_place(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "soil.inp").write_text("*MATERIAL, NAME=clay\n")
+            path = Path(folder) / "scene.inp"
+            path.write_text("*HEADING\nx\n*INCLUDE, INPUT=soil.inp\n")
+            self.assertEqual(read_deck(path).cards[-1].value("NAME"), "CLAY")
+
+    def test_a_file_of_another_folder_is_refused(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "scene.inp"
+            path.write_text("*INCLUDE, INPUT=../soil.inp\n")
+            with self.assertRaisesRegex(Trouble, "own folder"):
+                read_deck(path)
+
+    def test_a_comma_at_the_end_of_a_line_goes_on(self) -> None:
+        deck = deck_of("*GRID, ELEMENT=QUAD4\nX, LINES, 0,\n 1, 3\n")
+        self.assertEqual(list(axis_lines(deck, "X")), [0, 1, 3])
+        self.assertEqual(deck_of("*GRID,\n ELEMENT=QUAD4\nX, 0, 1, 2\n").cards[0].value("ELEMENT"), "QUAD4")
+
+
+class TestVariants(unittest.TestCase):
+    """Grids, methods and steps of the same scene."""
+
+    def test_a_finer_grid_has_twice_the_cells_at_the_same_places(self) -> None:
+        fine = at_level(deck_of(DECK), 1)
+        assert fine is not None
+        self.assertEqual(len(axis_lines(fine, "X")), 33)
+        self.assertEqual(list(axis_lines(fine, "Y")), [0, 0.5, 1, 1.5, 2])
+        self.assertTrue(any(abs(x - 0.5) < 1e-12 for x in axis_lines(fine, "X")))
+
+    def test_an_axis_of_one_cell_keeps_it(self) -> None:
+        fine = at_level(deck_of(DECK), 2)
+        assert fine is not None
+        self.assertEqual(list(axis_lines(fine, "Z")), [0, 1])
+        self.assertEqual(dimension(fine), 2)
+
+    def test_a_coarser_grid_keeps_the_lines_of_node_sets(self) -> None:
+        text = DECK.replace("Y, LINES, 0, 1, 2", "Y, 0, 2, 8")
+        self.assertEqual(min(levels_of(deck_of(text))), -2)
+        self.assertEqual(min(levels_of(deck_of(text.replace("0, 0.5, 2, 2", "0, 0.375, 2, 2")))), 0)
+
+    def test_a_number_of_cells_that_cannot_be_halved_ends_it(self) -> None:
+        text = DECK.replace("Y, LINES, 0, 1, 2", "Y, 0, 2, 6")
+        self.assertEqual(min(levels_of(deck_of(text))), -1)
+
+    def test_another_method_brings_its_cells_and_points_and_leaves_the_kinematics(self) -> None:
+        deck = deck_of(DECK)
+        spline = with_method(deck, methods_of(deck)[1])
+        grid, method = spline.find("GRID"), spline.find("METHOD")
+        assert grid is not None and method is not None
+        self.assertEqual((grid.value("ELEMENT"), grid.value("DIAGONAL")), ("QUAD4", None))
+        self.assertEqual((method.value("BASIS"), method.value("KINEMATICS")), ("SPLINE2G", "JAUMANN"))
+        self.assertEqual(spline.find("POINTS").value("PER ELEMENT"), "DEFAULT")  # type: ignore[union-attr]
+
+    def test_the_method_of_the_deck_is_not_tried_twice(self) -> None:
+        labels = [m.label for m in methods_of(deck_of(DECK))]
+        self.assertEqual(labels, ["as the deck says", "SPLINE2G CELL", "SPLINE2 CELL", "GIMP"])
+
+    def test_a_mesh_file_allows_its_own_method_and_grid_only(self) -> None:
+        deck = deck_of("*MESH, INPUT=cook.msh\n*PHASE, NAME=p\n*END PHASE\n")
+        self.assertEqual((len(methods_of(deck)), levels_of(deck)), (1, [0]))
+
+    def test_steps_are_doubled_in_every_phase(self) -> None:
+        cards = with_steps(deck_of(DECK), 2).all("CONTROLS")
+        self.assertEqual([c.value("STEPS") for c in cards], ["80", "20"])
+        self.assertEqual(cards[0].value("STEP ERROR"), "0.01")
+
+
+class TestBand(unittest.TestCase):
+    """Values of sequences whose limit is known."""
+
+    def test_a_sequence_of_second_order_is_taken_to_its_limit(self) -> None:
+        band = of_three(1 + 16e-2, 1 + 4e-2, 1 + 1e-2)
+        assert band is not None
+        self.assertAlmostEqual(band.value, 1.0, places=12)
+        self.assertAlmostEqual(band.half, SAFETY * 1e-2, places=12)
+
+    def test_a_larger_order_is_not_believed(self) -> None:
+        band = of_three(1 + 64e-2, 1 + 4e-2, 1 + 0.25e-2)
+        assert band is not None
+        self.assertGreater(band.half, 0.25e-2)
+        self.assertLessEqual(abs(band.value - 1.0), band.half)
+
+    def test_two_grids_that_agree_by_luck_do_not_make_a_band_of_nothing(self) -> None:
+        band = of_three(1.2, 1.0, 1.0 - 1e-9)
+        assert band is not None
+        self.assertGreaterEqual(band.half, 0.19 / 12)
+
+    def test_differences_that_do_not_fall_have_no_value(self) -> None:
+        self.assertIsNone(of_three(1.0, 1.1, 1.2))
+        self.assertIsNone(of_three(1.0, 1.1, 0.9))
+        self.assertIsNone(of_three(1.0, 1.1, 1.25))
+
+    def test_falling_swings_have_the_last_one_as_band(self) -> None:
+        band = of_three(1.0, 1.2, 1.1)
+        assert band is not None
+        self.assertAlmostEqual(band.value, 1.1)
+        self.assertAlmostEqual(band.half, SAFETY * 0.1)
+
+    def test_the_three_finest_grids_count(self) -> None:
+        self.assertEqual(of_grids([7.0, 1 + 16e-2, 1 + 4e-2, 1 + 1e-2]), of_three(1 + 16e-2, 1 + 4e-2, 1 + 1e-2))
+        self.assertEqual(of_grids([1.2, 1.1]), of_two(1.2, 1.1))
+        self.assertIsNone(of_grids([1.2]))
+
+    def test_methods_that_disagree_widen_the_band(self) -> None:
+        near, far = of_two(1.02, 1.01), of_two(1.12, 1.11)
+        both, stretched = agreed([near, far])
+        self.assertTrue(stretched)
+        self.assertLessEqual(both.low, near.low)
+        self.assertGreaterEqual(both.high, far.low)
+        self.assertFalse(agreed([near, of_two(1.03, 1.015)])[1])
+
+    def test_what_steps_leave_holds_every_order_and_none(self) -> None:
+        shift, half = of_steps(0.1)
+        for rest in (0.2, 0.1 * 4 / 3, 0.1, 0.0):
+            self.assertLessEqual(abs(rest - shift), half + 1e-15)
+
+
+class TestJudgement(unittest.TestCase):
+    """From runs to an answer and a choice."""
+
+    good = [
+        trial("a", 0, 1.16, 1.0), trial("a", 1, 1.04, 4.0), trial("a", 2, 1.01, 16.0),
+        trial("b", 0, 1.002, 0.5), trial("b", 1, 1.08, 2.0),
+    ]  # fmt: skip
+
+    def test_the_answer_is_that_of_methods_with_three_grids(self) -> None:
+        answer = answer_of(self.good)
+        assert answer is not None
+        self.assertAlmostEqual(answer.value, 1.0)
+        self.assertEqual(answer.methods, ("a",))
+
+    def test_steps_move_the_answer_and_widen_it(self) -> None:
+        with_them = answer_of([*self.good, trial("a", 1, 1.06, 8.0, steps=2)])
+        assert with_them is not None
+        self.assertAlmostEqual(with_them.value, 1.02)
+        self.assertAlmostEqual(with_them.half, SAFETY * 0.03)
+
+    def test_a_lucky_coarse_run_is_not_chosen(self) -> None:
+        answer = answer_of(self.good)
+        choice = choice_of(self.good, answer, 0.1)
+        assert choice is not None
+        self.assertEqual((choice.method, choice.level), ("b", 0))
+        narrow = choice_of(self.good, answer, 0.06)
+        assert narrow is not None
+        self.assertEqual((narrow.method, narrow.level), ("a", 1))
+        self.assertIsNone(choice_of(self.good, answer, 0.015))
+
+    def test_without_three_grids_the_search_goes_on(self) -> None:
+        self.assertEqual(seconds_of_choice(self.good[3:], 0.5), math.inf)
+        self.assertEqual(seconds_of_choice(self.good, 0.1), 0.5)
+
+    def test_figures_that_go_nowhere_have_no_answer(self) -> None:
+        lost = [trial("a", 0, 1.0, 1), trial("a", 1, 1.1, 2), trial("a", 2, 1.3, 4)]
+        self.assertIsNone(answer_of(lost))
+        two = [trial("b", 0, 1.0, 1), trial("b", 1, 1.01, 2)]
+        self.assertIsNotNone(answer_of(two))
+        self.assertIsNone(answer_of([*lost, *two]), "two grids count for nothing where three go nowhere")
+
+    def test_grids_before_a_gap_do_not_count(self) -> None:
+        gap = [trial("a", 0, 9.0, 1), trial("a", 2, 1.04, 2), trial("a", 3, 1.01, 4)]
+        answer = answer_of(gap)
+        assert answer is not None
+        self.assertAlmostEqual(answer.value, 0.98)
+
+    def test_a_deck_that_depends_on_the_grid_by_nature_is_told_of(self) -> None:
+        self.assertIn("psi = 0", warnings_of(deck_of(DECK))[0])
+        soft = DECK.replace("1, 25, 0\n", "1, 25, 25\n*SOFTENING, REGULARISATION=NONE\n0, 25, 25, 0.1\n")
+        self.assertIn("REGULARISATION", warnings_of(deck_of(soft))[0])
+        self.assertEqual(warnings_of(deck_of(DECK.replace("1, 25, 0", "1, 25, 25"))), [])
+
+
+class Told:
+    """A search on figures that are told, not run: a method's errors by level, at a cost."""
+
+    def __init__(self, search: Search, figure: dict[str, float]) -> None:
+        self.search, self.figure = search, figure
+
+    def __call__(self, method: object, level: int, steps: int) -> None:
+        label = method.label  # type: ignore[attr-defined]
+        cost = 4.0**level
+        self.search.spent += cost
+        value = 1 + self.figure.get(label, math.nan) * 4.0**-level
+        self.search.trials.append(Trial(label, level, steps, "", value, cost, "" if value == value else "exit 3"))
+
+
+class TestSearch(unittest.TestCase):
+    """The order of runs and the end of the search, with runs that are told."""
+
+    def go(self, budget: float, target: float, figure: dict[str, float]) -> Search:
+        deck = deck_of(DECK.replace("Y, LINES, 0, 1, 2", "Y, 0, 2, 8"))
+        wish = Wish("reaction", "last", target, budget, Path("none"), Path("none"))
+        search = Search(deck, wish, lambda t, s: None)
+        search.try_one = Told(search, figure)  # type: ignore[method-assign]
+        search.go(lambda trials: seconds_of_choice(trials, target))
+        return search
+
+    def test_it_ends_when_nothing_cheaper_is_left(self) -> None:
+        search = self.go(1e4, 0.02, {"as the deck says": 0.01, "GIMP": 0.02})
+        self.assertIn("cheaper", search.ending)
+        self.assertAlmostEqual(answer_of(search.trials).value, 1.0, places=2)  # type: ignore[union-attr]
+
+    def test_it_ends_at_the_budget_with_what_it_has(self) -> None:
+        search = self.go(10.0, 1e-9, {"as the deck says": 0.01})
+        self.assertIn("budget", search.ending)
+        self.assertLessEqual(search.spent, 10.0)
+        self.assertIsNotNone(answer_of(search.trials))
+
+    def test_a_method_that_fails_twice_is_left(self) -> None:
+        search = self.go(1e4, 1e-9, {"as the deck says": 0.01})
+        self.assertEqual(len([t for t in search.trials if t.method == "GIMP"]), 2)
+
+    def test_one_run_in_twice_the_steps_closes_it(self) -> None:
+        search = self.go(1e4, 0.02, {"as the deck says": 0.01})
+        self.assertEqual([t.steps for t in search.trials].count(2), 1)
+
+
+class TestWords(unittest.TestCase):
+    """Shares and times as they are written."""
+
+    def test_shares_and_times(self) -> None:
+        self.assertEqual((share("1%"), share("0.02")), (0.01, 0.02))
+        self.assertEqual((seconds("90s"), seconds("10min"), seconds("2h"), seconds("7")), (90, 600, 7200, 7))
+        for word in ("0", "150%", "much"):
+            with self.assertRaises(Exception):
+                share(word)
+
+
+@unittest.skipUnless(PROGRAM.is_file(), "needs the program")
+class TestCommand(unittest.TestCase):
+    """The verb itself on a thick cylinder: Lame's growth of the bore, and the deck it writes."""
+
+    def test_the_answer_is_lame_and_the_deck_of_the_choice_runs(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            words = ["study", str(TOP / "verification/cases/decks/cylinder.inp"), "--history", "bore_growth", "--budget", "60s"]
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                code = main([*words, "--target", "0.1%", "--out", folder])
+            self.assertEqual(code, 0)
+            told = json.loads((Path(folder) / "figures.json").read_text())
+            self.assertLessEqual(abs(told["answer"]["value"] - 1.9066666666666667e-6), told["answer"]["half"])
+            self.assertTrue((Path(folder) / "study.svg").is_file())
+            checked = subprocess.run([PROGRAM, "check", Path(folder) / "cylinder_choice.inp"], capture_output=True)
+            self.assertEqual(checked.returncode, 0, checked.stderr)
+
+    def test_a_column_that_is_not_there_is_told(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            words = ["study", str(TOP / "verification/cases/decks/cylinder.inp"), "--history", "nothing", "--out", folder]
+            told = io.StringIO()
+            with contextlib.redirect_stderr(told):
+                self.assertEqual(main(words), 2)
+            self.assertIn("bore_growth", told.getvalue())
+
+
+if __name__ == "__main__":
+    unittest.main()
