@@ -29,9 +29,10 @@ module qsmpm_phases
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: take_step
+  use qsmpm_stepping, only: is_told, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_term_share, only: share_named, stabilisation_share
+  use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
   implicit none
   private
@@ -289,8 +290,11 @@ contains
     type(outcome_type) :: outcome
     type(step_before_type) :: before
     real(wp) :: length, last, strength
+    integer :: repeats
 
     accepted = .false.
+    repeats = 0
+    if (allocated(loop%step%told)) deallocate (loop%step%told)
     call remember_start(model, phase, before)
     do
       if (is_stopped(observer, error)) return
@@ -310,15 +314,43 @@ contains
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
+        call note_repeats(observer, repeats)
         return
       end if
-      call observer%note('increment cut back: '//outcome%reason)
+      call note_cut(observer, outcome%reason, loop%step, repeats)
     end do
     accepted = .true.
+    call note_repeats(observer, repeats)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
   end subroutine reach_load
+
+  !> Tell why an increment is cut back, once where the reason stays the same.
+  subroutine note_cut(observer, reason, step, repeats)
+    class(observer_type), intent(inout) :: observer
+    character(len=*), intent(in) :: reason
+    type(step_type), intent(inout) :: step
+    !> Cuts for the same reason that have not been told.
+    integer, intent(inout) :: repeats
+
+    if (is_told(step, reason)) then
+      repeats = repeats + 1
+      return
+    end if
+    call note_repeats(observer, repeats)
+    call observer%note('increment cut back: '//reason)
+    step%told = reason
+  end subroutine note_cut
+
+  !> Tell how often an increment was cut back again for the reason that was told.
+  subroutine note_repeats(observer, repeats)
+    class(observer_type), intent(inout) :: observer
+    integer, intent(inout) :: repeats
+
+    if (repeats > 0) call observer%note('increment cut back '//integer_text(repeats)//' times more for the same reason')
+    repeats = 0
+  end subroutine note_repeats
 
   !> The next stable factor of a safety phase; where there is none its factor of safety is found.
   subroutine reach_factor(model, loop, phase, observer, record, accepted, error)

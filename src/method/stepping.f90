@@ -21,7 +21,7 @@ module qsmpm_stepping
   implicit none
   private
 
-  public :: take_step
+  public :: take_step, is_told
 
 contains
 
@@ -67,12 +67,22 @@ contains
     if (allocated(error)) return
     if (.not. outcome%accepted) then
       if (.not. may_be_damped(model, controls, fraction, outcome)) return
-      call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
+      if (.not. is_told(step, outcome%reason)) &
+        call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
       call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
       if (allocated(error) .or. .not. outcome%accepted) return
     end if
     call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
   end subroutine find_equilibrium
+
+  !> Whether the log has been told a reason at the last try of this step.
+  pure logical function is_told(step, reason)
+    type(step_type), intent(in) :: step
+    character(len=*), intent(in) :: reason
+
+    is_told = .false.
+    if (allocated(step%told)) is_told = step%told == reason
+  end function is_told
 
   !> One solve, what it adds to the record of the step, and whether the step may go on from it.
   subroutine solve(model, step, solver, controls, attempt, record, outcome, solution, error)

@@ -9,7 +9,7 @@ module qsmpm_phase_ends
   implicit none
   private
 
-  public :: note_end, note_loss, is_lost, fraction_reached, end_of_phase
+  public :: note_end, note_loss, is_lost, fraction_reached, end_of_phase, factor_of_phase
 
 contains
 
@@ -79,6 +79,20 @@ contains
     if (.not. allocated(progress%ends)) return
     if (phase >= 1 .and. phase <= size(progress%ends)) ended = progress%ends(phase)
   end function end_of_phase
+
+  !> Factor of safety of a phase, stable and lost; zeros for none.
+  pure function factor_of_phase(progress, phase) result(factor)
+    type(progress_type), intent(in) :: progress
+    integer, intent(in) :: phase
+    real(wp) :: factor(2)
+    integer :: i
+
+    factor = 0.0_wp
+    if (.not. allocated(progress%factors)) return
+    do i = 1, size(progress%factors, 2)
+      if (nint(progress%factors(1, i)) == phase) factor = progress%factors(2:3, i)
+    end do
+  end function factor_of_phase
 
   !> Load fraction that a phase before the present one has reached.
   pure real(wp) function fraction_reached(progress, phase) result(fraction)

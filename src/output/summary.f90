@@ -12,7 +12,7 @@ module qsmpm_summary
   use qsmpm_limit_load, only: limit_loads
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_number_text, only: integer_text, real_text, short_text
-  use qsmpm_phase_ends, only: end_of_phase
+  use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
   use qsmpm_text, only: string_type, json_string, read_real, split
   use qsmpm_unfinished_phases, only: is_loss
   implicit none
@@ -57,7 +57,8 @@ contains
     text = '{'//newline//'  "phases": ['
     do p = 1, size(rows)
       if (p > 1) text = text//','
-      text = text//newline//phase_json(analysis, p, rows(p), shown_end(model, p, outcome), factor_of(model, p))
+      text = text//newline//phase_json(analysis, p, rows(p), shown_end(model, p, outcome), &
+        factor_of_phase(model%state%progress, p))
     end do
     text = text//newline//'  ]'//newline//'}'//newline
     call write_text(directory//'/'//summary_file, text, error)
@@ -101,20 +102,6 @@ contains
     end if
     text = text//'}}'
   end function phase_json
-
-  !> Factor of safety of a phase, stable and lost; zeros for none.
-  pure function factor_of(model, phase) result(factor)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: phase
-    real(wp) :: factor(2)
-    integer :: i
-
-    factor = 0.0_wp
-    if (.not. allocated(model%state%progress%factors)) return
-    do i = 1, size(model%state%progress%factors, 2)
-      if (nint(model%state%progress%factors(1, i)) == phase) factor = model%state%progress%factors(2:3, i)
-    end do
-  end function factor_of
 
   !> How a phase has ended, in words.
   pure function reason_of(ended, steps, factor) result(words)
@@ -187,6 +174,7 @@ contains
     type(error_type), intent(in), optional :: outcome
     type(phase_row_type) :: rows(size(analysis%phases))
     type(phase_end_type) :: ended
+    real(wp) :: factor(2)
     integer :: p
 
     text = line_of('phase', 'ended by', 'load factor', 'steps', 'iterations', 'residual', 'displacement')
@@ -195,9 +183,10 @@ contains
     if (allocated(error)) return
     do p = 1, size(rows)
       ended = shown_end(model, p, outcome)
-      text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor_of(model, p)), &
+      factor = factor_of_phase(model%state%progress, p)
+      text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor), &
         short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
-        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor_of(model, p))
+        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor)
     end do
   end subroutine summary_table
 

@@ -212,6 +212,10 @@ contains
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
     run = new_run([lost(), lost(), scripted_outcome_type(iterations=9)], '')
     call run%to_end()
+    call tests%check('a reason that stays the same is told once, with the number of cuts', &
+      index(run%observer%text, 'increment cut back: the script says no') == &
+      index(run%observer%text, 'increment cut back: the script says no', back=.true.) .and. &
+      index(run%observer%text, 'increment cut back 1 times more for the same reason') > 0)
     call tests%check('steps of usual iterations stay cut', run%observer%steps == 16 + 2 .and. &
       abs(run%observer%fraction(1) - 0.0625_wp) <= rounding)
     answer = lost()
