@@ -5,12 +5,13 @@
 !>
 !> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
 !> body holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays
-!> in equilibrium with its traction however far the body has moved or deformed. docs/methods/bodies.md.
+!> in equilibrium with its traction however far the body has moved or deformed. A body that reaches beyond the grid is
+!> taken as its part on it (qsmpm_outline_trim). docs/methods/bodies.md.
 module qsmpm_outlines
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_material_traits, only: may_yield
-  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, select_outline, surface_type
+  use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, mesh_grid, select_outline, surface_type
   use qsmpm_basis_traits, only: grid_degree
   use qsmpm_model, only: model_type
   use qsmpm_model_bodies, only: places_for
@@ -26,6 +27,7 @@ module qsmpm_outlines
   use qsmpm_model_bodies, only: place_seeds
   use qsmpm_outline_quadrature, only: seed_outline_cells
   use qsmpm_outline_seeding, only: bounds_of
+  use qsmpm_outline_trim, only: trim_outline, is_trimmed
   use qsmpm_points, only: carried_type, surface_points_type, allocate_surface_points, set_normals
   use qsmpm_polyhedron, only: polyhedron_type
   use qsmpm_seeding, only: seed_body
@@ -123,31 +125,32 @@ contains
     real(wp), allocatable, intent(out) :: vertices(:, :)
     type(carried_outline_type), intent(out) :: outline
     type(polyhedron_type) :: solid
+    type(body_shape_type) :: drawn
     real(wp), allocatable :: boxes(:, :, :)
     real(wp) :: box(3, 2)
     integer :: s, i
 
     allocate (vertices(model%mesh%dimension, 0))
-    associate (drawn => model%shapes(body))
-      if (allocated(drawn%region)) return
-      if (model%mesh%dimension == 2) then
-        if (.not. allocated(drawn%outline)) return
-        if (leaves(model%mesh, drawn%outline, length)) return
-        allocate (boxes(2, 2, 0))
-        do s = 1, size(model%analysis%surfaces)
-          if (.not. is_of_body(model, s, body)) cycle
-          box = outline_box(model, model%analysis%surfaces(s))
-          boxes = reshape([boxes, box(:2, :)], [2, 2, size(boxes, 3) + 1])
-        end do
-        call divide_polygon(drawn%outline, length, boxes, apart*set_tolerance(model%mesh), vertices)
-        outline%corner = reshape([(i, modulo(i, size(vertices, 2)) + 1, i=1, size(vertices, 2))], shape(vertices))
-      else
-        if (.not. allocated(drawn%solid) .and. drawn%high >= huge(1.0_wp)) return
-        call bounds_of(model%mesh, drawn, solid)
-        if (leaves(model%mesh, reshape(solid%facets, [3, size(solid%facets)/3]), length)) return
-        call divide_facets(solid%facets, length, vertices, outline%corner)
-      end if
-    end associate
+    drawn = model%shapes(body)
+    if (model%analysis%mesh%kind == mesh_grid) call trim_outline(model%mesh%bounds, drawn)
+    if (allocated(drawn%region)) return
+    if (model%mesh%dimension == 2) then
+      if (.not. allocated(drawn%outline)) return
+      if (leaves(model%mesh, drawn%outline, length)) return
+      allocate (boxes(2, 2, 0))
+      do s = 1, size(model%analysis%surfaces)
+        if (.not. is_of_body(model, s, body)) cycle
+        box = outline_box(model, model%analysis%surfaces(s))
+        boxes = reshape([boxes, box(:2, :)], [2, 2, size(boxes, 3) + 1])
+      end do
+      call divide_polygon(drawn%outline, length, boxes, apart*set_tolerance(model%mesh), vertices)
+      outline%corner = reshape([(i, modulo(i, size(vertices, 2)) + 1, i=1, size(vertices, 2))], shape(vertices))
+    else
+      if (.not. allocated(drawn%solid) .and. drawn%high >= huge(1.0_wp)) return
+      call bounds_of(model%mesh, drawn, solid)
+      if (leaves(model%mesh, reshape(solid%facets, [3, size(solid%facets)/3]), length)) return
+      call divide_facets(solid%facets, length, vertices, outline%corner)
+    end if
     outline%body = body
     outline%count = size(vertices, 2)
     outline%size = measures(model, vertices, outline%corner)
@@ -230,7 +233,8 @@ contains
       box = outline_box(model, model%analysis%surfaces(s))
       do i = 1, size(inside)
         middle = sum(vertices(:, outline%corner(:, i)), dim=2)/size(outline%corner, 1)
-        inside(i) = all(middle >= box(:d, 1) .and. middle <= box(:d, 2))
+        inside(i) = all(middle >= box(:d, 1) .and. middle <= box(:d, 2)) .and. .not. &
+          is_trimmed(model%mesh%bounds, model%shapes(outline%body), middle)
       end do
       area = sum(model%state%surface%area, mask=model%state%surface%surface == s)
       if (abs(sum(outline%size, mask=inside) - area) > same_area*area) cycle

@@ -59,6 +59,7 @@ contains
     call check_soil(tests)
     call check_part(tests)
     call check_uncut(tests)
+    call check_trim(tests)
     call check_lost(tests)
   end subroutine collect_outlines
 
@@ -352,10 +353,30 @@ contains
     call tests%check('with its surface', size(model%outlines(1)%part) == size(model%outlines(1)%size))
     call build(head//'0, 2, 0, 1.1|*METHOD, INTEGRATION=CELL|'//tail//'*SUPPORT, SURFACE=s, TYPE=ALL|*END PHASE|', model)
     call tests%check('but not with one that is held', size(model%outlines(1)%part) == 0)
-    ! Divided to half a cell the edge would have 4e12 parts.
-    call build(head//'0, 1e12, 0, 1.1|*METHOD, INTEGRATION=CELL|'//tail//'*END PHASE|', model)
-    call tests%check('nor is one that ends far outside of the mesh', size(model%outlines) == 0)
   end subroutine check_uncut
+
+  !> A body that reaches beyond the grid is carried as the part on it; what is an end of the grid is no surface. One in
+  !> parts is not carried.
+  subroutine check_trim(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'// &
+      '*METHOD, INTEGRATION=CELL|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=b, MATERIAL=soil, SHAPE=', &
+      tail = '|*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=s, TYPE=OUTLINE, BODY=b|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|'
+    type(model_type) :: model
+
+    ! Divided to half a cell the edge as drawn would have 4e12 parts.
+    call build(head//'BOX|0, 1e12, 0, 1.1'//tail, model)
+    call tests%check('a body that ends far outside of the grid is carried', size(model%outlines) == 1)
+    if (size(model%outlines) /= 1) return
+    call tests%close('as the part on it', sum(model%outlines(1)%size), 8.2_wp, rounding)
+    call tests%close('its surface has no end there', sum(model%outlines(1)%size(model%outlines(1)%part)), 7.1_wp, rounding)
+    call build(head//'BOX|-1, 2, -1, 1.1'//tail, model)
+    call tests%close('nor at the lower ends', sum(model%outlines(1)%size(model%outlines(1)%part)), 3.1_wp, rounding)
+    call build(head//'POLYGON|0.2, 3|0.2, 0.2|2.8, 0.2|2.8, 3|2.2, 3|2.2, 2.2|1.8, 2.2|1.8, 3'//tail, model)
+    call tests%check('a fork is whole on the grid', size(model%outlines) == 1)
+    call build(head//'POLYGON|0.2, 3|0.2, 0.2|0.8, 0.2|0.8, 2.2|2.2, 2.2|2.2, 0.2|2.8, 0.2|2.8, 3'//tail, model)
+    call tests%check('a bridge above it is not', size(model%outlines) == 0)
+  end subroutine check_trim
 
   !> An outline that does not bound its points any more is left alone.
   subroutine check_lost(tests)

@@ -92,7 +92,8 @@ contains
     end select
   end subroutine build_penalty
 
-  !> Largest Young's modulus in each active cell.
+  !> Largest Young's modulus in each active cell: of its points, else, where an outline has been carried into a cell
+  !> before a point of its body, of those that the parts of it take their states from.
   subroutine stiffness_of_cells(model, configuration, stiffness)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
@@ -107,6 +108,13 @@ contains
           stiffness(g) = max(stiffness(g), &
             model%laws(model%state%points%material(activation%point(p)))%law%stiffness_scale)
         end do
+        if (stiffness(g) > 0.0_wp .or. .not. allocated(configuration%bodies)) cycle
+        associate (bodies => configuration%bodies, c => activation%active_cell(g))
+          do p = bodies%first(c), bodies%first(c + 1) - 1
+            stiffness(g) = max(stiffness(g), &
+              model%laws(model%state%points%material(bodies%source(p)))%law%stiffness_scale)
+          end do
+        end associate
       end do
     end associate
   end subroutine stiffness_of_cells
