@@ -32,7 +32,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--markdown", type=Path, help="write charts and tables as a page, as docs/data/charts.md is")
     verb.add_argument("--repeat", type=int, default=1, help="run each this often; the least CPU time counts")
     verb.add_argument("--peers", action="store_true", help="run Kratos on the scenes it has, beside the methods")
-    verb.add_argument("--table", type=Path, metavar="PAGE", help="write which method for which error into a page, as README.md has it")
+    verb.add_argument("--table", type=Path, metavar="PAGE", help="write which method for which error into a page, as docs/charts.md has it")
     verb.set_defaults(act=act)
 
 

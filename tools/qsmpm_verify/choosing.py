@@ -1,4 +1,4 @@
-"""Which method for which error at which cost: one table of all studies, as README.md has it."""
+"""Which method for which error at which cost: one table of all studies, as docs/charts.md has it."""
 
 from __future__ import annotations
 

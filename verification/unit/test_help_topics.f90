@@ -24,10 +24,10 @@ contains
   !> What a geotechnical engineer types is answered, with the card or with what is nearest.
   subroutine words_of_engineers(tests)
     type(tests_type), intent(inout) :: tests
-    character(len=*), parameter :: asked(*) = [character(len=20) :: 'water', 'pile', 'Contact', 'excavate', 'factor of safety', &
-      'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c']
-    character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', 'not there', 'not there', '*DEACTIVATE', &
-      '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY']
+    character(len=*), parameter :: asked(*) = [character(len=20) :: 'water', 'pile', 'Contact', 'excavate', &
+      'factor of safety', 'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c']
+    character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', 'not there', 'not there', &
+      '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k
@@ -52,11 +52,12 @@ contains
     integer :: k, i
 
     call make_table(table)
-    known = topics()
+    allocate (known, source=topics())
     do k = 1, size(known)
       call split(trim(known(k)%answer), '*', pieces)
       do i = 2, size(pieces)
-        call tests%check('card exists: *'//pieces(i)%text(:min(20, len(pieces(i)%text))), begins_with_card(pieces(i)%text))
+        call tests%check('card exists: *'//pieces(i)%text(:min(20, len(pieces(i)%text))), &
+          begins_with_card(pieces(i)%text))
       end do
       call tests%check('answer is whole: '//trim(known(k)%words), len_trim(known(k)%answer) < len(known(k)%answer))
     end do

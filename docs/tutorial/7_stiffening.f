@@ -1,0 +1,37 @@
+C     Soil that grows stiffer with its mean pressure p: elasticity with E = E_ref sqrt(p/p_ref), at least E_ref/10.
+C     PROPS: E_ref, nu, p_ref. No state variables.
+      SUBROUTINE UMAT(STRESS,STATEV,DDSDDE,SSE,SPD,SCD,RPL,DDSDDT,
+     1 DRPLDE,DRPLDT,STRAN,DSTRAN,TIME,DTIME,TEMP,DTEMP,PREDEF,DPRED,
+     2 CMNAME,NDI,NSHR,NTENS,NSTATV,PROPS,NPROPS,COORDS,DROT,PNEWDT,
+     3 CELENT,DFGRD0,DFGRD1,NOEL,NPT,LAYER,KSPT,KSTEP,KINC)
+      INCLUDE 'ABA_PARAM.INC'
+      CHARACTER*80 CMNAME
+      DIMENSION STRESS(NTENS),STATEV(NSTATV),DDSDDE(NTENS,NTENS),
+     1 DDSDDT(NTENS),DRPLDE(NTENS),STRAN(NTENS),DSTRAN(NTENS),TIME(2),
+     2 PREDEF(1),DPRED(1),PROPS(NPROPS),COORDS(3),DROT(3,3),
+     3 DFGRD0(3,3),DFGRD1(3,3)
+      P = -(STRESS(1)+STRESS(2)+STRESS(3))/3.D0
+      E = PROPS(1)*SQRT(MAX(P/PROPS(3),1.D-2))
+      G = E/(2.D0*(1.D0+PROPS(2)))
+      ALAMBDA = 2.D0*G*PROPS(2)/(1.D0-2.D0*PROPS(2))
+      DO I = 1, NTENS
+        DO J = 1, NTENS
+          DDSDDE(I,J) = 0.D0
+        END DO
+      END DO
+      DO I = 1, NDI
+        DO J = 1, NDI
+          DDSDDE(I,J) = ALAMBDA
+        END DO
+        DDSDDE(I,I) = ALAMBDA+2.D0*G
+      END DO
+      DO I = NDI+1, NTENS
+        DDSDDE(I,I) = G
+      END DO
+      DO I = 1, NTENS
+        DO J = 1, NTENS
+          STRESS(I) = STRESS(I)+DDSDDE(I,J)*DSTRAN(J)
+        END DO
+      END DO
+      RETURN
+      END

@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Run every command of the pages of docs/tutorial and look for what the pages show of its answer; close with N passed, M failed.
+
+    verification/tutorial.py [--pictures]
+
+A command is an indented line that begins with `$`; the indented lines below it are pieces of what it says. `--pictures`
+copies the pictures the commands draw to docs/figures. Commands run in the top folder, as the reader types them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+TOP = Path(__file__).resolve().parents[1]
+PAGES = TOP / "docs" / "tutorial"
+LIMIT = 300
+PICTURES = {
+    "1_block": "tutorial_1", "2_column": "tutorial_2", "3_footing": "tutorial_3", "3_footing_strain": "tutorial_3_strain",
+    "4_slope": "tutorial_4", "5_hill": "tutorial_5", "6_triaxial": "tutorial_6", "7_own_law": "tutorial_7",
+}  # fmt: skip
+
+
+def commands_of(page: Path) -> Iterator[tuple[str, list[str]]]:
+    """The commands of a page, each with what is shown of its answer."""
+    command, shown = "", []
+    for line in page.read_text(encoding="utf-8").splitlines():
+        inside = line.startswith("    ")
+        if command and (not inside or line.startswith("    $ ")):
+            yield command, shown
+            command, shown = "", []
+        if line.startswith("    $ "):
+            command = line[6:]
+        elif inside and command:
+            shown.append(line.strip())
+    if command:
+        yield command, shown
+
+
+def plain(text: str) -> str:
+    """Text with its blanks squeezed."""
+    return re.sub(r"\s+", " ", text)
+
+
+def try_command(page: str, command: str, shown: list[str]) -> tuple[int, int]:
+    """Run a command; how many of the lines shown were said, and how many were not."""
+    try:
+        done = subprocess.run(["bash", "-c", command], cwd=TOP, capture_output=True, text=True, timeout=LIMIT)
+        said = plain(done.stdout + done.stderr)
+    except subprocess.TimeoutExpired:
+        said = f"not done in {LIMIT} s"
+    missing = [line for line in shown if plain(line) not in said]
+    for line in missing:
+        print(f"MISSED {page}: $ {command}\n  shown: {line}\n  said:  {said[-600:]}")
+    if not shown and done.returncode != 0:
+        print(f"MISSED {page}: $ {command}\n  exit code {done.returncode}: {said[-600:]}")
+        return 0, 1
+    return max(len(shown), 1) - len(missing), len(missing)
+
+
+def main() -> int:
+    """All pages, one after the other."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--pictures", action="store_true")
+    words = parser.parse_args()
+    passed = failed = 0
+    for page in sorted(PAGES.glob("*.md")):
+        for command, shown in commands_of(page):
+            good, bad = try_command(page.name, command, shown)
+            passed, failed = passed + good, failed + bad
+    for deck in sorted(PAGES.glob("*.inp")):
+        short = len(deck.read_text(encoding="utf-8").splitlines()) <= 60
+        print("" if short else f"MISSED {deck.name}: longer than 60 lines\n", end="")
+        passed, failed = passed + short, failed + (not short)
+    if words.pictures:
+        for drawn, name in PICTURES.items():
+            shutil.copy(TOP / "output" / f"{drawn}.png", TOP / "docs" / "figures" / f"{name}.png")
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
