@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import argparse
 import base64
-import html
-import re
+import json
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from qsmpm_verify import chart, choosing, scene, stability_map, view
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
 from qsmpm_verify.cases import load_all, select
+from qsmpm_verify.hypertext import STYLE, command, figure, inline_svg, table, text
 from qsmpm_verify.judge import Verdict, judge
 from qsmpm_verify.machine import describe
 from qsmpm_verify.places import CASES, STABILITY, TOP
@@ -21,20 +21,10 @@ from qsmpm_verify.report import WORDS, closing_line, counts
 from qsmpm_verify.runner import Run, run_all
 from qsmpm_verify.stability import load_rows
 from qsmpm_verify.studies import Study
+from qsmpm_verify.trouble import Trouble
 
 LARGEST = 5_000_000
 """Bytes; more does not go by mail."""
-
-STYLE = """
-body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
-h1, h2 { line-height: 1.2; } h2 { border-bottom: 1px solid #ccc; margin-top: 2em; }
-table { border-collapse: collapse; font-size: 13px; margin: .8em 0; }
-th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: left; }
-th { background: #f4f4f4; } td.n { text-align: right; }
-figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
-figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
-.missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
-"""
 
 VIEWS = (
     (
@@ -44,47 +34,6 @@ VIEWS = (
     ),
     ("cantilever/spline_4_points_9", "stress_xx", "The cantilever under its whole load"),
 )
-
-
-NUMBER = re.compile(r"(<= |>= )?-?\d[\d.]*(e[-+]?\d+)?$")
-
-
-def text(value: object) -> str:
-    """Text without marks of the language."""
-    return html.escape(str(value))
-
-
-def table(header: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> str:
-    """A table; every row has a class and its cells."""
-    head = "".join(f"<th>{text(h)}</th>" for h in header)
-    body = "".join(
-        f"<tr{f' class={kind}' if kind else ''}>"
-        + "".join(f"<td{' class=n' if NUMBER.match(cell) else ''}>{text(cell)}</td>" for cell in cells)
-        + "</tr>\n"
-        for kind, cells in rows
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n"
-
-
-def command(line: str) -> str:
-    """The command that brings a figure again."""
-    return f'<p class="command">Again by <code>{text(line)}</code></p>\n'
-
-
-def inline_svg(path: Path) -> str:
-    """A drawing as part of the page: without its head, names of parts made its own."""
-    drawing = path.read_text(encoding="utf-8")
-    drawing = drawing[drawing.index("<svg") :]
-    drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
-    own = re.sub(r"\W", "_", path.stem)
-    drawing = re.sub(r'\bid="([^"]+)"', rf'id="{own}_\1"', drawing)
-    drawing = re.sub(r'(xlink:href="#|url\(#)', rf"\1{own}_", drawing)
-    return drawing
-
-
-def figure(content: str, caption: str) -> str:
-    """A picture with its text."""
-    return f"<figure>{content}<figcaption>{text(caption)}</figcaption></figure>\n"
 
 
 def chart_part(words: Namespace) -> tuple[str, int]:
@@ -219,33 +168,80 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.set_defaults(act=act)
 
 
-def act(words: Namespace) -> int:
-    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one ended otherwise."""
-    program = checked_program(words)
-    words.folder, words.program = words.out, program
-    charts, failed = chart_part(words)
-    scenes = scene_part(words)
-    stability = map_part(words)
-    cases, verdicts, runs = case_part(words, program)
-    views = view_part(words, runs)
-    held, missed = counts(verdicts)
-    summary = (f"{held} figures of the verification cases held, {missed} missed; {failed} runs of the charts failed "
-               "and are listed there.")  # fmt: skip
-    facts = table(["what", "is"], [("", fact) for fact in describe(program, TOP)])
-    page = (
+def study_part() -> str:
+    """Studies of the user's own decks that lie in output/study; nothing when there is none."""
+    parts = []
+    for path in sorted((TOP / "output" / "study").glob("*/figures.json")):
+        told = json.loads(path.read_text(encoding="utf-8"))
+        picture = path.with_name("study.svg")
+        shown = figure(inline_svg(picture), f"{told['deck']}: error over CPU seconds") if picture.is_file() else ""
+        lines = "".join(f"<li>{text(line)}</li>" for line in told["told"])
+        parts.append(f"<h3>{text(told['deck'])}: {text(told['history'])}</h3>\n<ul>{lines}</ul>\n{shown}")
+    return "<h2 id=studies>Your scenes</h2>\n" + "".join(parts) if parts else ""
+
+
+def or_gap(title: str, make: Callable[[], str], gaps: list[str]) -> str:
+    """A part of the page; where it cannot be made the gap is marked with its reason, and the page goes on."""
+    try:
+        return make()
+    except Trouble as trouble:
+        gaps.append(title)
+        return f"<h2>{text(title)}</h2>\n<p class=missed>This part is missing: {text(trouble)}</p>\n"
+
+
+def page_of(parts: Sequence[str], summary: str, facts: str, again: str) -> str:
+    """The page from the top: what holds, then the parts, then the machine."""
+    links = "".join(
+        f"<a href='#{name}'>{title}</a> | " for name, title in (
+            ("charts", "Charts"), ("studies", "Your scenes"), ("scene", "Smaller models"), ("map", "Stability map"),
+            ("views", "Pictures"), ("cases", "Cases"))
+        if f"id={name}>" in "".join(parts)
+    )  # fmt: skip
+    return (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>QSMPM report</title><style>{STYLE}</style>\n"
         f"<h1>QSMPM: what it computes, how well and at what cost</h1>\n<p>{summary}</p>\n"
-        "<p><a href='#charts'>Charts</a> | <a href='#scene'>Smaller models</a> | <a href='#map'>Stability map</a> | <a href='#cases'>Cases</a> | "
-        "<a href='#machine'>Machine</a></p>\n"
-        f"{charts}{scenes}{stability}{views}{cases}<h2 id=machine>Machine and versions</h2>\n{facts}"
-        f"{command(f'tools/qsmpm-verify report --effort {words.effort}')}</html>\n"
+        f"<p>{links}<a href='#machine'>Machine</a></p>\n{''.join(parts)}<h2 id=machine>Machine and versions</h2>\n{facts}"
+        f"{again}</html>\n"
     )
+
+
+def act(words: Namespace) -> int:
+    """Run what has not been run, write the page. Exit code 1 when a case missed, 3 when one or a whole part failed."""
+    program = checked_program(words)
+    words.folder, words.program = words.out, program
+    gaps: list[str] = []
+    failed: list[int] = []
+    found: dict[str, Run] = {}
+    verdicts: list[Verdict] = []
+
+    def charts() -> str:
+        part, count = chart_part(words)
+        failed.append(count)
+        return part
+
+    def cases() -> str:
+        part, judged, runs = case_part(words, program)
+        verdicts.extend(judged)
+        found.update(runs)
+        return part
+
+    case_page = or_gap("Verification cases", cases, gaps)
+    parts = [
+        or_gap("Error against cost", charts, gaps), study_part(),
+        or_gap("No more model than the scene needs", lambda: scene_part(words), gaps),
+        or_gap("Where methods fail", lambda: map_part(words), gaps), view_part(words, found), case_page,
+    ]  # fmt: skip
+    held, missed = counts(verdicts)
+    summary = (f"{held} figures of the verification cases held, {missed} missed; {sum(failed)} runs of the charts failed "
+               "and are listed there." + (f" Missing: {', '.join(gaps)}." if gaps else ""))  # fmt: skip
+    facts = table(["what", "is"], [("", fact) for fact in describe(program, TOP)])
+    page = page_of(parts, summary, facts, command(f"tools/qsmpm-verify report --effort {words.effort}"))
     out = words.html or words.out / "qsmpm_report.html"
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(page, encoding="utf-8")
     size = out.stat().st_size
     print(f"{out}: {size / 1e6:.2f} MB" + (", more than goes by mail" if size > LARGEST else ""))
     print(summary)
-    if any(run.exit_code != run.case.exit_code for run in runs.values()):
+    if gaps or any(run.exit_code != run.case.exit_code for run in found.values()):
         return 3
     return 1 if missed else 0

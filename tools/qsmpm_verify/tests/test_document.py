@@ -135,6 +135,16 @@ class Report(unittest.TestCase):
         self.assertRegex(page.replace("\n", ""), r"<tr class=missed><td>c/off</td><td>y</td><td class=n>3</td>")
         self.assertLess(len(page), document.LARGEST)
 
+    def test_a_part_that_cannot_be_made_is_marked_and_the_rest_is_there(self) -> None:
+        (self.folder / "scenes" / "r.toml").unlink()
+        code, said = self.call()
+        self.assertEqual(code, 3, said)
+        page = (self.folder / "o" / "qsmpm_report.html").read_text()
+        self.assertIn("This part is missing: ", page)
+        self.assertIn("Missing: No more model than the scene needs.", said)
+        for part in ("id=charts", "id=map", "id=cases"):
+            self.assertIn(part, page)
+
     def test_a_second_report_runs_nothing(self) -> None:
         self.call()
         _, said = self.call()
