@@ -1,4 +1,7 @@
-"""The picture of a study: error over CPU seconds, a line a method, other programs hollow, the front drawn broad."""
+"""The picture of a study: error over CPU seconds, a line a method, other programs hollow, the front drawn broad.
+
+The front goes through the runs that make it; eight methods at the most are named, the rest is grey (the tables have all).
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,10 @@ from qsmpm_verify.plots import save
 from qsmpm_verify.studies import Study
 
 MARKS = "osD^v<>pPX*h"
+# More lines than this are not told apart.
+MOST_SERIES = 8
+# Height of a line of text, a share of the drawing.
+LINE = 0.045
 
 
 def label_of(method: str, samples: Sequence[Sample]) -> str:
@@ -47,15 +54,51 @@ def set_ticks(axis: Axis, low: float, high: float) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> None:
-    """A line a method, with the colour and mark of its place in the study."""
-    for place, method in enumerate(study.methods):
+def shown_methods(study: Study, samples: Sequence[Sample]) -> list[str]:
+    """Methods that get a colour and a name, in the order of the study: those of the front, then those nearest to it."""
+    errors = lasting_errors(samples)
+    best = [(samples[i].seconds, errors[i]) for i in front(samples)]
+
+    def distance(label: str) -> float:
+        """How many times worse than the front the method's best run is, in error and cost together; 0 on the front."""
+        own = [(s.seconds, e) for s, e in zip(samples, errors) if s.method == label and s.good]
+        return min((max(math.log(e / f) + math.log(t / u), 0.0) if (t, e) != (u, f) else 0.0
+                    for t, e in own for u, f in best if u <= t and f <= e), default=math.inf)  # fmt: skip
+
+    labels = [m.label for m in study.methods if any(s.good and s.method == m.label for s in samples)]
+    nearest = sorted(labels, key=distance)[:MOST_SERIES]
+    return [label for label in labels if label in nearest]
+
+
+def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> list[tuple[float, float, str, str]]:
+    """A line a method, grey beyond the eight nearest to the front; ends of the others with their names and colours."""
+    shown = shown_methods(study, samples)
+    ends = []
+    for method in study.methods:
         drawn = [s for s in samples if s.method == method.label and s.good]
-        if drawn:
-            axes.loglog(
-                [s.seconds for s in drawn], [s.error for s in drawn], ("-" if place < 10 else "-.")
-                + MARKS[place % len(MARKS)], color=f"C{place % 10}", ms=5, lw=1.2, label=label_of(method.label, samples),
-            )  # fmt: skip
+        if not drawn:
+            continue
+        seconds, errors = [s.seconds for s in drawn], [s.error for s in drawn]
+        if method.label not in shown:
+            axes.loglog(seconds, errors, "-", color="0.8", lw=0.8, zorder=1)
+            continue
+        place = shown.index(method.label)
+        axes.loglog(seconds, errors, "-" + MARKS[place], color=f"C{place}", ms=5, lw=1.2)
+        ends.append((seconds[-1], errors[-1], label_of(method.label, samples), f"C{place}"))
+    return ends
+
+
+def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
+    """Names of lines in a column at the right, each as near to the height of its line's end as the others leave room."""
+    heights: list[float] = []
+    to_share = axes.transAxes.inverted()
+    for x, y, name, colour in sorted(ends, key=lambda end: end[1]):
+        at = to_share.transform(axes.transData.transform((x, y)))
+        height = max(at[1], heights[-1] + LINE if heights else 0.0)
+        heights.append(height)
+        axes.annotate(name, at, (1.02, height), "axes fraction", "axes fraction", fontsize=7.5, color=colour, va="center",
+                      arrowprops={"arrowstyle": "-", "relpos": (0.0, 0.5), "color": colour, "lw": 0.4, "alpha": 0.6},
+                      annotation_clip=False)  # fmt: skip
 
 
 def draw_others(axes: plt.Axes, study: Study) -> None:
@@ -70,10 +113,10 @@ def draw_others(axes: plt.Axes, study: Study) -> None:
 
 def draw(study: Study, samples: Sequence[Sample], path: Path) -> Path:
     """The picture of a study in a file."""
-    figure, axes = plt.subplots(figsize=(9.4, 5.2))
-    draw_methods(axes, study, samples)
+    figure, axes = plt.subplots(figsize=(9.4, 5.2), layout="constrained")
+    ends = draw_methods(axes, study, samples)
     errors, along = lasting_errors(samples), front(samples)
-    axes.loglog([samples[i].seconds for i in along], [errors[i] for i in along], "-", color="gold", lw=7, alpha=0.5,
+    axes.loglog([samples[i].seconds for i in along], [errors[i] for i in along], "o-", color="gold", lw=7, ms=11, alpha=0.5,
                 zorder=0, label="front: no run is cheaper and better")  # fmt: skip
     draw_others(axes, study)
     set_ticks(axes.xaxis, *axes.get_xlim())
@@ -82,6 +125,7 @@ def draw(study: Study, samples: Sequence[Sample], path: Path) -> Path:
     axes.set_ylabel(f"{study.error.name} [-]")
     axes.set_title(study.title, fontsize=10, loc="left")
     axes.grid(alpha=0.3, which="both", lw=0.5)
-    axes.legend(fontsize=7.5, loc="upper left", bbox_to_anchor=(1.01, 1.0), title=f"orders: per {study.size}",
-                title_fontsize=7.5)  # fmt: skip
+    axes.legend(fontsize=7.5, loc="best")
+    name_ends(axes, ends)
+    axes.text(1.02, -0.1, f"orders: per {study.size}", transform=axes.transAxes, fontsize=7.5, color="0.4")
     return save(figure, path)

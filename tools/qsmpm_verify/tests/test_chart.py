@@ -8,10 +8,12 @@ import stat
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 from qsmpm_verify.cases import CaseError
 from qsmpm_verify.chart import run_rows, write_csv
 from qsmpm_verify.cli import main
+from qsmpm_verify.drawing import name_ends, plt, shown_methods
 from qsmpm_verify.front import Sample, choices, front, lasting_errors, order
 from qsmpm_verify.places import STUDIES, TOP
 from qsmpm_verify.sampling import sample_study
@@ -206,6 +208,28 @@ class Studies(unittest.TestCase):
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             self.assertEqual(main(words), 3)
         self.assertIn("no run of it gave a figure", err.getvalue())
+
+
+class Named(unittest.TestCase):
+    """Which lines have a name, and where the names stand."""
+
+    def test_eight_lines_nearest_to_the_front_are_named(self) -> None:
+        labels = [f"m{i}" for i in range(11)]
+        study = mock.Mock(methods=[mock.Mock(label=label) for label in labels])
+        samples = [Sample("s", label, 1.0, 0.1 * (i + 1), 1.0 + i) for i, label in enumerate(labels)]
+        samples.append(Sample("s", "m10", 2.0, 0.01, 50.0))
+        named = shown_methods(study, samples)
+        self.assertEqual(len(named), 8)
+        self.assertTrue({"m0", "m10"} <= set(named), "those of the front are named")
+        self.assertNotIn("m9", named)
+
+    def test_names_do_not_stand_on_each_other(self) -> None:
+        figure, axes = plt.subplots()
+        axes.loglog([1, 10], [1e-3, 1])
+        name_ends(axes, [(10, 0.100, "a", "C0"), (10, 0.101, "b", "C1"), (10, 0.102, "c", "C2"), (10, 0.9, "d", "C3")])
+        heights = sorted(text.xyann[1] for text in axes.texts)
+        plt.close(figure)
+        self.assertTrue(all(b - a >= 0.045 - 1e-12 for a, b in zip(heights, heights[1:])))
 
 
 if __name__ == "__main__":
