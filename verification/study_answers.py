@@ -51,7 +51,7 @@ class Scene:
 
 STIFF = (("1, 25, 25", "1000, 25, 25"), ("LOAD FACTOR=25", "LOAD FACTOR=5"), ("STEPS=100", "STEPS=5"))
 NONE = math.nan
-DRAWN = ("cantilever", "footing")
+DRAWN = ("cantilever",)
 
 
 def scenes() -> list[Scene]:
