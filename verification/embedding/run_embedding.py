@@ -69,13 +69,26 @@ class Embedding:
         # Moved afterwards: a package may be put anywhere.
         shutil.move(self.work / "first", self.prefix)
         for name in ("include/qsmpm.h", "lib/libqsmpm.a", "lib/libqsmpm.so", "lib/pkgconfig/qsmpm.pc",
-                     "lib/cmake/qsmpm/qsmpmConfig.cmake", "share/qsmpm/fortran/qsmpm_c.f90"):
+                     "lib/cmake/qsmpm/qsmpmConfig.cmake", "share/qsmpm/fortran/qsmpm_c.f90",
+                     "share/qsmpm/fortran/qsmpm_f77.f90", "share/doc/qsmpm/LICENSE", "share/doc/qsmpm/docs/reference.md",
+                     "share/doc/qsmpm/docs/embedding.md", "share/doc/qsmpm/input/slope_safety.inp"):
             expect((self.prefix / name).exists(), f"{name} is not installed")
         for path in [*self.prefix.glob("lib/cmake/qsmpm/*"), *self.prefix.glob("lib/pkgconfig/*")]:
             expect(str(TOP) not in path.read_text(), f"{path.name} names the source folder")
+        self.has_licences()
         modules = list((self.prefix / "include/qsmpm").glob("*/qsmpm.mod"))
         expect(len(modules) == 1, "the modules are not in a folder of their compiler")
         call(self.prefix / "bin/qsmpm", "check", "block.inp")
+
+    def has_licences(self) -> None:
+        """The licences of what is linked are there, those of the GPL parts only with them."""
+        folder = self.prefix / "share/doc/qsmpm/licences"
+        if not pathlib.Path("/usr/share/doc/libmumps-seq-dev/copyright").exists():
+            return
+        expect("CeCILL-C" in (folder / "libmumps-seq-dev.txt").read_text(), "the licence of MUMPS is not installed")
+        gpl = (folder / "libsuitesparse-dev.txt").exists()
+        linked = "cholmod" in call("ldd", self.lib / "libqsmpm.so")
+        expect(gpl == linked, f"licence of SuiteSparse {gpl}, linked {linked}")
 
     def holds_no_state(self) -> None:
         """No variable of the library outlives a call, but for flags of signals and the guard of plug-ins."""
