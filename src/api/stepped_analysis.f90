@@ -20,7 +20,8 @@ module qsmpm_stepped_analysis
   use qsmpm_model_extension, only: drop_materials, extend_model
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
+    leave_lost_phase
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
@@ -225,10 +226,7 @@ contains
     !> Why it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
-    call need_model(self, error)
-    do while (.not. (allocated(error) .or. self%finished()))
-      call step_on(self, 1.0_wp, error)
-    end do
+    call run_on(self, error)
   end subroutine run_alone
 
   !> Step to the end of the last stage, with a observer.
@@ -239,11 +237,22 @@ contains
     !> Why it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
+    call run_on(self, error, observer)
+  end subroutine run_told
+
+  !> Step to the end of the last stage; without the stages that cannot be carried on and those that start from them.
+  subroutine run_on(self, error, observer)
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Why it is not reached, or which stages were not.
+    type(error_type), allocatable, intent(out) :: error
+    !> Listener of the program.
+    class(observer_type), intent(inout), optional :: observer
+
     call need_model(self, error)
     do while (.not. (allocated(error) .or. self%finished()))
-      call step_on(self, 1.0_wp, error, observer)
+      call step_on(self, 1.0_wp, error, observer, leaves_lost=.true.)
     end do
-  end subroutine run_told
+  end subroutine run_on
 
   !> Steps to a share of a stage.
   subroutine step_to(self, share, error, observer)
@@ -271,7 +280,7 @@ contains
   end subroutine step_to
 
   !> One accepted step that goes no further than a share of its stage.
-  subroutine step_on(self, limit, error, observer)
+  subroutine step_on(self, limit, error, observer, leaves_lost)
     class(stepped_analysis_type), intent(inout), target :: self
     !> Share of the stage.
     real(wp), intent(in) :: limit
@@ -279,6 +288,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Listener of the program.
     class(observer_type), intent(inout), optional, target :: observer
+    !> Go on without a stage that is lost.
+    logical, intent(in), optional :: leaves_lost
     type(observer_list_type) :: observers
     type(settings_type) :: settings
 
@@ -291,6 +302,7 @@ contains
     call enter_library(self%threads, settings)
     self%loop%limit = limit
     call advance_step_loop(self%model, self%loop, observers, error)
+    if (present(leaves_lost) .and. allocated(error)) call leave_lost_phase(self%model, self%loop, observers, error)
     call leave_library(settings)
     self%last = observers%last
     if (allocated(self%outcome)) deallocate (self%outcome)

@@ -113,9 +113,10 @@ contains
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error)
     if (allocated(error)) return
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count)
-    if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
-      model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
-      model%mesh%dimension, error)
+    changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
+      .not. allocated(step%system%solver)
+    if (changed) call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
+      step%equations%symmetric, model%mesh%dimension, error)
     if (allocated(error)) return
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)

@@ -7,6 +7,7 @@ module qsmpm_stepping
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: add_compliance
+  use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
@@ -38,6 +39,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
 
+    ! A run that goes on from here begins with the solver that was chosen.
+    if (step%system%indefinite) call end_system(step%system)
     before = model%state
     record%start = before%progress%fraction
     call find_equilibrium(model, step, solver, phase%controls, fraction, observer, record, outcome, error)

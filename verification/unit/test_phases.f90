@@ -311,7 +311,7 @@ contains
     call run%to_end()
     call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
     call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
-      'limit load between 5 and 5.5, knee at 5.09381; the phases behind it need the load that it did not carry')
+      'limit load between 5 and 5.5, knee at 5.09381, and these phases behind it were not run: ''second''')
     call tests%check('its own end is told', run%observer%phases == 1)
 
     run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')
