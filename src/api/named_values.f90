@@ -230,7 +230,7 @@ contains
   end function single_value
 
   !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
-  !> is there.
+  !> is there and no bodies come or go.
   subroutine view_values(simulation, name, values, error)
     !> The analysis.
     type(simulation_type), intent(in), target :: simulation
