@@ -1,5 +1,9 @@
 # Installation: program, libraries, modules of this compiler, header, interface source for other compilers, CMake package,
 # pkg-config file.
+if(SKBUILD)
+  include(${CMAKE_CURRENT_LIST_DIR}/wheel.cmake)
+  return()
+endif()
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/qsmpm)
 set(source_dir ${CMAKE_INSTALL_DATADIR}/qsmpm/fortran)

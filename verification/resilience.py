@@ -10,6 +10,7 @@ SIGTERM in the middle, restart. Prints a line a check and closes with `N passed,
 from __future__ import annotations
 
 import filecmp
+import json
 import os
 import pathlib
 import random
@@ -246,6 +247,47 @@ def dug(checks: Checks, folder: pathlib.Path) -> None:
     rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
     same, why = same_results(folder / "whole", part)
     checks.check("continued, the bytes of the run that was not killed", rest.returncode == 0 and same, f"exit {rest.returncode}: {why}")
+
+
+VARIANTS = """*PHASE, NAME=crushed, LOAD FACTOR=300
+*GRAVITY
+0, -1
+*CONTROLS, STEPS=10, SMALLEST STEP=0.5, DAMPING=NO
+*END PHASE
+*PHASE, NAME=behind
+*CONTROLS, STEPS=1
+*END PHASE
+*PHASE, NAME=factor, TYPE=SAFETY, PARENT=load
+*SAFETY, TOLERANCE=1E-3
+*CONTROLS, TOLERANCE=1E-6
+*END PHASE
+"""
+
+
+def searched(checks: Checks, folder: pathlib.Path) -> None:
+    """One variant of a tree loses equilibrium, the other is a search for a factor of safety: that is run and ends with the other's code;
+    killed in the search and continued it gives the same bytes."""
+    deck = block(columns=16, width=4, strength="*MOHR COULOMB\n1, 15, 15\n", method="BASIS=SPLINE2G, INTEGRATION=CELL", factor=3,
+                 steps=2, fixities="*FIX\nbase, ALL\nside, X\n") + VARIANTS
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a lost variant makes exit 3", whole.returncode == 3, f"exit {whole.returncode}: {whole.stderr[-300:]}")
+    checks.check("and is named with what was not run for it", "'crushed' has lost equilibrium" in whole.stderr
+                 and whole.stderr.rstrip().endswith("were not run: 'behind'"), whole.stderr[-300:])
+    ends = [phase["ended_by"] for phase in json.loads((folder / "whole" / "summary.json").read_text())["phases"]]
+    checks.check("the summary tells all ends", ends == ["whole load", "lost", "not run", "factor"], str(ends))
+    rows = [line.split(",")[0] for line in (folder / "whole" / "curves.csv").read_text().splitlines()]
+    first = rows.index("4")
+    checks.check("the search has several steps", rows.count("4") >= 5, str(rows.count("4")))
+    part = folder / "part"
+    code = interrupt(checks, folder, part, first + 2, signal.SIGKILL)
+    there = len((part / "curves.csv").read_text().splitlines())
+    checks.check("SIGKILL in the search", code == -9 and there < len(rows), f"exit {code}, {there} rows of {len(rows)}")
+    rest = checks.run(folder, deck, "--restart", str(part / "restart.h5"), out=part)
+    same, why = same_results(folder / "whole", part)
+    checks.check("continued, it ends as the uninterrupted run", rest.returncode == 3 and rest.stderr == whole.stderr, rest.stderr[-300:])
+    checks.check("with its bytes", same, why)
+    for name in ("safety.json", "summary.json"):
+        checks.check(f"and its {name}", filecmp.cmp(folder / "whole" / name, part / name, shallow=False))
 
 
 # Sends SIGTERM from within METIS, once.
@@ -611,7 +653,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, dug, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:

@@ -42,6 +42,8 @@ module qsmpm_linear_system
     class(linear_solver_type), allocatable :: solver
     !> What the deck asks for, less what has failed in this run.
     type(solver_choice_type) :: choice
+    !> MUMPS has taken the place of the solver that was chosen, for a matrix that is not positive definite.
+    logical :: indefinite = .false.
     !> The solver was made for symmetric matrices.
     logical :: symmetric = .false.
     !> 2 or 3.
@@ -91,6 +93,7 @@ contains
     integer :: kind
 
     call end_system(system)
+    system%indefinite = .false.
     system%choice = choice
     if (system%single_failed) system%choice%precision = precision_double
     system%symmetric = symmetric
@@ -118,8 +121,8 @@ contains
     call renew(system, matrix, error)
   end subroutine factorise_system
 
-  !> Factorise. A symmetric matrix that is not positive definite (past a limit point) goes to MUMPS, which
-  !> then stays in charge of the pattern; factors of single precision and incomplete ones that fail give
+  !> Factorise. A symmetric matrix that is not positive definite (past a limit point) goes to MUMPS, which then stays
+  !> in charge until the pattern or the step changes; factors of single precision and incomplete ones that fail give
   !> way for the rest of the run.
   subroutine renew(system, matrix, error)
     type(linear_system_type), intent(inout) :: system
@@ -136,6 +139,7 @@ contains
       call give_way(system, matrix, error)
     else if (system%solver%indefinite) then
       call replace_solver(system, solver_mumps, matrix, error)
+      system%indefinite = .true.
     end if
   end subroutine renew
 
@@ -157,6 +161,7 @@ contains
     end if
     if (.not. allocated(error) .or. .not. system%solver%indefinite) return
     call replace_solver(system, solver_mumps, matrix, error)
+    system%indefinite = .true.
   end subroutine give_way
 
   !> Another solver for the same pattern, analysed and factorised.

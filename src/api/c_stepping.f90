@@ -171,6 +171,22 @@ contains
     status = keep_error(handle, error)
   end function c_add_stage
 
+  !> Add materials and phases to the scene, as cards of its deck.
+  function c_add_cards(pointer, cards) bind(c, name='qsmpm_add_cards') result(status)
+    type(c_ptr), value :: pointer
+    !> *MATERIAL and *PHASE with what belongs to them, lines ended by newline.
+    type(c_ptr), value :: cards
+    integer(c_int) :: status
+    type(handle_type), pointer :: handle
+    type(error_type), allocatable :: error
+
+    if (.not. is_handle(pointer, handle, status)) return
+    call need_pointer(cards, 'the text of the cards', error)
+    if (.not. allocated(error)) call handle%simulation%add_cards(text_of(cards), error)
+    if (.not. allocated(error)) handle%problem%messages = handle%simulation%messages
+    status = keep_error(handle, error)
+  end function c_add_cards
+
   !> End the present stage where it stands.
   function c_end_stage(pointer) bind(c, name='qsmpm_end_stage') result(status)
     type(c_ptr), value :: pointer

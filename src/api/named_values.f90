@@ -8,7 +8,8 @@ module qsmpm_named_values
   use qsmpm_histories, only: take_histories
   use qsmpm_limit_load, only: limit_loads, relative_compliance
   use qsmpm_made_fields, only: list_made_fields
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, phase_end_type
+  use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
   use qsmpm_phase_times, only: phase_start_time
   use qsmpm_points, only: points_type, allocate_points, place_of
   use qsmpm_simulation, only: simulation_type
@@ -21,12 +22,12 @@ module qsmpm_named_values
   integer, parameter :: name_length = field_name_length
   character(len=*), parameter :: of_point = 'point_'
   !> What there is beside the fields of the points.
-  character(len=name_length), parameter :: other_names(22) = [character(len=name_length) :: &
+  character(len=name_length), parameter :: other_names(24) = [character(len=name_length) :: &
     'point_force', 'node_position', 'node_reaction', 'gravity', 'histories', &
     'stage', 'step', 'share', 'load_factor', 'time', 'finished', 'coming_stage', 'dimension', &
     'external_work', 'internal_work', &
     'iterations', 'out_of_balance', 'equations', 'rejected', 'step_error', 'compliance', &
-    'limit_load']
+    'limit_load', 'strength_factor', 'phase_results']
 
 contains
 
@@ -93,6 +94,9 @@ contains
         rows = 3
       case ('histories')
         columns = size(model%analysis%histories)
+      case ('phase_results')
+        rows = 5
+        columns = size(model%analysis%phases)
       case default
         call find_field(model%state%points, name, field)
         if (len_trim(field%name) == 0) return
@@ -135,6 +139,8 @@ contains
           (loading%gravity_final - loading%gravity_start)
       case ('limit_load')
         values = limit_load_of(simulation%model)
+      case ('phase_results')
+        values = phase_results(simulation%model)
       case ('histories')
         call take_histories(simulation%model, histories)
         values = histories
@@ -159,6 +165,21 @@ contains
       loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
     end associate
   end function limit_load_of
+
+  !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and largest
+  !> displacement at its end, factors of safety that are stable and lost, 0 for none.
+  pure function phase_results(model) result(values)
+    type(model_type), intent(in) :: model
+    real(wp) :: values(5*size(model%analysis%phases))
+    type(phase_end_type) :: ended
+    integer :: p
+
+    do p = 1, size(model%analysis%phases)
+      ended = end_of_phase(model%state%progress, p)
+      values(5*p - 4:5*p) = [real(ended%reason, wp), ended%fraction, ended%displacement, &
+        factor_of_phase(model%state%progress, p)]
+    end do
+  end function phase_results
 
   !> A value that is one number.
   real(wp) function single_value(simulation, name) result(value)
@@ -200,6 +221,8 @@ contains
         value = real(last%rejected, wp)
       case ('step_error')
         value = last%step_error
+      case ('strength_factor')
+        value = progress%strength_factor
       case ('compliance')
         value = relative_compliance(progress%limit)
       end select

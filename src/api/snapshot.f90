@@ -13,6 +13,8 @@ module qsmpm_snapshot
   type :: snapshot_type
     !> Whether there is one.
     logical :: taken = .false.
+    !> Materials there were.
+    integer :: materials = 0
     type(state_type), private :: state
     type(loading_type), private :: loading
     type(kept_phase_type), allocatable, private :: kept_phases(:)
@@ -38,6 +40,7 @@ contains
     call copy_phases(model%analysis%phases, snapshot%model_phases)
     snapshot%begun = loop%begun
     snapshot%end_notified = loop%end_notified
+    snapshot%materials = size(model%laws)
     snapshot%taken = .true.
   end subroutine take_snapshot
 

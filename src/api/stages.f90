@@ -6,6 +6,7 @@ module qsmpm_stages
   use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &
     initial_keep
   use qsmpm_analysis_lists, only: append
+  use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_model, only: model_type
@@ -13,11 +14,12 @@ module qsmpm_stages
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
   use qsmpm_text, only: string_type, nearest_word, integer_text
+  use qsmpm_undrained_law, only: undrained_law_type
   implicit none
   private
 
   public :: append_stage, change_gravity, change_traction, change_pressure, change_displacement, change_fixity, &
-    cut_stage, take_over_stages
+    cut_stage, take_over_stages, take_phases, same_steps
 
 contains
 
@@ -398,7 +400,26 @@ contains
       phases(p) = analysis%phases(p)
     end do
     call move_alloc(phases, model%analysis%phases)
+    call take_drainage(model)
   end subroutine take_phases
+
+  !> Tell the laws of undrained soil what the pore water does in all phases.
+  subroutine take_drainage(model)
+    type(model_type), intent(inout) :: model
+    integer :: m
+
+    do m = 1, size(model%laws)
+      if (allocated(model%analysis%materials(m)%undrained%drainage)) &
+        deallocate (model%analysis%materials(m)%undrained%drainage)
+    end do
+    call set_drainage(model%analysis)
+    do m = 1, size(model%laws)
+      select type (law => model%laws(m)%law)
+      type is (undrained_law_type)
+        law%drainage = model%analysis%materials(m)%undrained%drainage
+      end select
+    end do
+  end subroutine take_drainage
 
   !> Whether two scenes were reduced in the same way.
   pure logical function same_steps(a, b)

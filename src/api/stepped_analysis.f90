@@ -4,7 +4,8 @@
 !> What listens is an argument of the calls that step. Changes of loads are left to `qsmpm_simulation`.
 module qsmpm_stepped_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, phase_type
+  use qsmpm_added_cards, only: added_lines_type, name_added_lines, read_added_cards
+  use qsmpm_analysis, only: analysis_type, phase_type, phase_safety
   use qsmpm_observer_list, only: observer_list_type
   use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type
@@ -16,9 +17,11 @@ module qsmpm_stepped_analysis
   use qsmpm_law, only: law_slot_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
+  use qsmpm_model_extension, only: drop_materials, extend_model
   use qsmpm_number_text, only: without_last_newline
   use qsmpm_observer, only: observer_type, step_record_type
-  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
+    leave_lost_phase
   use qsmpm_plugin, only: guard_exit
   use qsmpm_point, only: refuse_point
   use qsmpm_problem, only: problem_type, own_laws, mark_own
@@ -64,6 +67,8 @@ module qsmpm_stepped_analysis
     type(step_loop_type) :: loop
     type(expansion_type), private :: expansion
     type(phase_type), allocatable, private :: adopted(:)
+    !> Laws of the program (materials of the deck).
+    type(law_slot_type), allocatable, private :: own(:)
     type(clock_type), private :: clock
     !> What the reader of the deck had to say.
     character(len=:), allocatable :: messages
@@ -90,6 +95,7 @@ module qsmpm_stepped_analysis
     procedure :: checkpoint
     procedure :: restore_checkpoint => restore_kept
     procedure :: take_over
+    procedure :: add_cards
   end type stepped_analysis_type
 
 contains
@@ -125,6 +131,7 @@ contains
     call reduce_scene(self%scene, analysis, self%expansion, self%checks)
     call own_laws(problem%materials, analysis, laws, error)
     if (.not. allocated(error)) call build_model(analysis, self%model, error, laws)
+    if (allocated(laws)) call move_alloc(laws, self%own)
     if (.not. allocated(error)) then
       self%scene%method = self%model%analysis%method
       self%scene%materials = self%model%analysis%materials
@@ -219,10 +226,7 @@ contains
     !> Why it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
-    call need_model(self, error)
-    do while (.not. (allocated(error) .or. self%finished()))
-      call step_on(self, 1.0_wp, error)
-    end do
+    call run_on(self, error)
   end subroutine run_alone
 
   !> Step to the end of the last stage, with a observer.
@@ -233,11 +237,22 @@ contains
     !> Why it is not reached; the state is then that of the last accepted step.
     type(error_type), allocatable, intent(out) :: error
 
+    call run_on(self, error, observer)
+  end subroutine run_told
+
+  !> Step to the end of the last stage; without the stages that cannot be carried on and those that start from them.
+  subroutine run_on(self, error, observer)
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Why it is not reached, or which stages were not.
+    type(error_type), allocatable, intent(out) :: error
+    !> Listener of the program.
+    class(observer_type), intent(inout), optional :: observer
+
     call need_model(self, error)
     do while (.not. (allocated(error) .or. self%finished()))
-      call step_on(self, 1.0_wp, error, observer)
+      call step_on(self, 1.0_wp, error, observer, leaves_lost=.true.)
     end do
-  end subroutine run_told
+  end subroutine run_on
 
   !> Steps to a share of a stage.
   subroutine step_to(self, share, error, observer)
@@ -265,7 +280,7 @@ contains
   end subroutine step_to
 
   !> One accepted step that goes no further than a share of its stage.
-  subroutine step_on(self, limit, error, observer)
+  subroutine step_on(self, limit, error, observer, leaves_lost)
     class(stepped_analysis_type), intent(inout), target :: self
     !> Share of the stage.
     real(wp), intent(in) :: limit
@@ -273,6 +288,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     !> Listener of the program.
     class(observer_type), intent(inout), optional, target :: observer
+    !> Go on without a stage that is lost.
+    logical, intent(in), optional :: leaves_lost
     type(observer_list_type) :: observers
     type(settings_type) :: settings
 
@@ -285,6 +302,7 @@ contains
     call enter_library(self%threads, settings)
     self%loop%limit = limit
     call advance_step_loop(self%model, self%loop, observers, error)
+    if (present(leaves_lost) .and. allocated(error)) call leave_lost_phase(self%model, self%loop, observers, error)
     call leave_library(settings)
     self%last = observers%last
     if (allocated(self%outcome)) deallocate (self%outcome)
@@ -419,6 +437,7 @@ contains
     if (.not. allocated(error) .and. .not. snapshot%taken) call fail(error, error_other, 'no state has been kept')
     if (allocated(error)) return
     call restore_checkpoint(snapshot, self%model, self%scene%phases, self%loop)
+    call drop_materials(snapshot%materials, self%scene, self%model)
     call copy_phases(self%scene%phases, self%adopted)
     if (allocated(self%outcome)) deallocate (self%outcome)
     call report_recorder(self, error)
@@ -440,6 +459,50 @@ contains
     call copy_phases(self%scene%phases, self%adopted)
     call report_recorder(self, error)
   end subroutine take_over
+
+  !> Add materials and phases to the scene, as cards of its deck. The model under way knows them from now on.
+  subroutine add_cards(self, cards, error)
+    class(stepped_analysis_type), intent(inout) :: self
+    !> Lines of a deck: *MATERIAL and *PHASE with what belongs to them.
+    character(len=*), intent(in) :: cards
+    !> Set when they are not good, or the model cannot take them; it is then as it was.
+    type(error_type), allocatable, intent(out) :: error
+    type(analysis_type) :: extended
+    type(added_lines_type) :: lines
+    character(len=:), allocatable :: warnings
+
+    call need_model(self, error)
+    if (.not. allocated(error)) call read_added_cards(self%scene, cards, extended, lines, warnings, error)
+    if (.not. allocated(error)) call need_no_column(self, extended, error)
+    if (allocated(error)) return
+    call extend_model(extended, self%expansion, self%own, self%loop%begun .and. self%loop%end_notified, self%model, &
+      error)
+    if (allocated(error)) then
+      error%message = without_last_newline(name_added_lines(error%message//new_line('a'), lines))
+      return
+    end if
+    self%messages = self%messages//warnings
+    self%scene = extended
+    self%scene%materials = self%model%analysis%materials
+    call copy_phases(self%scene%phases, self%adopted)
+    call report_recorder(self, error)
+  end subroutine add_cards
+
+  !> What is written has columns for the materials and phases that there were.
+  subroutine need_no_column(self, extended, error)
+    class(stepped_analysis_type), intent(in) :: self
+    type(analysis_type), intent(in) :: extended
+    !> Set when curves.csv would need the column of the factor, or a reduced scene another material.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (.not. allocated(self%recorder)) return
+    if (any(extended%phases%kind == phase_safety) .and. .not. any(self%scene%phases%kind == phase_safety)) then
+      call fail(error, error_other, 'the first safety phase is added before results are written: curves.csv has a '// &
+        'column for its factor')
+    else if (size(extended%materials) > size(self%scene%materials) .and. is_reduced(self%recorder%options%whole)) then
+      call fail(error, error_other, 'materials are added to a reduced scene before results are written')
+    end if
+  end subroutine need_no_column
 
   !> The results that are written follow the stages.
   subroutine report_recorder(self, error)

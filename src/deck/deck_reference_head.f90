@@ -91,7 +91,7 @@ contains
       '| 0 | done |', &
       '| 1 | wrong call, or anything not below |', &
       '| 2 | the deck, or the mesh it names |', &
-      '| 3 | not converged |', &
+      '| 3 | not converged, in any of the phases |', &
       '| 4 | a material point left the mesh |', &
       '| 5 | singular equations |', &
       '| 6 | user material |', &

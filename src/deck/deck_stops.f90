@@ -1,11 +1,12 @@
 !> *STOP: a phase ends where a history reaches a value. What histories and stops refer to is checked here.
 module qsmpm_deck_stops
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: stop_type
+  use qsmpm_analysis, only: stop_type, phase_safety
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, side_words
   use qsmpm_keyword_table, only: table_type, in_phase, once
+  use qsmpm_phase_stops, only: factor_column
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
@@ -19,7 +20,8 @@ contains
     type(table_type), intent(inout) :: table
 
     call table%add('STOP', in_phase, once, 'The phase ends where a *HISTORY reaches a value, the first of those '// &
-      'given. Its loads are then those reached; the next phase goes on from there.', stop_fields, &
+      'given. Its loads are then those reached; the next phase goes on from there. A search for a factor of safety '// &
+      'ends at the stable factor at which the value is reached.', stop_fields, &
       '*STOP| crest, BELOW, -0.5| force, ABOVE, 200')
   end subroutine add_stop_keyword
 
@@ -54,7 +56,7 @@ contains
     do i = 1, n
       call fields%row(i)
       call fields%line(list(i)%where)
-      call fields%name('history', list(i)%history, 'name of a *HISTORY')
+      call fields%name('history', list(i)%history, 'name of a *HISTORY; F for the factor of a safety phase')
       call fields%choice('side', list(i)%side, bar_list(side_words), 'reached from below, or from above')
       call fields%number('value', list(i)%value, 'as it stands in curves.csv, SCALE in it')
     end do
@@ -100,10 +102,10 @@ contains
     end do
   end function is_supported
 
-  !> Histories of stops exist.
+  !> Histories of stops exist; the factor is one of a safety phase.
   subroutine check_stops(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: names(:)
+    type(string_type), allocatable :: names(:), known(:)
     integer :: i, p
 
     allocate (names(0))
@@ -112,8 +114,10 @@ contains
     end do
     do p = 1, size(state%analysis%phases)
       associate (stops => state%analysis%phases(p)%stops)
+        known = names
+        if (state%analysis%phases(p)%kind == phase_safety) call add_word(known, factor_column)
         do i = 1, size(stops)
-          call check_name(state, stops(i)%history, names, stops(i)%where, 'STOP', '*HISTORY')
+          call check_name(state, stops(i)%history, known, stops(i)%where, 'STOP', '*HISTORY')
         end do
       end associate
     end do

@@ -55,6 +55,8 @@ module qsmpm_initialisation
     type(window_type) :: window
     !> What the outlines of cut bodies have shown so far; outlives the step.
     type(cut_cell_check_type) :: cut
+    !> Why the last try of the present step was rejected, as the log has been told; unallocated for a first try.
+    character(len=:), allocatable :: told
   end type step_type
 
 contains
@@ -111,9 +113,10 @@ contains
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error)
     if (allocated(error)) return
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count)
-    if (changed .or. (step%system%symmetric .neqv. step%equations%symmetric)) call start_system(step%system, &
-      model%analysis%solver, step%matrix, step%equations%bandwidth, step%equations%symmetric, &
-      model%mesh%dimension, error)
+    changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
+      .not. allocated(step%system%solver)
+    if (changed) call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
+      step%equations%symmetric, model%mesh%dimension, error)
     if (allocated(error)) return
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)

@@ -1,18 +1,20 @@
 !> A phase that ends where a history reaches a value (*STOP): whether an accepted step has reached it, or went past it
-!> and is taken again, shorter. The rule is that of qsmpm_phase_stops.
+!> and is taken again, shorter; in a search for a factor of safety with a smaller factor. The rule is that of
+!> qsmpm_phase_stops.
 module qsmpm_phase_stop
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, stop_type
+  use qsmpm_analysis, only: phase_type, stop_type, phase_safety
   use qsmpm_histories, only: take_histories
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
-  use qsmpm_phase_stops, only: is_reached, stop_share
+  use qsmpm_phase_stops, only: factor_column, is_reached, stop_share
+  use qsmpm_safety_bracket, only: bracket_type, factor_text, take_again
   use qsmpm_step_length, only: length_to_stop
   use qsmpm_text, only: real_text
   implicit none
   private
 
-  public :: step_before_type, remember_start, must_be_shorter, text_of_stop
+  public :: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
 
   !> The start of a step; nothing is kept for a phase without stops.
   type :: step_before_type
@@ -59,7 +61,32 @@ contains
     end if
   end function must_be_shorter
 
-  !> Values of the histories that stops name.
+  !> Whether a stable factor of a search went past the value of a stop: then the state is that before it again, and
+  !> the next factor is planned to be where the history reaches it, unless that is within the tolerance of the search.
+  !> Where it ends there the phase is stopped.
+  logical function must_be_smaller(model, phase, before) result(smaller)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    type(step_before_type), intent(in) :: before
+    type(bracket_type) :: bracket
+    real(wp) :: share
+
+    smaller = .false.
+    if (size(phase%stops) == 0) return
+    share = stop_share(phase%stops, phase%stop_tolerance, before%values, values_of(model, phase%stops))
+    if (share > 1.0_wp) return
+    bracket = model%state%progress%bracket
+    if (share < 1.0_wp) call take_again(before%state%progress%bracket%stable, share, phase%safety%tolerance, bracket, &
+      smaller)
+    if (smaller) then
+      call restore(before%state, model)
+      model%state%progress%bracket = bracket
+    else
+      model%state%progress%stopped = .true.
+    end if
+  end function must_be_smaller
+
+  !> Values of what stops name: histories, or the factor of a safety phase.
   function values_of(model, stops) result(values)
     type(model_type), intent(in) :: model
     type(stop_type), intent(in) :: stops(:)
@@ -70,13 +97,14 @@ contains
     values = 0.0_wp
     call take_histories(model, all_values)
     do i = 1, size(stops)
+      if (stops(i)%history == factor_column) values(i) = model%state%progress%strength_factor
       do h = 1, size(all_values)
         if (model%analysis%histories(h)%name == stops(i)%history) values(i) = all_values(h)
       end do
     end do
   end function values_of
 
-  !> Which history has ended a phase, and where.
+  !> Which value has ended a phase, and where.
   function text_of_stop(model, phase) result(text)
     type(model_type), intent(in) :: model
     type(phase_type), intent(in) :: phase
@@ -85,7 +113,12 @@ contains
     integer :: i
 
     values = values_of(model, phase%stops)
-    text = "phase '"//phase%name//"' stops at load factor "//real_text(model%state%progress%load_factor)//':'
+    if (phase%kind == phase_safety) then
+      text = 'strength/'//factor_text(model%state%progress%strength_factor)
+    else
+      text = 'load factor '//real_text(model%state%progress%load_factor)
+    end if
+    text = "phase '"//phase%name//"' stops at "//text//':'
     do i = 1, size(values)
       if (is_reached(phase%stops(i), values(i))) &
         text = text//" '"//phase%stops(i)%history//"' is "//real_text(values(i))

@@ -3,8 +3,8 @@
 !> qsmpm_phase_report.
 module qsmpm_phases
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, ended_by_limit
-  use qsmpm_error, only: error_type, error_not_converged, fail
+  use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
+  use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
@@ -12,33 +12,36 @@ module qsmpm_phases
   use qsmpm_limit_load, only: is_found, limit_loads, limit_text
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
-  use qsmpm_model, only: model_type, phase_end_type
+  use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
     warn_of_initial_strength, warn_of_lag
-  use qsmpm_phase_ends, only: end_of_phase, note_end
+  use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: start_phase, resume_phase
-  use qsmpm_phase_tree, only: is_wanted, parent_of
+  use qsmpm_phase_tree, only: parent_of
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
-  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism
+  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism, &
+    tell_factor
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
-  use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, text_of_stop
+  use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: take_step
+  use qsmpm_stepping, only: is_told, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_term_share, only: share_named, stabilisation_share
+  use qsmpm_text, only: integer_text
+  use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
   implicit none
   private
 
-  public :: step_loop_type, begin_step_loop, advance_step_loop, end_phase, end_step_loop, is_finished, error_stopped
+  public :: step_loop_type, begin_step_loop, advance_step_loop, leave_lost_phase, end_phase, end_step_loop, &
+    is_finished, error_stopped
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
-  character(len=*), parameter :: left_out = '; the phases behind it need the load that it did not carry'
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: step_loop_type
@@ -131,7 +134,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     ! A search for a factor of safety takes its steps at the loads of its start.
-    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0) then
+    if (model%state%progress%fraction > 0.0_wp .or. model%state%progress%phase_steps > 0 .or. &
+      is_lost(model%state%progress)) then
       call resume_phase(model)
     else
       call enter_phase(model, loop, observer, error)
@@ -139,7 +143,8 @@ contains
     loop%begun = .not. allocated(error)
   end subroutine begin_or_resume
 
-  !> The phase to come, 0 when the run has ended. What starts from a phase that has ended at its limit load is left out.
+  !> The phase to come, 0 when the run has ended. What starts from a phase that has not carried its load is left
+  !> out.
   subroutine choose_next_phase(model, observer, next, error)
     type(model_type), intent(in) :: model
     class(observer_type), intent(inout) :: observer
@@ -163,28 +168,31 @@ contains
     end associate
   end subroutine choose_next_phase
 
-  !> A phase that has ended at its limit load carries no other.
-  subroutine need_all_phases(model, error)
-    type(model_type), intent(in) :: model
-    !> error_not_converged: names the first such phase that others were to start from.
-    type(error_type), allocatable, intent(out) :: error
-    type(phase_end_type) :: ended
-    integer :: p
+  !> Go on without a phase that was lost, where phases are left that do not start from it or another one was lost
+  !> before. Otherwise, and where something else has ended the run, the error stays, and the step can be tried again.
+  subroutine leave_lost_phase(model, loop, observer, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
+    !> What has ended the phase; then what ends the run.
+    type(error_type), allocatable, intent(inout) :: error
+    integer :: next
 
-    associate (progress => model%state%progress, phases => model%analysis%phases)
-      do p = 1, progress%phase
-        ended = end_of_phase(progress, p)
-        if (ended%reason /= ended_by_limit .or. .not. is_wanted(phases, p, p)) cycle
-        if (p == progress%phase) then
-          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its "// &
-            limit_text(limit_loads(progress%limit, progress%fraction, phases(p)%load_factor))//left_out)
-        else
-          call fail(error, error_not_converged, "phase '"//phases(p)%name//"' has ended at its limit load"//left_out)
-        end if
-        return
-      end do
-    end associate
-  end subroutine need_all_phases
+    if (.not. loop%begun .or. .not. is_loss(error) .or. phase_is_complete(model%state%progress)) return
+    next = next_phase(model)
+    if (next == 0 .and. .not. any_lost(model)) then
+      error%message = error%message//not_run_text(model%analysis%phases, model%state%progress%phase)
+      return
+    end if
+    call observer%note('warning: '//error%message//'; phases that start elsewhere go on')
+    deallocate (error)
+    call note_loss(model)
+    loop%end_notified = .true.
+    call switch_timer(loop%step%profile%watch, part_output)
+    call observer%phase_done(model, error)
+    call switch_timer(loop%step%profile%watch, part_control)
+    if (next == 0 .and. .not. allocated(error)) call need_all_phases(model, error)
+  end subroutine leave_lost_phase
 
   !> Begin the current phase; initial stresses must be in equilibrium.
   subroutine enter_phase(model, loop, observer, error)
@@ -234,7 +242,7 @@ contains
 
     loop%end_notified = .true.
     call note_end(model)
-    call keep_phase(model)
+    if (.not. is_lost(model%state%progress)) call keep_phase(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
       if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
@@ -282,8 +290,11 @@ contains
     type(outcome_type) :: outcome
     type(step_before_type) :: before
     real(wp) :: length, last, strength
+    integer :: repeats
 
     accepted = .false.
+    repeats = 0
+    if (allocated(loop%step%told)) deallocate (loop%step%told)
     call remember_start(model, phase, before)
     do
       if (is_stopped(observer, error)) return
@@ -303,15 +314,43 @@ contains
       call cut_back(phase%controls, record%compliance, last, outcome, model%state%progress)
       if (is_given_up(phase%controls, model%state%progress, outcome)) then
         call fail(error, outcome%cause, failure_text(model, loop%step, phase, outcome))
+        call note_repeats(observer, repeats)
         return
       end if
-      call observer%note('increment cut back: '//outcome%reason)
+      call note_cut(observer, outcome%reason, loop%step, repeats)
     end do
     accepted = .true.
+    call note_repeats(observer, repeats)
     call go_on(phase%controls, record%compliance, record%start, length, outcome, model%state%progress)
     if (phase%kind /= phase_safety) model%state%progress%load_factor = phase%load_factor*model%state%progress%fraction
     call warn_of_lag(outcome%warning, loop%report, observer)
   end subroutine reach_load
+
+  !> Tell why an increment is cut back, once where the reason stays the same.
+  subroutine note_cut(observer, reason, step, repeats)
+    class(observer_type), intent(inout) :: observer
+    character(len=*), intent(in) :: reason
+    type(step_type), intent(inout) :: step
+    !> Cuts for the same reason that have not been told.
+    integer, intent(inout) :: repeats
+
+    if (is_told(step, reason)) then
+      repeats = repeats + 1
+      return
+    end if
+    call note_repeats(observer, repeats)
+    call observer%note('increment cut back: '//reason)
+    step%told = reason
+  end subroutine note_cut
+
+  !> Tell how often an increment was cut back again for the reason that was told.
+  subroutine note_repeats(observer, repeats)
+    class(observer_type), intent(inout) :: observer
+    integer, intent(inout) :: repeats
+
+    if (repeats > 0) call observer%note('increment cut back '//integer_text(repeats)//' times more for the same reason')
+    repeats = 0
+  end subroutine note_repeats
 
   !> The next stable factor of a safety phase; where there is none its factor of safety is found.
   subroutine reach_factor(model, loop, phase, observer, record, accepted, error)
@@ -323,15 +362,23 @@ contains
     logical, intent(out) :: accepted
     type(error_type), allocatable, intent(out) :: error
     type(outcome_type) :: outcome
+    type(step_before_type) :: before
 
     accepted = .false.
     if (is_stopped(observer, error)) return
-    call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
-    if (allocated(error)) return
+    call remember_start(model, phase, before)
+    do
+      call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
+      if (allocated(error)) return
+      if (.not. outcome%accepted) exit
+      if (.not. must_be_smaller(model, phase, before)) exit
+      call observer%note('factor taken again, smaller, to end where the phase stops')
+    end do
     accepted = outcome%accepted
     if (accepted) then
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
+      if (model%state%progress%stopped) call tell_factor(model, phase, observer)
     else if (.not. is_stopped(observer, error)) then
       call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
       if (.not. allocated(error)) call end_search(model, phase, observer, error)

@@ -24,7 +24,7 @@ module qsmpm_safety_search
   implicit none
   private
 
-  public :: find_stable_factor, end_search, show_mechanism, set_strength, runout_factor
+  public :: find_stable_factor, end_search, tell_factor, show_mechanism, set_strength, runout_factor
 
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 20
@@ -109,13 +109,22 @@ contains
         call fail(error, error_not_converged, "phase '"//phase%name//"': "//bracket_text(progress%bracket))
         return
       end if
-      call observer%note("phase '"//phase%name//"': "//bracket_text(progress%bracket))
+      call tell_factor(model, phase, observer)
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
         "': RUNOUT="//factor_text(phase%safety%runout)//' is no more than the stable factor: nothing runs out')
-      call add_factor(progress)
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp
     end associate
   end subroutine end_search
+
+  !> Tell what was found, and keep it.
+  subroutine tell_factor(model, phase, observer)
+    type(model_type), intent(inout) :: model
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+
+    call observer%note("phase '"//phase%name//"': "//bracket_text(model%state%progress%bracket))
+    call add_factor(model%state%progress)
+  end subroutine tell_factor
 
   !> Show the way the body fails at the smallest lost factor; the model is what it was.
   subroutine show_mechanism(model, step, solver, phase, observer, error)

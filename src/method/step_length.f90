@@ -6,6 +6,7 @@ module qsmpm_step_length
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type, is_found, interpolate_knee, note_accepted, note_refused
   use qsmpm_model, only: progress_type
+  use qsmpm_phase_ends, only: is_lost
   use qsmpm_step_control, only: outcome_type
   implicit none
   private
@@ -171,12 +172,12 @@ contains
       (.not. progress%limit%refused > 0.0_wp .and. is_too_short(controls, progress%next_step))
   end function is_given_up
 
-  !> Whether the present phase is at its end: its whole load is carried, its limit load found, or a history has
-  !> reached its value.
+  !> Whether the present phase is at its end: its whole load is carried, its limit load found, a history has reached
+  !> its value, or equilibrium was lost.
   pure logical function phase_is_complete(progress)
     type(progress_type), intent(in) :: progress
 
     phase_is_complete = .not. progress%fraction < 1.0_wp - same_fraction .or. is_found(progress%limit) .or. &
-      progress%stopped
+      progress%stopped .or. is_lost(progress)
   end function phase_is_complete
 end module qsmpm_step_length

@@ -7,6 +7,7 @@ module qsmpm_stepping
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: add_compliance
+  use qsmpm_linear_system, only: end_system
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
@@ -20,7 +21,7 @@ module qsmpm_stepping
   implicit none
   private
 
-  public :: take_step
+  public :: take_step, is_told
 
 contains
 
@@ -38,6 +39,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
 
+    ! A run that goes on from here begins with the solver that was chosen.
+    if (step%system%indefinite) call end_system(step%system)
     before = model%state
     record%start = before%progress%fraction
     call find_equilibrium(model, step, solver, phase%controls, fraction, observer, record, outcome, error)
@@ -64,12 +67,22 @@ contains
     if (allocated(error)) return
     if (.not. outcome%accepted) then
       if (.not. may_be_damped(model, controls, fraction, outcome)) return
-      call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
+      if (.not. is_told(step, outcome%reason)) &
+        call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
       call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
       if (allocated(error) .or. .not. outcome%accepted) return
     end if
     call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
   end subroutine find_equilibrium
+
+  !> Whether the log has been told a reason at the last try of this step.
+  pure logical function is_told(step, reason)
+    type(step_type), intent(in) :: step
+    character(len=*), intent(in) :: reason
+
+    is_told = .false.
+    if (allocated(step%told)) is_told = step%told == reason
+  end function is_told
 
   !> One solve, what it adds to the record of the step, and whether the step may go on from it.
   subroutine solve(model, step, solver, controls, attempt, record, outcome, solution, error)

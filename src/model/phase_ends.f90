@@ -1,33 +1,62 @@
-!> How phases have ended: by their whole load, at the limit load, or where a history has reached its value. The loads of
-!> a phase that has ended early are those reached, and the phases behind it go on from them.
+!> How phases have ended: by their whole load, at the limit load, where a history has reached its value, or because
+!> equilibrium was lost. The loads of a phase that has ended early are those reached; phases behind a stop go on from
+!> them, phases behind a limit load or a loss are not run.
 module qsmpm_phase_ends
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_stop, not_ended
+  use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type, progress_type, phase_end_type
   implicit none
   private
 
-  public :: note_end, fraction_reached, end_of_phase, has_start_move, start_move
+  public :: note_end, note_loss, is_lost, fraction_reached, end_of_phase, factor_of_phase, has_start_move, start_move
 
 contains
 
-  !> Note how the present phase has ended.
+  !> Note how the present phase has ended, unless it is known to be lost.
   pure subroutine note_end(model)
     type(model_type), intent(inout) :: model
+    integer :: reason
+
+    if (is_lost(model%state%progress)) return
+    reason = ended_by_load
+    if (model%state%progress%stopped) reason = ended_by_stop
+    if (is_found(model%state%progress%limit)) reason = ended_by_limit
+    call note_reason(model, reason)
+  end subroutine note_end
+
+  !> Note that the present phase has lost equilibrium.
+  pure subroutine note_loss(model)
+    type(model_type), intent(inout) :: model
+
+    call note_reason(model, ended_by_loss)
+  end subroutine note_loss
+
+  !> Whether the present phase has lost equilibrium and was given up.
+  pure logical function is_lost(progress)
+    type(progress_type), intent(in) :: progress
+    type(phase_end_type) :: ended
+
+    ended = end_of_phase(progress, progress%phase)
+    is_lost = ended%reason == ended_by_loss
+  end function is_lost
+
+  !> Note what has ended the present phase, and what it has reached.
+  pure subroutine note_reason(model, reason)
+    type(model_type), intent(inout) :: model
+    !> One of the ended_* values.
+    integer, intent(in) :: reason
     type(phase_end_type) :: ended
 
     associate (progress => model%state%progress, points => model%state%points)
-      ended%reason = ended_by_load
-      if (progress%stopped) ended%reason = ended_by_stop
-      if (is_found(progress%limit)) ended%reason = ended_by_limit
+      ended%reason = reason
       ended%fraction = progress%fraction
       ended%displacement = sqrt(maxval(sum((points%position(:, :points%count) &
         - points%initial_position(:, :points%count))**2, dim=1)))
       call make_room(progress)
       progress%ends(progress%phase) = ended
     end associate
-  end subroutine note_end
+  end subroutine note_reason
 
   !> A place for the present phase.
   pure subroutine make_room(progress)
@@ -50,6 +79,20 @@ contains
     if (.not. allocated(progress%ends)) return
     if (phase >= 1 .and. phase <= size(progress%ends)) ended = progress%ends(phase)
   end function end_of_phase
+
+  !> Factor of safety of a phase, stable and lost; zeros for none.
+  pure function factor_of_phase(progress, phase) result(factor)
+    type(progress_type), intent(in) :: progress
+    integer, intent(in) :: phase
+    real(wp) :: factor(2)
+    integer :: i
+
+    factor = 0.0_wp
+    if (.not. allocated(progress%factors)) return
+    do i = 1, size(progress%factors, 2)
+      if (nint(progress%factors(1, i)) == phase) factor = progress%factors(2:3, i)
+    end do
+  end function factor_of_phase
 
   !> Load fraction that a phase before the present one has reached.
   pure real(wp) function fraction_reached(progress, phase) result(fraction)

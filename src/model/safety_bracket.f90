@@ -12,7 +12,7 @@ module qsmpm_safety_bracket
   implicit none
   private
 
-  public :: bracket_type, next_factor, note_stable, note_lost, is_closed, bracket_text, factor_text
+  public :: bracket_type, next_factor, note_stable, note_lost, take_again, is_closed, bracket_text, factor_text
 
   !> First dF, its growth, and the ends of the search.
   real(wp), parameter :: first_increment = 0.1_wp, growth = 1.5_wp
@@ -65,6 +65,22 @@ contains
     if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
     bracket%lost = factor
   end subroutine note_lost
+
+  !> The last stable factor went too far: the next one is to lie at a share of the way from the one before.
+  pure subroutine take_again(before, share, tolerance, bracket, again)
+    !> The stable factor before the last one, 0 for none: F = 1 is not taken again.
+    real(wp), intent(in) :: before
+    real(wp), intent(in) :: share
+    !> Two factors as near as this are not told apart.
+    real(wp), intent(in) :: tolerance
+    type(bracket_type), intent(inout) :: bracket
+    logical, intent(out) :: again
+
+    again = before > 0.0_wp .and. bracket%stable - before > tolerance*(1.0_wp + rounding)
+    if (.not. again) return
+    bracket%increment = max(share*(bracket%stable - before), tolerance)
+    bracket%stable = before
+  end subroutine take_again
 
   !> Whether the search has ended.
   pure logical function is_closed(bracket, tolerance)

@@ -265,7 +265,6 @@ contains
   subroutine show_start(recorder, model, error)
     class(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
-    !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
     if (recorder%picture_step >= 0 .or. recorder%options%continued) return
@@ -437,7 +436,7 @@ contains
     type(error_type), allocatable :: log_error
     character(len=:), allocatable :: said
 
-    call log_summary(recorder, model)
+    call log_summary(recorder, model, outcome)
     if (allocated(recorder%times)) call write_log(recorder, recorder%times)
     said = repeated_warnings(recorder%warnings)
     if (len(said) > 0) call write_log(recorder, without_last_newline(said))
@@ -463,15 +462,17 @@ contains
     call end_display(recorder%display)
   end subroutine close
 
-  !> The table of phases; a run that could not write has none.
-  subroutine log_summary(recorder, model)
+  !> The table of phases, and the file too where the run did not finish; a run that could not write has none.
+  subroutine log_summary(recorder, model, outcome)
     type(recorder_type), intent(inout) :: recorder
     type(model_type), intent(in) :: model
+    type(error_type), allocatable, intent(in) :: outcome
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
 
-    call summary_table(recorder%directory, scene_of(recorder, model), model, text, error)
+    call summary_table(recorder%directory, scene_of(recorder, model), model, text, error, outcome)
     if (.not. allocated(error)) call write_log(recorder, text)
+    if (allocated(outcome)) call write_summary(recorder%directory, scene_of(recorder, model), model, error, outcome)
   end subroutine log_summary
 
   !> Last line of a run that nothing but its files may have stopped.

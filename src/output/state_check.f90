@@ -2,7 +2,7 @@
 !> reals are finite. A state that fails here would index beyond an array, or hold numbers that no step has written.
 module qsmpm_state_check
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: mesh_grid, not_ended, ended_by_stop
+  use qsmpm_analysis, only: mesh_grid, not_ended, ended_by_loss
   use qsmpm_finite, only: is_usable
   use qsmpm_grid, only: pieces_of, whole_window
   use qsmpm_grid_window, only: window_type, cells_of
@@ -113,7 +113,7 @@ contains
     ends_good = .true.
     if (.not. allocated(progress%ends)) return
     ends_good = size(progress%ends) <= phases .and. all(progress%ends%reason >= not_ended) .and. &
-      all(progress%ends%reason <= ended_by_stop) .and. finite(progress%ends%displacement) .and. &
+      all(progress%ends%reason <= ended_by_loss) .and. finite(progress%ends%displacement) .and. &
       all(progress%ends%fraction >= 0.0_wp .and. progress%ends%fraction <= 1.0_wp)
   end function ends_good
 

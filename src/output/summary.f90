@@ -6,14 +6,15 @@
 !> has one stands in `limit_load.json`.
 module qsmpm_summary
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, ended_by_load, ended_by_loss, not_ended
   use qsmpm_error, only: error_type
   use qsmpm_file, only: read_text, write_text
   use qsmpm_limit_load, only: limit_loads
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_number_text, only: integer_text, real_text, short_text
-  use qsmpm_phase_ends, only: end_of_phase, has_start_move, start_move
+  use qsmpm_phase_ends, only: end_of_phase, factor_of_phase, has_start_move, start_move
   use qsmpm_text, only: string_type, json_string, read_real, split
+  use qsmpm_unfinished_phases, only: is_loss
   implicit none
   private
 
@@ -22,7 +23,8 @@ module qsmpm_summary
   character(len=*), parameter :: summary_file = 'summary.json'
   character(len=1), parameter :: newline = new_line('a')
   !> How a phase has ended, by the ended_* values from 0.
-  character(len=10), parameter :: reasons(0:3) = [character(len=10) :: 'not ended', 'whole load', 'limit load', 'stop']
+  character(len=10), parameter :: reasons(0:4) = [character(len=10) :: 'not ended', 'whole load', 'limit load', &
+    'stop', 'lost']
 
   !> A phase by the rows of the curves.
   type :: phase_row_type
@@ -37,13 +39,15 @@ module qsmpm_summary
 contains
 
   !> Write summary.json.
-  subroutine write_summary(directory, analysis, model, error)
+  subroutine write_summary(directory, analysis, model, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
     !> The scene.
     type(analysis_type), intent(in) :: analysis
     type(model_type), intent(in) :: model
     type(error_type), allocatable, intent(out) :: error
+    !> What ended the run before its end.
+    type(error_type), intent(in), optional :: outcome
     type(phase_row_type) :: rows(size(analysis%phases))
     character(len=:), allocatable :: text
     integer :: p
@@ -53,12 +57,24 @@ contains
     text = '{'//newline//'  "phases": ['
     do p = 1, size(rows)
       if (p > 1) text = text//','
-      text = text//newline//phase_json(analysis, p, rows(p), end_of_phase(model%state%progress, p), &
-        factor_of(model, p), start_json(model, p))
+      text = text//newline//phase_json(analysis, p, rows(p), shown_end(model, p, outcome), &
+        factor_of_phase(model%state%progress, p), start_json(model, p))
     end do
     text = text//newline//'  ]'//newline//'}'//newline
     call write_text(directory//'/'//summary_file, text, error)
   end subroutine write_summary
+
+  !> How a phase has ended. One whose loss ends the run has no end of its own: the step can be tried again.
+  pure type(phase_end_type) function shown_end(model, phase, outcome) result(ended)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: phase
+    !> What ended the run before its end.
+    type(error_type), intent(in), optional :: outcome
+
+    ended = end_of_phase(model%state%progress, phase)
+    if (.not. present(outcome) .or. ended%reason /= not_ended .or. phase /= model%state%progress%phase) return
+    if (is_loss(outcome)) ended%reason = ended_by_loss
+  end function shown_end
 
   !> A phase as an object.
   pure function phase_json(analysis, phase, row, ended, factor, start) result(text)
@@ -75,7 +91,8 @@ contains
 
     text = '    {"name": '//json_string(name_of(analysis, phase))//', '//parent_json(analysis, phase)// &
       factor_json(factor)//'"ended_by": '// &
-      json_string(trim(reason_of(ended, factor)))//', "load_factor": '//real_text(row%load_factor)//','//newline// &
+      json_string(trim(reason_of(ended, row%steps, factor)))//', "load_factor": '//real_text(row%load_factor)//','// &
+      newline// &
       '     "steps": '//integer_text(row%steps)//', "iterations": '//integer_text(row%iterations)// &
       ', "out_of_balance": '//real_text(row%out_of_balance)//', "largest_displacement": '// &
       real_text(ended%displacement)//start//','//newline//'     "histories": {'
@@ -99,29 +116,18 @@ contains
       real_text(start_move(model%state%progress))
   end function start_json
 
-  !> Factor of safety of a phase, stable and lost; zeros for none.
-  pure function factor_of(model, phase) result(factor)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: phase
-    real(wp) :: factor(2)
-    integer :: i
-
-    factor = 0.0_wp
-    if (.not. allocated(model%state%progress%factors)) return
-    do i = 1, size(model%state%progress%factors, 2)
-      if (nint(model%state%progress%factors(1, i)) == phase) factor = model%state%progress%factors(2:3, i)
-    end do
-  end function factor_of
-
   !> How a phase has ended, in words.
-  pure function reason_of(ended, factor) result(words)
+  pure function reason_of(ended, steps, factor) result(words)
     type(phase_end_type), intent(in) :: ended
+    !> Its steps.
+    integer, intent(in) :: steps
     !> Factor of safety; zeros for none.
     real(wp), intent(in) :: factor(2)
     character(len=10) :: words
 
     words = reasons(ended%reason)
-    if (factor(1) > 0.0_wp) words = 'factor'
+    if (ended%reason == not_ended .and. steps == 0) words = 'not run'
+    if (factor(1) > 0.0_wp .and. ended%reason == ended_by_load) words = 'factor'
   end function reason_of
 
   !> Name of a phase; its number where a program has given it none.
@@ -169,7 +175,7 @@ contains
   end function limit_json
 
   !> The table for the log, a line a phase.
-  subroutine summary_table(directory, analysis, model, text, error)
+  subroutine summary_table(directory, analysis, model, text, error, outcome)
     !> Of the run, with its curves.
     character(len=*), intent(in) :: directory
     !> The scene.
@@ -177,8 +183,11 @@ contains
     type(model_type), intent(in) :: model
     character(len=:), allocatable, intent(out) :: text
     type(error_type), allocatable, intent(out) :: error
+    !> What ended the run before its end.
+    type(error_type), intent(in), optional :: outcome
     type(phase_row_type) :: rows(size(analysis%phases))
     type(phase_end_type) :: ended
+    real(wp) :: factor(2)
     integer :: p
 
     text = line_of('phase', 'ended by', 'load factor', 'steps', 'iterations', 'residual', 'displacement')
@@ -186,10 +195,11 @@ contains
     call read_rows(directory, analysis, rows, error)
     if (allocated(error)) return
     do p = 1, size(rows)
-      ended = end_of_phase(model%state%progress, p)
-      text = text//newline//line_of(name_of(analysis, p), reason_of(ended, factor_of(model, p)), &
+      ended = shown_end(model, p, outcome)
+      factor = factor_of_phase(model%state%progress, p)
+      text = text//newline//line_of(name_of(analysis, p), reason_of(ended, rows(p)%steps, factor), &
         short_text(rows(p)%load_factor, 4), integer_text(rows(p)%steps), integer_text(rows(p)%iterations), &
-        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor_of(model, p))
+        short_text(rows(p)%out_of_balance, 2), short_text(ended%displacement, 4))//factor_text(factor)
     end do
   end subroutine summary_table
 

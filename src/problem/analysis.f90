@@ -86,8 +86,9 @@ module qsmpm_analysis
     quantity_pore_pressure = 9
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
-  !> What has ended a phase: nothing yet, its whole load, its limit load, a stop.
-  integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3
+  !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
+  integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3, &
+    ended_by_loss = 4
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 

@@ -1,4 +1,4 @@
-!> Where a phase ends before its whole load: a history reaches a value.
+!> Where a phase ends before its whole load: a history, or the factor of a safety phase, reaches a value.
 !>
 !> A history reaches its value in the step at whose end it lies at or beyond it. Where the step went past it by more
 !> than the tolerance, the step is taken again with the length at which the history, interpolated along the step,
@@ -11,6 +11,8 @@ module qsmpm_phase_stops
 
   public :: is_reached, stop_share
 
+  !> What a stop names for the factor in force of a safety phase: its column of the curves.
+  character(len=*), parameter, public :: factor_column = 'F'
   !> A step that is taken again goes at least this share of its length.
   real(wp), parameter :: least_share = 1.0e-3_wp
 

@@ -23,9 +23,17 @@ from .errors import (
 from .library import api_version, has, library_path, version
 from .materials import Increment, SoilModel, Update
 from .points import Points
-from .simulation import Simulation
+from .simulation import PhaseResult, Simulation
 
 __all__ = [
-    "DeckError", "Error", "Increment", "LeftMeshError", "NotConvergedError", "Points", "Simulation", "SingularError",
-    "SoilModel", "StoppedError", "Update", "UserMaterialError", "api_version", "has", "library_path", "version",
+    "DeckError", "Error", "Increment", "LeftMeshError", "NotConvergedError", "PhaseResult", "Points", "Simulation", "SingularError",
+    "SoilModel", "StoppedError", "Update", "UserMaterialError", "__version__", "api_version", "has", "library_path",
+    "version",
 ]
+
+
+def __getattr__(name: str) -> str:
+    """`__version__`, that of the library, which is only loaded when it is asked for."""
+    if name == "__version__":
+        return version().split()[1]
+    raise AttributeError(f"module 'qsmpm' has no attribute {name!r}")

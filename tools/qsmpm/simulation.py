@@ -5,6 +5,7 @@ import ctypes
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import POINTER, c_double, c_int, c_void_p
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,6 +28,22 @@ class _Handle:
     def __del__(self) -> None:
         if getattr(self, "pointer", None):
             self.library.qsmpm_destroy(ctypes.byref(self.pointer))
+
+
+@dataclass(frozen=True)
+class PhaseResult:
+    """How a phase has ended."""
+
+    name: str
+    """Its name."""
+    ended_by: str
+    """"not ended", "whole load", "limit load" or "stop"."""
+    share: float
+    """Load fraction at its end."""
+    displacement: float
+    """Largest displacement of a material point at its end."""
+    factor_of_safety: tuple[float, float] | None
+    """Factors that are stable and lost, where the phase has looked for them."""
 
 
 class Simulation:
@@ -166,6 +183,10 @@ class Simulation:
         """Add a stage behind the last one; loads and fixities stay until they are changed."""
         self._call("add_stage", name.encode(), steps)
 
+    def add_cards(self, cards: str) -> None:
+        """Add materials and phases to the scene, as lines of its deck: *MATERIAL, *PHASE and what belongs to them."""
+        self._call("add_cards", cards.encode())
+
     def end_stage(self) -> None:
         """End the present stage where it stands."""
         self._call("end_stage")
@@ -282,6 +303,19 @@ class Simulation:
     def load_factor(self) -> float:
         """Load factor of the present stage."""
         return self.number("load_factor")
+
+    @property
+    def strength_factor(self) -> float:
+        """Factor that strengths are divided by at present."""
+        return self.number("strength_factor")
+
+    @property
+    def phase_results(self) -> list[PhaseResult]:
+        """How the phases have ended, with their factors of safety."""
+        words = ("not ended", "whole load", "limit load", "stop")
+        return [PhaseResult(name, words[int(ended)], share, displacement, (stable, lost) if stable > 0 else None)
+                for name, (ended, share, displacement, stable, lost)
+                in zip(self.names("stage"), self.get("phase_results").tolist(), strict=True)]
 
     @property
     def compliance(self) -> float:

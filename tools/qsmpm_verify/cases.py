@@ -29,6 +29,7 @@ trace of the whole run:
     reference = 9.0               a number; or {function = "van_langen", strain = "column:NAME"};
                                   or {case = "FILE/NAME"}: the same quantity of another case
     tolerance = 1e-6              with error = "relative" (default) or "absolute"
+    tolerance_below = 1e-2        for figures below the reference in place of tolerance, which then holds above it
     at_least = 17.8               a bound (or at_most, or both) in place of reference and tolerance
     order_from = {case = "FILE/NAME", refinement = 64}
                                   the figure is the order of convergence, log(other/own)/log(refinement);
@@ -78,6 +79,7 @@ class Quantity:
     scale: float = 1.0
     reference: float | dict[str, Any] | None = None
     tolerance: float | None = None
+    tolerance_below: float | None = None
     error: str = "relative"
     at_least: float | None = None
     at_most: float | None = None
@@ -164,6 +166,8 @@ def _quantity(table: dict[str, Any], source: str, where: str) -> Quantity:
     bounded = quantity.at_least is not None or quantity.at_most is not None
     if bounded and quantity.tolerance is not None:
         raise CaseError(f"{where}: a bound takes no tolerance")
+    if quantity.tolerance_below is not None and quantity.tolerance is None:
+        raise CaseError(f"{where}: tolerance_below takes a tolerance for figures above the reference")
     asserted = (quantity.reference is not None and quantity.tolerance is not None) or bounded
     if asserted == quantity.print:
         raise CaseError(f"{where}: give reference and tolerance, a bound, or print = true")
@@ -176,7 +180,7 @@ def printed_quantity(table: dict[str, Any], source: str, where: str, free: bool 
     """A quantity that is measured and not asserted; `free` allows one that is read elsewhere."""
     if free and set(table) == {"name"}:
         return Quantity(name=table["name"], print=True)
-    check_keys(table, set(Quantity.__dataclass_fields__) - {"tolerance", "at_least", "at_most", "print"}, where)
+    check_keys(table, set(Quantity.__dataclass_fields__) - {"tolerance", "tolerance_below", "at_least", "at_most", "print"}, where)
     return _quantity({**table, "print": True}, source, where)
 
 

@@ -138,6 +138,13 @@ def _against_reference(quantity: Quantity, values: Array, wanted: Array) -> tupl
     return int(np.argmax(errors)), errors
 
 
+def _allowed(quantity: Quantity, values: Array, wanted: Array) -> Array:
+    """The largest error of each figure, another one below the reference than above it where that is asked for."""
+    above = float(quantity.tolerance or 0.0)
+    below = above if quantity.tolerance_below is None else float(quantity.tolerance_below)
+    return np.where(values < wanted, below, above)
+
+
 def _bounded(quantity: Quantity, values: Array) -> tuple[int, bool]:
     """Index of the figure furthest outside its bounds, and whether all are inside."""
     low = -math.inf if quantity.at_least is None else quantity.at_least
@@ -167,16 +174,17 @@ def judge_quantity(run: Run, quantity: Quantity, runs: Mapping[str, Run]) -> Ver
             error = float(_against_reference(quantity, values, wanted)[1][index]) if known else None
             shown = f"{wanted[index]:.6g}" if known else "-"
             return Verdict(name, quantity.name, float(values[index]), shown, error, "-", None, cpu)
-        index, errors = _against_reference(quantity, values, wanted)
-        tolerance = float(quantity.tolerance or 0.0)
+        _, errors = _against_reference(quantity, values, wanted)
+        allowed = _allowed(quantity, values, wanted)
+        index = int(np.argmax(errors - allowed if quantity.tolerance_below is not None else errors))
         return Verdict(
             name,
             quantity.name,
             float(values[index]),
             f"{wanted[index]:.6g}",
             float(errors[index]),
-            f"{tolerance:.1e}" + (" abs" if quantity.error == "absolute" else ""),
-            bool(errors[index] <= tolerance),
+            f"{allowed[index]:.1e}" + (" abs" if quantity.error == "absolute" else ""),
+            bool(errors[index] <= allowed[index]),
             cpu,
         )
     except (ResultError, TypeError, ValueError, ArithmeticError) as error:

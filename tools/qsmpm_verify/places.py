@@ -5,6 +5,8 @@ command was called from: an installed copy of the package serves any checkout.
 """
 
 import os
+import shutil
+import sysconfig
 from pathlib import Path
 
 
@@ -24,6 +26,10 @@ def find_tree() -> Path:
 TOP = find_tree()
 BUILD = TOP / "build"
 PROGRAM = BUILD / "qsmpm"
+if not is_tree(TOP):
+    # Outside a checkout the program of the same installation, else one on the PATH.
+    _FOLDERS = os.pathsep.join((sysconfig.get_path("scripts"), os.environ.get("PATH", "")))
+    PROGRAM = Path(shutil.which("qsmpm", path=_FOLDERS) or PROGRAM)
 CASES = TOP / "verification" / "cases"
 STUDIES = TOP / "verification" / "studies"
 SCENES = STUDIES / "scene"

@@ -47,6 +47,12 @@ def numbers(text: str, *names: str) -> list[float]:
     return [float(re.search(rf"{name}\s+(\S+)", text)[1]) for name in names]
 
 
+def last_settlement(folder: pathlib.Path) -> float:
+    """The settlement in the last row of a run's curves."""
+    rows = [line.split(",") for line in (folder / "curves.csv").read_text().splitlines()]
+    return float(rows[-1][rows[0].index("settlement [-]")])
+
+
 class Embedding:
     """The tests; what one makes a later one may use."""
 
@@ -117,6 +123,33 @@ class Embedding:
         for load, lift in zip((4.0, 8.0, 6.0), lifts):
             expect(abs(lift / (load * (1 - 0.3**2) / 10000.0) - 1.0) < 0.005, f"load {load} lifts {lift}")
         expect("STATUS 1 there is no surface 'tip' (did you mean top?)" in text, text)
+
+    def steered_by_a_legacy_program(self) -> None:
+        """A fixed-form program with a law and a COMMON of its own rejects a step, steps again, and is the deck's run."""
+        call("cmake", "--build", self.work / "modern", "--target", "steer", seconds=300)
+        folder = self.work / "steer"
+        folder.mkdir()
+        build = self.prefix / "bin/build-umat"
+        call(build, HERE / "legacy/common_umat.f", "-o", folder / "libcommon.so")
+        call(build, TOP / "verification/plugins/elastic_umat.f", "-o", folder / "libelastic.so")
+        block = (HERE / "block.inp").read_text()
+        (folder / "block.inp").write_text(block)
+        for name, constants in (("common", "0, 0"), ("elastic", "1000, 0.3")):
+            (folder / f"{name}.inp").write_text(block.replace(
+                "*UNIT WEIGHT", f"*USER MATERIAL, INTERFACE=UMAT, LIBRARY={folder}/lib{name}.so, STATE=1, "
+                f"SYMMETRIC=YES\n{constants}\n*UNIT WEIGHT"))
+        call(self.prefix / "bin/qsmpm", "run", folder / "elastic.inp", "--quiet", "--out", folder / "deck")
+        settlement = last_settlement(folder / "deck")
+        text = call(self.work / "modern/steer", cwd=folder)
+        first, own, steps = numbers(text, "REJECTED", "OWN", "STEPS")
+        expect(own == settlement and numbers(text, "UMAT") == [settlement], f"the deck settles {settlement!r}: {text}")
+        expect(0.4 * own < first < 0.6 * own and steps == 5, text)
+        expect("CALLED T HEARD T" in text and "LOADED T" in text and "SAME COMMON T" in text, text)
+        expect("GOES ON TO 0.750" in text, text)
+        expect(text.count("THIS LAW DOES NOT WANT TO") == 1 and "STATUS 6 " in text, text)
+        expect(numbers(text, "SENTENCES")[0] == 3, text)
+        expect("MATERIAL stiff SETTLES" in text and
+               "added cards:3: *CHANGE MATERIAL: there is no body 'black' (did you mean block?)" in text, text)
 
     def warns_of_another_compiler(self) -> None:
         """A project with another compiler is warned and pointed to the interface source, not stopped."""
@@ -203,6 +236,37 @@ class Embedding:
         exported = set(re.findall(r" T (qsmpm_\w+)", call("nm", "-D", self.lib / "libqsmpm.so")))
         expect(not set(in_c) - exported, f"not in the library: {set(in_c) - exported}")
 
+    # ---- the page of the documentation ----
+
+    def examples_of_the_page(self) -> None:
+        """The four examples of docs/embedding.md print what it says, the last digit of a deck with their cards."""
+        blocks = dict(re.findall(r"^```(fortran|c|f77|python|text)\n(.*?)^```", (TOP / "docs/embedding.md").read_text(),
+                                 re.M | re.S))
+        folder = self.work / "page"
+        folder.mkdir()
+        block = (HERE / "block.inp").read_text()
+        (folder / "block.inp").write_text(block)
+        cards = re.search(r"add_cards\((.*?)\)\n    run\.run", blocks["python"], re.S)[1]
+        material, phase = eval(f"({cards})").split("*PHASE")  # noqa: S307 - the page's own string
+        (folder / "deck.inp").write_text(block.replace("*BODY", material + "*BODY", 1) + "*PHASE" + phase + "\n")
+        call(self.prefix / "bin/qsmpm", "run", "deck.inp", "--quiet", "--out", "deck", cwd=folder)
+        settlement = last_settlement(folder / "deck")
+        expect(numbers(blocks["text"], "settlement") == [settlement], f"the deck settles {settlement:.16E}")
+        for name, text in (("page.f90", blocks["fortran"]), ("page.c", blocks["c"]), ("page.f", blocks["f77"]),
+                           ("page.py", blocks["python"])):
+            (folder / name).write_text(text)
+        modules = next((self.prefix / "include/qsmpm").glob("*"))
+        source = self.prefix / "share/qsmpm/fortran"
+        shared = (f"-L{self.lib}", "-lqsmpm", f"-Wl,-rpath,{self.lib}")
+        call("gfortran", "-Wall", "page.f90", f"-I{modules}", *shared, "-o", "fortran", cwd=folder)
+        call("gcc", "-Wall", "-Werror", "page.c", f"-I{self.prefix / 'include'}", *shared, "-o", "c", cwd=folder)
+        call("gfortran", "-std=legacy", source / "qsmpm_c.f90", source / "qsmpm_f77.f90", "page.f", *shared, "-o", "f77",
+             cwd=folder)
+        told = [call(folder / name, cwd=folder) for name in ("fortran", "c", "f77")]
+        told.append(call(sys.executable, "page.py", cwd=folder, PYTHONPATH=str(TOP / "tools"), QSMPM_LIBRARY=str(self.lib)))
+        for text in told:
+            expect(numbers(text, "settlement") == [settlement], f"{settlement:.16E}, but {told}")
+
     # ---- Python ----
 
     def python(self, *words: object, seconds: int = 300) -> str:
@@ -279,9 +343,11 @@ def main() -> int:
         tests = Embedding(given.build.resolve(), pathlib.Path(folder))
         chosen: Sequence[Callable[[], None]] = [
             tests.installs, tests.holds_no_state, tests.found_by_cmake, tests.used_by_a_legacy_program,
+            tests.steered_by_a_legacy_program,
             tests.warns_of_another_compiler, tests.refuses_another_minor_version, tests.found_by_a_c_project,
             tests.is_a_good_subproject, *([tests.builds_as_a_subproject] if given.long else []), tests.linked_from_c,
-            tests.linked_statically_from_c, tests.interface_source_is_the_header, tests.steered_from_python,
+            tests.linked_statically_from_c, tests.interface_source_is_the_header,
+            tests.examples_of_the_page, tests.steered_from_python,
             tests.calls_a_umat_from_python,
             tests.interleaved_runs_write_the_same_bytes]
         for test in chosen:

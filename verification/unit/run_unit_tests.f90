@@ -39,6 +39,7 @@ program run_unit_tests
   use test_loads, only: collect_loads
   use test_load_step, only: collect_load_step
   use test_equilibrium, only: collect_equilibrium
+  use test_added_cards, only: collect_added_cards
   use test_arguments, only: collect_arguments
   use test_basis_traits, only: collect_basis_traits
   use test_plan_items, only: collect_plan_items
@@ -163,6 +164,7 @@ program run_unit_tests
   call register('loads', collect_loads)
   call register('load_step', collect_load_step)
   call register('equilibrium', collect_equilibrium)
+  call register('added_cards', collect_added_cards)
   call register('arguments', collect_arguments)
   call register('basis_traits', collect_basis_traits)
   call register('plan_items', collect_plan_items)

@@ -4,7 +4,7 @@ module test_linear_system
   use testing, only: tests_type
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, precision_double, &
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_band, solver_mumps, solver_krylov, precision_double, &
     precision_single, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type
@@ -253,6 +253,13 @@ contains
       allocated(system%note) .and. .not. system%solver%approximate)
     call tests%close('which solves it', residual_norm(step%matrix, x, rhs)/norm2(rhs), 0.0_wp, 1.0e-9_wp)
     call tests%check('the next pattern is numbered for elimination', kind_for(system, choice) /= solver_krylov)
+    call end_system(system)
+    call start_system(system, solver_choice_type(solver_band, precision_double, keep_no), step%matrix, &
+      step%equations%bandwidth, .true., 2, error)
+    call factorise_system(system, step%matrix, error)
+    call tests%check('that another solver was put in charge is known', .not. allocated(error) .and. system%indefinite)
+    call start_system(system, choice, step%matrix, step%equations%bandwidth, .true., 2, error)
+    call tests%check('until the next start', .not. system%indefinite)
     call end_system(system)
   end subroutine test_krylov_gives_way
 

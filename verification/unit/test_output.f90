@@ -241,6 +241,9 @@ contains
     call tests%check('the log of a run that fails says why', &
       ends_with(directory//'/parts/job.log', 'qsmpm: stopped: no convergence'//newline))
     call tests%check('the last state is kept', file_exists(directory//'/parts/restart.h5'))
+    call tests%check('the summary too: the present phase is lost', &
+      index(contents(directory//'/parts/summary.json'), '"ended_by": "lost"') > 0 .and. &
+      index(contents(directory//'/parts/job.log'), ' lost ') > 0)
     call continue_steps(directory//'/parts', 6, error)
     call tests%check('a run is continued', .not. allocated(error))
     call read_text(directory//'/parts/curves.csv', continued, error)

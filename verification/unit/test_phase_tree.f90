@@ -1,7 +1,7 @@
 !> Phases that start from the end of an earlier one: who is whose parent, the loads and the state that a child starts
 !> with, the children of a phase that has ended at its limit load, and a restart file with ends of phases in it.
 module test_phase_tree
-  use qsmpm_analysis, only: analysis_type, phase_type
+  use qsmpm_analysis, only: analysis_type, phase_type, ended_by_load, ended_by_loss
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_kinds, only: wp
@@ -10,7 +10,8 @@ module test_phase_tree
   use qsmpm_kept_phases, only: find_kept_phase
   use qsmpm_phase_times, only: phase_start_time
   use qsmpm_phase_tree, only: parent_of, lineage, is_wanted
-  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, &
+    leave_lost_phase
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_snapshot, only: snapshot_type, take_snapshot, restore_checkpoint, copy_phases
@@ -34,6 +35,8 @@ module test_phase_tree
 
   real(wp), parameter :: rounding = 1.0e-14_wp
   integer, parameter :: mark(2) = [3, 4]
+  !> Of phase b: a step is cut back once.
+  character(len=*), parameter :: coarse = ', SMALLEST STEP=0.5'
 
 contains
 
@@ -47,6 +50,10 @@ contains
     call check_child(tests)
     call check_limit_load(tests)
     call check_last_limit(tests)
+    call check_lost(tests)
+    call check_lost_alone(tests)
+    call check_lost_twice(tests)
+    call check_lost_resumed(tests)
     call check_resumed(tests)
     call check_snapshot(tests)
   end subroutine collect_phase_tree
@@ -143,6 +150,7 @@ contains
     do k = 1, steps
       if (is_finished(run%model, run%loop) .or. allocated(run%error)) exit
       call advance_step_loop(run%model, run%loop, run%observer, run%error)
+      if (allocated(run%error)) call leave_lost_phase(run%model, run%loop, run%observer, run%error)
     end do
     if (steps == huge(1)) call end_step_loop(run%loop, profile)
   end subroutine walk
@@ -193,8 +201,8 @@ contains
     call tests%check('its child is left out and the run not a good one', allocated(run%error))
     if (.not. allocated(run%error)) return
     call tests%check('that is no equilibrium', run%error%code == error_not_converged)
-    call tests%check('and named: '//run%error%message, run%error%message == "phase 'b' has ended at its limit load; "// &
-      'the phases behind it need the load that it did not carry')
+    call tests%check('and named: '//run%error%message, run%error%message == "phase 'b' has ended at its limit load"// &
+      ", and these phases behind it were not run: 'd'")
   end subroutine check_limit_load
 
   !> A child that is left out between others is told of, and the run ends with the error.
@@ -213,6 +221,119 @@ contains
     call tests%check('the phase behind it runs', run%model%state%progress%phase == 4 .and. run%observer%phases == 3)
     call tests%check('and the run ends with the error', allocated(run%error))
   end subroutine check_last_limit
+
+  !> Phase b loses equilibrium: c, which does not start from it, is run, d, which does, is not.
+  subroutine check_lost(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run(lost_in_b(1), coarse, 'b', run)
+    call walk(run, huge(1))
+    call tests%check('a phase that does not start from one that is lost is run', &
+      run%model%state%progress%phase == 3 .and. run%observer%phases == 3 .and. run%observer%steps == 5)
+    call tests%close('from the end of its parent', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
+    call tests%check('one that does is not, and the run not a good one', allocated(run%error))
+    if (.not. allocated(run%error)) return
+    call tests%check('that is no equilibrium', run%error%code == error_not_converged)
+    call tests%check('it names them: '//run%error%message, run%error%message == "phase 'b' has lost equilibrium at "// &
+      "load factor 0.75, and these phases behind it were not run: 'd'")
+    call tests%check('the reason is a warning', index(run%observer%text, "warning: phase 'b': no equilibrium beyond "// &
+      "load factor  7.500000E-01: the script says no") > 0)
+    call tests%check('how phases have ended is known', all(run%model%state%progress%ends%reason == &
+      [ended_by_load, ended_by_loss, ended_by_load]))
+    call tests%check('the lost end is not kept', find_kept_phase(run%model, 2) == 0)
+  end subroutine check_lost
+
+  !> Where nothing else is left the run ends as it is, and the step can be tried again.
+  subroutine check_lost_alone(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run([scripted_outcome_type(converged=.false.)], '', 'b', run)
+    call walk(run, huge(1))
+    call tests%check('the first phase carries all others', allocated(run%error) .and. run%observer%phases == 0)
+    if (.not. allocated(run%error)) return
+    call tests%check('which are named: '//run%error%message, index(run%error%message, "phase 'a': no equilibrium") == 1 &
+      .and. index(run%error%message, ", and these phases behind it were not run: 'b', 'c', 'd'") > 0)
+    deallocate (run%error)
+    select type (solver => run%loop%solver)
+    type is (script_type)
+      solver%answers = [scripted_outcome_type()]
+    end select
+    call walk(run, huge(1))
+    call tests%check('it can be tried again', .not. allocated(run%error) .and. run%observer%phases == 4)
+  end subroutine check_lost_alone
+
+  !> Two are lost, the second one last.
+  subroutine check_lost_twice(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run([lost_in_b(3), scripted_outcome_type(converged=.false.)], coarse, 'c', run)
+    call walk(run, huge(1))
+    call tests%check('the run ends with both', allocated(run%error) .and. run%observer%phases == 3)
+    if (.not. allocated(run%error)) return
+    call tests%check('in their order: '//run%error%message, run%error%message == "phase 'b' has lost equilibrium at load "// &
+      "factor 2.25; phase 'c' has lost equilibrium at load factor 2.5, and these phases behind it were not run: 'd'")
+    call tests%check('both are known', all(run%model%state%progress%ends(2:)%reason == ended_by_loss))
+  end subroutine check_lost_twice
+
+  !> Files at all steps of a run in which b is lost: at its first step, or behind some.
+  subroutine check_lost_resumed(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run, resumed
+    type(error_type), allocatable :: error
+    character(len=:), allocatable :: directory
+    logical :: same_states, same_words
+    integer :: done, carried
+
+    call make_folder(directory)
+    same_states = .true.
+    same_words = .true.
+    do carried = 0, 2
+      do done = 2, 5 + carried
+        call make_run(lost_in_b(carried), coarse, 'b', run)
+        call walk(run, done)
+        call write_restart(directory//'/restart.h5', run%model, mark, error)
+        ! The script begins anew with the run.
+        call make_run(answers_behind(run, lost_in_b(carried)), coarse, 'b', resumed)
+        if (.not. allocated(error)) call read_restart(directory//'/restart.h5', resumed%model, mark, error)
+        call tests%check('a file with a lost phase is written and read', .not. allocated(error))
+        call walk(run, huge(1))
+        call walk(resumed, huge(1))
+        same_states = same_states .and. len(state_differences(run%model%state, resumed%model%state)) == 0
+        same_words = same_words .and. allocated(run%error) .and. allocated(resumed%error)
+        if (same_words) same_words = run%error%message == resumed%error%message
+      end do
+    end do
+    call tests%check('a resumed run ends in the same state', same_states)
+    call tests%check('and with the same words', same_words)
+    call remove_folder(directory)
+  end subroutine check_lost_resumed
+
+  !> A script: phase a in two steps, some steps of b, then two attempts of b that fail; all others converge.
+  function lost_in_b(carried) result(answers)
+    integer, intent(in) :: carried
+    type(scripted_outcome_type), allocatable :: answers(:)
+    integer :: k
+
+    allocate (answers(carried + 5))
+    do k = carried + 3, carried + 4
+      answers(k)%converged = .false.
+    end do
+  end function lost_in_b
+
+  !> The part of a script that a run has not come to.
+  function answers_behind(run, answers) result(rest)
+    type(run_type), intent(in) :: run
+    type(scripted_outcome_type), intent(in) :: answers(:)
+    type(scripted_outcome_type), allocatable :: rest(:)
+
+    select type (solver => run%loop%solver)
+    type is (script_type)
+      rest = answers(min(size(solver%asked) + 1, size(answers)):)
+    end select
+  end function answers_behind
 
   !> A run that goes on from a file ends in the state of one that was not interrupted.
   subroutine check_resumed(tests)

@@ -212,6 +212,10 @@ contains
       abs(run%model%state%points%stress(1, 1) - 7.0_wp) <= rounding)
     run = new_run([lost(), lost(), scripted_outcome_type(iterations=9)], '')
     call run%to_end()
+    call tests%check('a reason that stays the same is told once, with the number of cuts', &
+      index(run%observer%text, 'increment cut back: the script says no') == &
+      index(run%observer%text, 'increment cut back: the script says no', back=.true.) .and. &
+      index(run%observer%text, 'increment cut back 1 times more for the same reason') > 0)
     call tests%check('steps of usual iterations stay cut', run%observer%steps == 16 + 2 .and. &
       abs(run%observer%fraction(1) - 0.0625_wp) <= rounding)
     answer = lost()
@@ -307,7 +311,7 @@ contains
     call run%to_end()
     call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
     call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
-      'limit load between 5 and 5.5, knee at 5.09381; the phases behind it need the load that it did not carry')
+      'limit load between 5 and 5.5, knee at 5.09381, and these phases behind it were not run: ''second''')
     call tests%check('its own end is told', run%observer%phases == 1)
 
     run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')

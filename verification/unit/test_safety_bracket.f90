@@ -2,7 +2,8 @@
 !> never is, one that always is, and easy steps.
 module test_safety_bracket
   use qsmpm_kinds, only: wp
-  use qsmpm_safety_bracket, only: bracket_type, bracket_text, is_closed, next_factor, note_lost, note_stable
+  use qsmpm_safety_bracket, only: bracket_type, bracket_text, is_closed, next_factor, note_lost, note_stable, &
+    take_again
   use testing, only: tests_type
   implicit none
   private
@@ -23,6 +24,7 @@ contains
     call check_below(tests)
     call check_ends(tests)
     call check_brackets(tests)
+    call check_again(tests)
     call check_text(tests)
   end subroutine collect_safety_bracket
 
@@ -130,6 +132,29 @@ contains
     call tests%check('and are as narrow as the tolerance', narrow)
     call tests%check('in at most 18 tries where steps are easy', most <= 18)
   end subroutine check_brackets
+
+  !> A factor that went past what its phase looks for is taken again, smaller.
+  subroutine check_again(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    logical :: again
+
+    bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp)
+    call take_again(1.1_wp, 0.4_wp, 0.005_wp, bracket, again)
+    call tests%check('it is', again)
+    call tests%close('from the factor before', bracket%stable, 1.1_wp, 0.0_wp)
+    call tests%close('up to the share', next_factor(bracket), 1.14_wp, rounding)
+    call tests%close('a lost one stays', bracket%lost, 1.3_wp, 0.0_wp)
+    bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp)
+    call take_again(1.1_wp, 1.0e-3_wp, 0.005_wp, bracket, again)
+    call tests%close('not by less than the tolerance', next_factor(bracket), 1.105_wp, rounding)
+    bracket = bracket_type(1.205_wp, 1.3_wp, 0.15_wp)
+    call take_again(1.2_wp, 0.5_wp, 0.005_wp, bracket, again)
+    call tests%check('one as near as the tolerance stays', .not. again .and. abs(bracket%stable - 1.205_wp) <= 0.0_wp)
+    bracket = bracket_type(1.0_wp, 0.0_wp, 0.1_wp)
+    call take_again(0.0_wp, 0.5_wp, 0.005_wp, bracket, again)
+    call tests%check('so does the first', .not. again .and. abs(bracket%stable - 1.0_wp) <= 0.0_wp)
+  end subroutine check_again
 
   !> The answer in words.
   subroutine check_text(tests)

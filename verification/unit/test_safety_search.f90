@@ -2,7 +2,7 @@
 !> the end, the mechanism, the run-out, a run that is resumed. And with the method itself: places that stay, the factor
 !> of a vertical cut, the parent left as it was.
 module test_safety_search
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: ended_by_stop, analysis_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type, error_not_converged
   use qsmpm_kinds, only: wp, pi
@@ -57,6 +57,7 @@ contains
     call check_below(tests)
     call check_never(tests)
     call check_runout(tests)
+    call check_stop_card(tests)
     call check_stop(tests)
     call check_resumed(tests)
     call check_places(tests)
@@ -237,6 +238,35 @@ contains
     call tests%check('one below the factor is warned of', index(run%observer%text, &
       'warning: phase ''factor'': RUNOUT=1.05 is no more than the stable factor: nothing runs out') > 0)
   end subroutine check_runout
+
+  !> *STOP ends the search at the stable factor at which its value is reached.
+  subroutine check_stop_card(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    call make_run(soil, 'TOLERANCE=0.01, RUNOUT=1.5|*STOP|F, ABOVE, 1.05', run, [good])
+    call search(run)
+    associate (progress => run%model%state%progress)
+      call tests%check('a factor that is reached ends the search', .not. allocated(run%error) .and. progress%stopped &
+        .and. progress%ends(2)%reason == ended_by_stop)
+      call tests%check('the bracket has no end above', all(abs(progress%factors(:, 1) - [2.0_wp, 1.05_wp, 0.0_wp]) <= rounding))
+      call tests%close('the strength is that of it', run%model%strength%factor, 1.05_wp, rounding)
+      call tests%check('one step a factor', progress%phase_steps == 2)
+    end associate
+    call tests%close('what went past it has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
+    call tests%check('it is told: '//run%observer%text, index(run%observer%text, 'factor taken again, smaller, to end '// &
+      "where the phase stops|") > 0 .and. index(run%observer%text, "phase 'factor': factor of safety above 1.05|") > 0 &
+      .and. index(run%observer%text, "phase 'factor' stops at strength/1.05: 'F' is 1.05") > 0)
+    call tests%check('nothing is shown or runs out', run%observer%mechanisms == 0)
+    call make_run(soil, 'TOLERANCE=0.01|*STOP|F, ABOVE, 1.12', run, [good, good, good, good, lost, good])
+    call search(run)
+    call tests%check('a factor that was lost stays known', all(abs(run%model%state%progress%factors(:, 1) - &
+      [2.0_wp, 1.12_wp, 1.2_wp]) <= rounding))
+    call make_run(soil, fixed//'|*STOP|F, ABOVE, 1.3|u, ABOVE, -1', run, [good])
+    call search(run)
+    call tests%check('a history that is there at the start ends it at 1', run%model%state%progress%phase_steps == 1 .and. &
+      index(run%observer%text, "stops at strength/1: 'u' is 0|") > 0)
+  end subroutine check_stop_card
 
   !> A run that is stopped in the search and goes on.
   subroutine check_stop(tests)

@@ -120,6 +120,9 @@ int qsmpm_restore_checkpoint(qsmpm_handle handle);
 /* ---- the load program: stages are the phases of the deck; loads are set for the stage that begins next -------- */
 
 int qsmpm_add_stage(qsmpm_handle handle, const char *name, int steps);
+/* Lines of a deck behind the deck: *MATERIAL and *PHASE with what belongs to them (bodies that come, go or change their
+ * material, water levels, *SAFETY, ...), checked as there. */
+int qsmpm_add_cards(qsmpm_handle handle, const char *cards);
 int qsmpm_end_stage(qsmpm_handle handle);
 int qsmpm_set_load_factor(qsmpm_handle handle, double factor);
 int qsmpm_set_steps(qsmpm_handle handle, int steps);

@@ -10,7 +10,7 @@ module qsmpm_c
     qsmpm_messages, qsmpm_set_logger, qsmpm_set_verbosity, qsmpm_set_threads, qsmpm_read_deck, &
     qsmpm_parse_deck, qsmpm_set_material, qsmpm_initialise, qsmpm_advance, qsmpm_advance_to, qsmpm_run, &
     qsmpm_finished, qsmpm_record, qsmpm_finish_record, qsmpm_save, qsmpm_load, qsmpm_checkpoint, qsmpm_restore_checkpoint, &
-    qsmpm_add_stage, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
+    qsmpm_add_stage, qsmpm_add_cards, qsmpm_end_stage, qsmpm_set_load_factor, qsmpm_set_steps, qsmpm_set_time, &
     qsmpm_set_start_time, qsmpm_set_gravity, &
     qsmpm_set_traction, qsmpm_set_pressure, qsmpm_set_displacement, qsmpm_set_fixity, qsmpm_shape, qsmpm_count, &
     qsmpm_get, qsmpm_set, qsmpm_view, qsmpm_name
@@ -249,6 +249,14 @@ module qsmpm_c
       integer(c_int), value :: steps
       integer(c_int) :: status
     end function qsmpm_add_stage
+
+    !> Add materials and phases as cards of the deck.
+    function qsmpm_add_cards(handle, cards) bind(c) result(status)
+      import :: c_char, c_int, c_ptr
+      type(c_ptr), value :: handle
+      character(kind=c_char), intent(in) :: cards(*)
+      integer(c_int) :: status
+    end function qsmpm_add_cards
 
     !> End the present stage where it stands.
     function qsmpm_end_stage(handle) bind(c) result(status)

@@ -298,6 +298,34 @@ class Errors(unittest.TestCase):
         run.close()
 
 
+class Cards(unittest.TestCase):
+    """Materials and phases that are added as cards."""
+
+    GROUT = ("*MATERIAL, NAME=stiff\n*ELASTIC\n5000, 0.3\n*MOHR COULOMB\n2, 30, 0\n*UNIT WEIGHT\n20\n"
+             "*PHASE, NAME=grout\n*CHANGE MATERIAL\nblock, stiff\n*END PHASE\n")
+    SAFETY = "*PHASE, NAME=factor, TYPE=SAFETY\n*SAFETY, TOLERANCE=0.1\n*END PHASE\n"
+
+    def test_results_of_phases(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            run.run()
+            run.add_cards(self.GROUT + self.SAFETY)
+            self.assertEqual(run.names("material"), ["soil", "stiff"])
+            self.assertEqual([r.ended_by for r in run.phase_results], ["whole load", "not ended", "not ended"])
+            run.run()
+            weight, grout, factor = run.phase_results
+            self.assertEqual((weight.name, grout.share, weight.factor_of_safety), ("weight", 1.0, None))
+            stable, lost = factor.factor_of_safety
+            self.assertTrue(1.0 <= stable < lost <= stable + 0.1)
+            self.assertEqual(run.strength_factor, stable)
+
+    def test_faults(self) -> None:
+        with qsmpm.Simulation(BLOCK) as run:
+            with self.assertRaisesRegex(qsmpm.DeckError, r"added cards:10: \*CHANGE MATERIAL: there is no body 'black'"):
+                run.add_cards(self.GROUT.replace("block", "black"))
+            self.assertEqual(run.names("stage"), ["weight"])
+            self.assertEqual(run.names("material"), ["soil"])
+
+
 class Materials(unittest.TestCase):
     """Models in Python."""
 

@@ -30,9 +30,11 @@ def integral(function: Function, low: float, high: float) -> float:
     return float(value)
 
 
-def minimum(function: Callable[[Sequence[float]], float], start: Sequence[float]) -> float:
-    """Smallest value near a start of a function of a few variables, simplex search (Nelder & Mead 1965)."""
-    options = {"xatol": 1e-8, "fatol": 1e-13, "maxiter": 2000}
+def minimum(
+    function: Callable[[Sequence[float]], float], start: Sequence[float], tolerance: float = 1e-8
+) -> float:
+    """Smallest value near a start of a function of a few variables, simplex search (Nelder & Mead 1965), tolerance on the place."""
+    options = {"xatol": tolerance, "fatol": 1e-5 * tolerance, "maxiter": 2000}
     with np.errstate(all="ignore"):
         found = optimize.minimize(function, np.asarray(start), method="Nelder-Mead", options=options)
     if not found.success:

@@ -47,6 +47,15 @@ class Judging(unittest.TestCase):
         self.assertFalse(self.verdict(reference=2.1, tolerance=0.01).held)
         self.assertTrue(self.verdict(reference=2.01, tolerance=0.01).held)
 
+    def test_below_the_reference_another_tolerance_may_hold(self) -> None:
+        """The rows are 0.5, 1.5 and 2."""
+        self.assertTrue(self.verdict(reference=1.95, tolerance=0.04, tolerance_below=0.01).held)
+        self.assertFalse(self.verdict(reference=2.05, tolerance=0.04, tolerance_below=0.01).held)
+        below = self.verdict(reference=2.01, tolerance=0.04, tolerance_below=0.01)
+        self.assertEqual((below.held, below.tolerance), (True, "1.0e-02"))
+        every = self.verdict(at="every", reference=1.9, tolerance=0.9, tolerance_below=0.22)
+        self.assertEqual((every.held, every.value), (False, 0.5))
+
     def test_bounds_look_at_the_worst_row(self) -> None:
         self.assertFalse(self.verdict(at="max", at_most=1.9).held)
         self.assertTrue(self.verdict(at="max", at_most=2.0).held)
@@ -78,6 +87,11 @@ class Cases(unittest.TestCase):
             path = Path(name) / "x.toml"
             path.write_text(text)
             return load_file(path, Path(name))
+
+    def test_a_tolerance_below_wants_one_above(self) -> None:
+        with self.assertRaisesRegex(CaseError, "tolerance_below"):
+            self.load('title="t"\ndeck="d"\nsource="s"\n[[case]]\nname="n"\n[[case.quantity]]\nname="q"\ncolumn="c"\nat_most=1.0\n'
+                      'tolerance_below=0.1\nreason="r"\n')
 
     def test_an_unknown_key_is_an_error(self) -> None:
         with self.assertRaisesRegex(CaseError, "tolerence"):
