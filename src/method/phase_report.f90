@@ -123,8 +123,9 @@ contains
     if (.not. start_move(progress) > still) then
       call observer%note("phase '"//phase%name//"': the ground has moved by"//figure//' gamma H^2/M at the most')
     else
-      call observer%note("warning: phase '"//phase%name//"': K0 stresses that are not quite in equilibrium have moved the "// &
-        'ground by'//figure//' gamma H^2/M, twice its settlement under its own weight; *RESET DISPLACEMENTS in the next phase')
+      call observer%note("warning: phase '"//phase%name//"': K0 stresses that are not quite in equilibrium have "// &
+        'moved the ground by'//figure//' gamma H^2/M, which is twice its settlement under its own weight; '// &
+        '*RESET DISPLACEMENTS in the next phase')
     end if
   end subroutine report_start
 

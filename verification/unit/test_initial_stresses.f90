@@ -2,13 +2,14 @@
 !> whole again.
 module test_initial_stresses
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, material_type
+  use qsmpm_analysis, only: analysis_type, material_type, ended_by_load
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: measure_slope
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type, phase_end_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_posix, only: make_directory
   use qsmpm_reduction, only: reduce_column
   use qsmpm_results, only: write_mesh_results, write_step_results, write_results_index
@@ -39,6 +40,7 @@ contains
     call check_results(tests)
     call check_softened(tests)
     call check_reduction(tests)
+    call check_start_move(tests)
   end subroutine collect_initial_stresses
 
   !> Horizontal stress of a value, of Jaky, of OCR and of POP; the passive ratio of friction alone.
@@ -274,6 +276,20 @@ contains
     deck = changed(deck, 'TYPE=ISOTROPIC| 0, 10|', 'TYPE=GIVEN| 0, 10, 0, 0, 0|')
     call tests%check('not of given ones', index(outcome(deck, reduce_column, 1), 'place by place') > 0)
   end subroutine check_reduction
+
+  !> The move of a K0 phase in gamma H^2/M, known when it has ended and had a weight.
+  subroutine check_start_move(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+
+    progress%own_settlement = 0.01_wp
+    call tests%check('no move before the phase ends', .not. has_start_move(progress))
+    progress%ends = [phase_end_type(ended_by_load, 1.0_wp, 3.0e-6_wp)]
+    call tests%check('known behind it', has_start_move(progress))
+    call tests%close('over twice the settlement', start_move(progress), 1.5e-4_wp, 1.0e-15_wp)
+    progress%own_settlement = 0.0_wp
+    call tests%check('none without K0 stresses', .not. has_start_move(progress))
+  end subroutine check_start_move
 
   !> A block of two phases, the second with *RESET DISPLACEMENTS.
   function block(initial) result(deck)
