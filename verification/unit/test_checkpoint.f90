@@ -590,9 +590,9 @@ contains
     !> What has been altered.
     character(len=*), intent(in) :: all_names
     character(len=*), parameter :: others = 'kept coordinates reactions released plate phase step phase_steps '// &
-      'constant_load_tests_done undamped_newton release_left own_settlement fraction load_factor next_step damping external_work '// &
+      'constant_load_tests_done undamped_newton release_left fraction load_factor next_step damping external_work '// &
       'internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
-      'limit%refused_middle limit%knee stopped ends '
+      'limit%refused_middle limit%knee stopped ends own_settlement '
     character(len=:), allocatable :: missing, names
     type(state_type) :: state
 
