@@ -1,5 +1,5 @@
-# Installation: program, libraries, modules of this compiler, header, interface source for other compilers, CMake package,
-# pkg-config file.
+# Installation: program, libraries, modules of this compiler, header, interface sources for other compilers, CMake
+# package, pkg-config file; documents and licences are left to install_docs.cmake.
 if(SKBUILD)
   include(${CMAKE_CURRENT_LIST_DIR}/wheel.cmake)
   return()
@@ -25,7 +25,7 @@ endif()
 install(DIRECTORY ${PROJECT_BINARY_DIR}/modules/ DESTINATION ${modules_dir} FILES_MATCHING PATTERN "*.mod")
 install(FILES src/api/include/qsmpm.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(FILES src/api/include/qsmpm_c.f90 src/api/include/qsmpm_f77.f90 DESTINATION ${source_dir})
-install(FILES LICENSE docs/licences.md DESTINATION ${CMAKE_INSTALL_DATADIR}/qsmpm)
+include(${CMAKE_CURRENT_LIST_DIR}/install_docs.cmake)
 
 configure_package_config_file(cmake/qsmpmConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/qsmpmConfig.cmake
   INSTALL_DESTINATION ${package_dir} PATH_VARS source_dir)

@@ -3,16 +3,16 @@
 !> what stands on the state (bodies that come and go, pore pressure, ends of phases) is made ready where the state is.
 module qsmpm_model_extension
   use qsmpm_active_bodies, only: has_stages
-  use qsmpm_analysis, only: analysis_type, material_type, phase_safety
+  use qsmpm_analysis, only: analysis_type, material_type
   use qsmpm_body_stages, only: part_bodies
   use qsmpm_error, only: error_type, error_other, fail
-  use qsmpm_kept_phases, only: find_kept_phase, put_kept_phase
+  use qsmpm_kept_phases, only: find_kept_phase, keep_phase
   use qsmpm_law, only: law_slot_type
   use qsmpm_lift_feet, only: lift_feet_type
   use qsmpm_lowered_laws, only: fit_laws
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_phase_tree, only: is_wanted, parent_of
+  use qsmpm_phase_tree, only: parent_of
   use qsmpm_points, only: carries_water, start_water
   use qsmpm_pore_water, only: has_pore_pressure
   use qsmpm_reduction, only: expansion_type, reduction_check_type
@@ -125,7 +125,7 @@ contains
         end do
       end if
     end if
-    if (ended) call keep_present(model)
+    if (ended) call keep_phase(model)
   end subroutine take_model
 
   !> Bodies come or go for the first time; those of a state that was put back may have been parted before.
@@ -147,19 +147,6 @@ contains
     call start_water(state%inactive%points)
     call start_water(state%inactive%unloading)
   end subroutine wet
-
-  !> Keep the end of the present phase where a phase behind the next one starts from it, or the next one is a safety
-  !> phase, behind which nothing else can start.
-  subroutine keep_present(model)
-    type(model_type), intent(inout) :: model
-    logical :: keeps
-
-    associate (phases => model%analysis%phases, present => model%state%progress%phase)
-      keeps = is_wanted(phases, present, present + 1)
-      if (present < size(phases)) keeps = keeps .or. phases(present + 1)%kind == phase_safety
-      if (keeps) call put_kept_phase(model, present, model%state)
-    end associate
-  end subroutine keep_present
 
   !> Forget the materials behind a number, which a state that was put back does not know.
   subroutine drop_materials(number, scene, model)

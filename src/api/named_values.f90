@@ -166,8 +166,8 @@ contains
     end associate
   end function limit_load_of
 
-  !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and largest
-  !> displacement at its end, factors of safety that are stable and lost, 0 for none.
+  !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and
+  !> largest displacement at its end, factors of safety that are stable and lost, 0 for none.
   pure function phase_results(model) result(values)
     type(model_type), intent(in) :: model
     real(wp) :: values(5*size(model%analysis%phases))
@@ -230,7 +230,7 @@ contains
   end function single_value
 
   !> Look at values where they lie in memory. The place stays the same from step to step, as long as the analysis
-  !> is there.
+  !> is there and no bodies come or go.
   subroutine view_values(simulation, name, values, error)
     !> The analysis.
     type(simulation_type), intent(in), target :: simulation

@@ -7,7 +7,7 @@ module qsmpm_program_name
   public :: program_name, has_feature
 
   !> Version of the interface to C: 10000 major + 100 minor + patch. It grows with every change a caller can see.
-  integer, parameter, public :: api_version = 200
+  integer, parameter, public :: api_version = 201
 
 contains
 

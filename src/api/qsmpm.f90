@@ -1,8 +1,8 @@
 !> The public face of the library: all names that a program needs, and no code. docs/embedding.md shows how.
 !>
 !>     problem_type      what is to be analysed: read(path), parse(text, name), take(analysis), set_material(name, law)
-!>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, keep, restore_checkpoint,
-!> stages
+!>     simulation_type   the analysis: create, advance, advance_to, run, record, save, load, checkpoint,
+!>                       restore_checkpoint, stages, add_cards
 !>     value_shape, get_values, view_values, set_values   points, nodes and figures by name
 !>     observer_type     extended by a program that wants to hear of steps and sentences
 !>     term_type         extended by a program with forces of its own, and with fields of its own (need_field):

@@ -1,7 +1,7 @@
 !> States at the ends of phases that are kept because a later phase, not the next one, starts from there
 !> (*PHASE, PARENT=).
 module qsmpm_kept_phases
-  use qsmpm_analysis, only: ended_by_load, ended_by_stop
+  use qsmpm_analysis, only: ended_by_load, ended_by_stop, phase_safety
   use qsmpm_model, only: model_type, state_type, kept_phase_type, phase_end_type, progress_type
   use qsmpm_model_window, only: restore
   use qsmpm_phase_ends, only: end_of_phase
@@ -13,12 +13,16 @@ module qsmpm_kept_phases
 
 contains
 
-  !> Keep the end of the present phase where a phase behind the next one starts from it.
+  !> Keep the end of the present phase where a phase behind the next one starts from it, or the next one is a safety
+  !> phase: nothing starts from its end, so that what a program may add starts from here.
   subroutine keep_phase(model)
     type(model_type), intent(inout) :: model
+    logical :: keeps
 
-    associate (number => model%state%progress%phase)
-      if (is_wanted(model%analysis%phases, number, number + 1)) call put_kept_phase(model, number, model%state)
+    associate (phases => model%analysis%phases, number => model%state%progress%phase)
+      keeps = is_wanted(phases, number, number + 1)
+      if (number < size(phases)) keeps = keeps .or. phases(number + 1)%kind == phase_safety
+      if (keeps) call put_kept_phase(model, number, model%state)
     end associate
   end subroutine keep_phase
 

@@ -10,7 +10,7 @@ import sys
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_char_p, c_double, c_int, c_void_p
 
 NAME = "libqsmpm.so"
-API_VERSION = 200
+API_VERSION = 201
 
 
 class ModelOptions(Structure):

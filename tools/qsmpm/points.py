@@ -24,7 +24,8 @@ class Points:
     """Material points of an analysis: one row a point.
 
     `position`, `initial_position`, `stress`, `state`, `volume`, `initial_volume` and `weight` are views: not copied,
-    read-only, always those of the last accepted step, good as long as they are referred to. The others are copies.
+    read-only, always those of the last accepted step, good as long as they are referred to and no phase begins in which
+    bodies come or go: then ask for them anew. The others are copies.
     """
 
     def __init__(self, simulation: Simulation) -> None:

@@ -37,7 +37,7 @@ class PhaseResult:
     name: str
     """Its name."""
     ended_by: str
-    """"not ended", "whole load", "limit load" or "stop"."""
+    """"not ended", "whole load", "limit load", "stop" or "lost"."""
     share: float
     """Load fraction at its end."""
     displacement: float
@@ -312,7 +312,7 @@ class Simulation:
     @property
     def phase_results(self) -> list[PhaseResult]:
         """How the phases have ended, with their factors of safety."""
-        words = ("not ended", "whole load", "limit load", "stop")
+        words = ("not ended", "whole load", "limit load", "stop", "lost")
         return [PhaseResult(name, words[int(ended)], share, displacement, (stable, lost) if stable > 0 else None)
                 for name, (ended, share, displacement, stable, lost)
                 in zip(self.names("stage"), self.get("phase_results").tolist(), strict=True)]

@@ -69,13 +69,26 @@ class Embedding:
         # Moved afterwards: a package may be put anywhere.
         shutil.move(self.work / "first", self.prefix)
         for name in ("include/qsmpm.h", "lib/libqsmpm.a", "lib/libqsmpm.so", "lib/pkgconfig/qsmpm.pc",
-                     "lib/cmake/qsmpm/qsmpmConfig.cmake", "share/qsmpm/fortran/qsmpm_c.f90"):
+                     "lib/cmake/qsmpm/qsmpmConfig.cmake", "share/qsmpm/fortran/qsmpm_c.f90",
+                     "share/qsmpm/fortran/qsmpm_f77.f90", "share/doc/qsmpm/LICENSE", "share/doc/qsmpm/docs/reference.md",
+                     "share/doc/qsmpm/docs/embedding.md", "share/doc/qsmpm/input/slope_safety.inp"):
             expect((self.prefix / name).exists(), f"{name} is not installed")
         for path in [*self.prefix.glob("lib/cmake/qsmpm/*"), *self.prefix.glob("lib/pkgconfig/*")]:
             expect(str(TOP) not in path.read_text(), f"{path.name} names the source folder")
+        self.has_licences()
         modules = list((self.prefix / "include/qsmpm").glob("*/qsmpm.mod"))
         expect(len(modules) == 1, "the modules are not in a folder of their compiler")
         call(self.prefix / "bin/qsmpm", "check", "block.inp")
+
+    def has_licences(self) -> None:
+        """The licences of what is linked are there, those of the GPL parts only with them."""
+        folder = self.prefix / "share/doc/qsmpm/licences"
+        if not pathlib.Path("/usr/share/doc/libmumps-seq-dev/copyright").exists():
+            return
+        expect("CeCILL-C" in (folder / "libmumps-seq-dev.txt").read_text(), "the licence of MUMPS is not installed")
+        gpl = (folder / "libsuitesparse-dev.txt").exists()
+        linked = "cholmod" in call("ldd", self.lib / "libqsmpm.so")
+        expect(gpl == linked, f"licence of SuiteSparse {gpl}, linked {linked}")
 
     def holds_no_state(self) -> None:
         """No variable of the library outlives a call, but for flags of signals and the guard of plug-ins."""
@@ -150,6 +163,23 @@ class Embedding:
         expect(numbers(text, "SENTENCES")[0] == 3, text)
         expect("MATERIAL stiff SETTLES" in text and
                "added cards:3: *CHANGE MATERIAL: there is no body 'black' (did you mean block?)" in text, text)
+
+    def steered_by_another_compiler(self) -> None:
+        """The same program and the interface sources compiled by flang, with the library and the UMAT of gfortran."""
+        flang = next((c for c in ("flang", "flang-new", *(f"flang-{n}" for n in range(30, 15, -1))) if shutil.which(c)), None)
+        if flang is None:
+            print("       no flang here: left out")
+            return
+        folder = self.work / "flang"
+        shutil.copytree(self.work / "steer", folder)
+        source = self.prefix / "share/qsmpm/fortran"
+        for file in (source / "qsmpm_c.f90", source / "qsmpm_f77.f90", HERE / "legacy/steer.f"):
+            call(flang, "-O1", "-c", file, cwd=folder)
+        call(flang, "-rdynamic", "qsmpm_c.o", "qsmpm_f77.o", "steer.o", f"-L{self.lib}", "-lqsmpm", f"-Wl,-rpath,{self.lib}", "-o",
+             "steer", cwd=folder)
+        told = call(folder / "steer", cwd=folder)
+        for line in call(self.work / "modern/steer", cwd=folder).splitlines():
+            expect(line.startswith("Note:") or line in told, f"{line}\nis not in\n{told}")
 
     def warns_of_another_compiler(self) -> None:
         """A project with another compiler is warned and pointed to the interface source, not stopped."""
@@ -319,12 +349,37 @@ for run in runs:
         for deck in decks:
             self.same_files(self.work / f"alone-{deck.stem}", self.work / f"together-{deck.stem}")
 
-    def same_files(self, one: pathlib.Path, two: pathlib.Path) -> None:
-        """Compare folders; processor seconds are no result."""
+    def cards_write_the_same_bytes(self) -> None:
+        """A recorded run whose materials and phases come as cards has the files of the deck that has them."""
+        block = (HERE / "block.inp").read_text()
+        material = "*MATERIAL, NAME=stiff\n*ELASTIC\n5000, 0.3\n*MOHR COULOMB\n6, 25, 0\n*UNIT WEIGHT\n20, 22\n"
+        phases = ["*PHASE, NAME=grout\n*CHANGE MATERIAL\nblock, stiff\n*END PHASE\n",
+                  "*PHASE, NAME=flood\n*WATER LEVEL, UNIT WEIGHT=10\n0, 0.4\n*END PHASE\n",
+                  "*PHASE, NAME=factor, TYPE=SAFETY\n*SAFETY, TOLERANCE=0.1\n*END PHASE\n",
+                  "*PHASE, NAME=drawdown, PARENT=flood\n*WATER LEVEL, TYPE=NONE\n*END PHASE\n"]
+        for name, text in (("whole", block.replace("*BODY", material + "*BODY", 1) + "".join(phases)), ("added", block)):
+            (self.work / f"cards-{name}").mkdir()
+            (self.work / f"cards-{name}/job.inp").write_text(text)
+        call(self.prefix / "bin/qsmpm", "run", "job.inp", "--quiet", "--out", "out", cwd=self.work / "cards-whole")
+        self.python("-c", f"""
+import qsmpm
+with qsmpm.Simulation({str(self.work / 'cards-added/job.inp')!r}) as run:
+    run.add_cards({material + ''.join(phases[:3])!r})
+    run.record({str(self.work / 'cards-added/out')!r})
+    run.run()
+    run.add_cards({phases[3]!r})
+    run.run()
+""")
+        self.same_files(self.work / "cards-whole/out", self.work / "cards-added/out", log=False)
+
+    def same_files(self, one: pathlib.Path, two: pathlib.Path, log: bool = True) -> None:
+        """Compare folders; processor seconds are no result, and a log may count other phases."""
         names = sorted(str(p.relative_to(one)) for p in one.rglob("*") if p.is_file())
         expect(names == sorted(str(p.relative_to(two)) for p in two.rglob("*") if p.is_file()), f"other files: {two}")
         expect(any(n.endswith(".vtu") for n in names) and "results.h5" in names, f"no results in {one}")
         for name in names:
+            if name == "job.log" and not log:
+                continue
             if name == "job.log":
                 lines = [[line for line in (folder / name).read_text().splitlines() if not line.startswith("time: ")]
                          for folder in (one, two)]
@@ -343,13 +398,13 @@ def main() -> int:
         tests = Embedding(given.build.resolve(), pathlib.Path(folder))
         chosen: Sequence[Callable[[], None]] = [
             tests.installs, tests.holds_no_state, tests.found_by_cmake, tests.used_by_a_legacy_program,
-            tests.steered_by_a_legacy_program,
+            tests.steered_by_a_legacy_program, tests.steered_by_another_compiler,
             tests.warns_of_another_compiler, tests.refuses_another_minor_version, tests.found_by_a_c_project,
             tests.is_a_good_subproject, *([tests.builds_as_a_subproject] if given.long else []), tests.linked_from_c,
             tests.linked_statically_from_c, tests.interface_source_is_the_header,
             tests.examples_of_the_page, tests.steered_from_python,
             tests.calls_a_umat_from_python,
-            tests.interleaved_runs_write_the_same_bytes]
+            tests.interleaved_runs_write_the_same_bytes, tests.cards_write_the_same_bytes]
         for test in chosen:
             try:
                 test()

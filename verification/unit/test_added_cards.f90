@@ -2,6 +2,7 @@
 !> lines, and what a state that was put back does not know is forgotten.
 module test_added_cards
   use qsmpm, only: wp, error_type, problem_type, simulation_type, snapshot_type, get_values, error_deck, error_other
+  use qsmpm_posix, only: remove_file
   use testing, only: tests_type
   implicit none
   private
@@ -36,6 +37,8 @@ contains
     call check_errors(tests)
     call check_forgotten(tests)
     call check_fresh_stage(tests)
+    call check_saved(tests)
+    call check_variants(tests)
   end subroutine collect_added_cards
 
   !> A bank and a pit beside it, of one soil; what stands before the phases, and those.
@@ -105,6 +108,7 @@ contains
     type(simulation_type) :: whole, added
     type(error_type), allocatable :: error
     real(wp) :: results(30), strength(1)
+    integer :: i
 
     call begin(whole, hard, weight//flood//dig//grout//factor//back)
     call whole%run(error)
@@ -115,7 +119,12 @@ contains
     call go_on(tests, added, flood)
     call go_on(tests, added, dig)
     call go_on(tests, added, hard//grout)
-    call go_on(tests, added, factor)
+    call added%add_cards(factor, error)
+    do i = 1, 3
+      if (.not. allocated(error)) call added%advance(error)
+    end do
+    if (.not. allocated(error)) call get_values(added, 'strength_factor', strength, error)
+    call tests%check('cards come while the strength is lowered', .not. allocated(error) .and. strength(1) > 1.0_wp)
     call go_on(tests, added, back)
     call tests%check('cards one by one give the bytes of the deck', same(whole, added))
     call get_values(added, 'phase_results', results, error)
@@ -238,4 +247,43 @@ contains
     if (.not. allocated(error)) call run%run(error)
     call tests%check('a stage follows cards', .not. allocated(error) .and. run%model%state%progress%phase == 3)
   end subroutine check_fresh_stage
+
+  !> A state that is saved within a phase of cards goes on in an analysis that has the same cards, and in no other.
+  subroutine check_saved(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run, other, none
+    type(error_type), allocatable :: error
+    character(len=*), parameter :: path = 'test_added_cards.h5'
+
+    call begin(run, '', weight)
+    call run%run(error)
+    call run%add_cards(hard//dig//grout, error)
+    if (.not. allocated(error)) call run%advance(error)
+    if (.not. allocated(error)) call run%save(path, error)
+    if (.not. allocated(error)) call run%run(error)
+    call tests%check('a state is saved in a phase of cards', .not. allocated(error))
+    call begin(other, '', weight)
+    call other%add_cards(hard//dig//grout, error)
+    if (.not. allocated(error)) call other%load(path, error)
+    if (.not. allocated(error)) call other%run(error)
+    call tests%check('what is loaded ends in the same bytes', .not. allocated(error) .and. same(run, other))
+    call begin(none, '', weight)
+    call none%load(path, error)
+    call tests%check('without the cards it is refused', allocated(error))
+    call tests%check('the file is taken away', remove_file(path) == 0)
+  end subroutine check_saved
+
+  !> Cards that come after a safety phase start from its parent.
+  subroutine check_variants(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run, whole
+    type(error_type), allocatable :: error
+
+    call begin(whole, hard, weight//grout//factor//back)
+    call whole%run(error)
+    call begin(run, hard, weight//grout//factor)
+    call run%run(error)
+    call go_on(tests, run, back)
+    call tests%check('a phase behind a safety phase of the deck starts from its parent', same(whole, run))
+  end subroutine check_variants
 end module test_added_cards

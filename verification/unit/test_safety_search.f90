@@ -163,6 +163,7 @@ contains
     call tests%close('what was lost has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
     call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
       "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
+    call tests%check('with what it depends on', index(run%observer%text, 'tells it with its grid error|') > 0)
     call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
     call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
       .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))

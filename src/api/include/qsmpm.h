@@ -9,7 +9,7 @@
 #ifndef QSMPM_H
 #define QSMPM_H
 
-#define QSMPM_API_VERSION 200 /* 10000 major + 100 minor + patch, as qsmpm_api_version() of the library linked */
+#define QSMPM_API_VERSION 201 /* 10000 major + 100 minor + patch, as qsmpm_api_version() of the library linked */
 
 #ifdef __cplusplus
 extern "C" {
@@ -145,7 +145,8 @@ int qsmpm_count(qsmpm_handle handle, const char *name, int *number);
 int qsmpm_get(qsmpm_handle handle, const char *name, double *values, int number);
 /* point_stress (with the state that belongs to it), point_state, point_force. */
 int qsmpm_set(qsmpm_handle handle, const char *name, const double *values, int number);
-/* Where the values lie; good until qsmpm_destroy or qsmpm_initialise, and always those of the last step. */
+/* Where the values lie, always those of the last step: good until qsmpm_destroy or qsmpm_initialise, and until a phase
+ * begins in which bodies come or go. */
 int qsmpm_view(qsmpm_handle handle, const char *name, const double **values, int *rows, int *columns);
 /* Name of a "value", "history", "stage", "surface", "set", "material", "body", from 1; -1 when there is none. */
 int qsmpm_name(qsmpm_handle handle, const char *kind, int number, char *buffer, int size);
