@@ -238,6 +238,10 @@ contains
       gap = -sum(run%model%state%inactive%feet%position(2, :) - 2.7_wp) &
         /run%model%state%inactive%feet%count*1.8_wp
       allocate (load, source=points%volume(pack_body(points%body, 3)))
+      associate (half => points%half_size(:, pack_body(points%body, 3)))
+        call tests%check('boxes of its points have their volumes', all(abs(4.0_wp*half(1, :)*half(2, :) &
+          - points%volume(pack_body(points%body, 3))) <= 1.0e-12_wp*points%volume(pack_body(points%body, 3))))
+      end associate
       call tests%close('it fills down to the settled ground', sum(load) - drawn, gap, 0.05_wp*gap)
       call tests%close('and weighs so', sum(points%weight(pack_body(points%body, 3))), 20.0_wp*sum(load), 1.0e-12_wp)
       call tests%close('its crest is where it is drawn', run%model%state%tracers%position(2, 1), 3.2_wp, 1.0e-12_wp)
@@ -270,8 +274,11 @@ contains
     allocate (weight, source=run%model%state%points%weight)
     call residual_at_rest(run, 1.0_wp, before, load)
     run%model%state%progress%phase = 2
+    run%model%state%points%plastic = 1
     call start_phase(run%model)
     associate (points => run%model%state%points)
+      call tests%check('another material has not yielded yet', all(points%plastic(pack_body(points%body, 1)) == 0) .and. &
+        all(points%plastic(pack_body(points%body, 2)) == 1))
       call tests%check('another material keeps the stress', all(abs(points%stress - stress) <= 0.0_wp))
       call tests%check('and is one', all(points%material(pack_body(points%body, 1)) == 2) .and. &
         all(points%material(pack_body(points%body, 2)) == 1))
