@@ -110,6 +110,8 @@ contains
         return
       end if
       call tell_factor(model, phase, observer)
+      if (progress%bracket%lost > 0.0_wp) call observer%note('the factor is that of this grid, and coarser ones '// &
+        'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
         "': RUNOUT="//factor_text(phase%safety%runout)//' is no more than the stable factor: nothing runs out')
       if (.not. phase%safety%runout < huge(1.0_wp)) progress%fraction = 1.0_wp

@@ -57,6 +57,7 @@ program run_unit_tests
   use test_safety_bracket, only: collect_safety_bracket
   use test_safety_search, only: collect_safety_search
   use test_strength_factor, only: collect_strength_factor
+  use test_histories, only: collect_histories
   use test_phase_stops, only: collect_phase_stops
   use test_energy, only: collect_energy
   use test_accepted_steps, only: collect_accepted_steps
@@ -182,6 +183,7 @@ program run_unit_tests
   call register('safety_bracket', collect_safety_bracket)
   call register('safety_search', collect_safety_search)
   call register('strength_factor', collect_strength_factor)
+  call register('histories', collect_histories)
   call register('phase_stops', collect_phase_stops)
   call register('energy', collect_energy)
   call register('accepted_steps', collect_accepted_steps)

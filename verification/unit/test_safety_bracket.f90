@@ -90,6 +90,7 @@ contains
     type(bracket_type) :: bracket
     real(wp), allocatable :: tried(:)
 
+    call tests%close('never below 0.1', next_factor(bracket_type(0.0_wp, 0.15_wp, 0.1_wp)), 0.1_wp, rounding)
     call search(0.83_wp, 0.03_wp, .false., bracket, tried)
     call tests%check('below 1 by 0.1, then up by halves', same(tried, [1.0_wp, 0.9_wp, 0.8_wp, 0.85_wp, 0.825_wp]))
     call tests%check('the bracket holds the factor', bracket%stable <= 0.83_wp .and. bracket%lost > 0.83_wp)

@@ -8,7 +8,8 @@ module test_safety_search
   use qsmpm_kinds, only: wp, pi
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
-  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped
+  use qsmpm_phases, only: step_loop_type, begin_step_loop, advance_step_loop, end_step_loop, is_finished, error_stopped, &
+    leave_lost_phase
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_run_profile, only: run_profile_type
   use deck_samples, only: joined
@@ -147,9 +148,11 @@ contains
     type(script_type) :: script
 
     call make_run(soil, fixed, run, [good, good, good, good, lost, lost, damped, good])
+    run%model%state%points%plastic_strain = 7.0_wp
     call search(run)
     call asked(run, script)
     call tests%check('the run goes well', .not. allocated(run%error))
+    call tests%close('the mechanism has strains of its own', run%observer%shown_strain, 0.0_wp, 0.0_wp)
     associate (progress => run%model%state%progress)
       call tests%check('two steps of load, two stable factors', run%observer%steps == 4 .and. progress%phase_steps == 2)
       call tests%check('the phase has ended', progress%phase == 2 .and. run%observer%phases == 2 .and. &
@@ -163,6 +166,7 @@ contains
     call tests%close('what was lost has left no trace', run%model%state%points%stress(1, 1), 4.0_wp, rounding)
     call tests%check('the answer is told: '//run%observer%text, index(run%observer%text, &
       "phase 'factor': factor of safety between 1.1 (stable) and 1.2 (lost)|") > 0)
+    call tests%check('with what it depends on', index(run%observer%text, 'tells it with its grid error|') > 0)
     call tests%check('and why: ', index(run%observer%text, 'no equilibrium at strength/1.2: the script says no|') > 0)
     call tests%check('the search is static, at held load and in place', all(script%asked(3:5)%in_place) .and. &
       .not. any(script%asked(3:5)%damping > 0.0_wp) .and. .not. any(script%asked(3:5)%fraction > 0.0_wp))
@@ -208,6 +212,19 @@ contains
       "phase 'factor': no equilibrium down to a factor of 0.1")
     call tests%close('in the state of the parent', run%model%state%points%stress(1, 1), 2.0_wp, rounding)
     call tests%close('and with its strength', run%model%strength%factor, 1.0_wp, 0.0_wp)
+    do while (.not. is_finished(run%model, run%loop))
+      if (allocated(run%error)) call leave_lost_phase(run%model, run%loop, run%observer, run%error)
+      if (allocated(run%error)) exit
+      call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    end do
+    call tests%check('the run ends for both of its phases', allocated(run%error))
+    if (.not. allocated(run%error)) return
+    call tests%check('a search has no load factor that it was lost at: '//run%error%message, run%error%message == &
+      "phase 'factor' has lost equilibrium; phase 'more' has lost equilibrium at load factor 0")
+    call make_run(soil, moving, run, [good, good, scripted_outcome_type(stabilisation_share=0.01_wp)])
+    run%model%analysis%phases(2)%controls%stabilisation_share = 0.02_wp
+    call search(run)
+    call tests%check('what the stabilisation holds is lost, whatever the deck allows a run-out', allocated(run%error))
   end subroutine check_never
 
   !> The strength goes on to that of the run-out, with the places.

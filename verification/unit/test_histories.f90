@@ -1,0 +1,120 @@
+!> Histories on a state that is set by hand: forces of a supported surface and of a node set, the front of a body along and
+!> against an axis, volumes, and the factor on the values.
+module test_histories
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_histories, only: take_histories
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_histories
+
+  real(wp), parameter :: rounding = 1.0e-12_wp
+
+contains
+
+  !> All tests.
+  subroutine collect_histories(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+
+    call tests%start('histories')
+    call make_model(model)
+    call check_forces(tests, model)
+    call check_fronts(tests, model)
+    call check_volumes(tests, model)
+  end subroutine collect_histories
+
+  !> Two blocks side by side, each held by a surface; two cells wide, one point in the middle of each quarter of a cell.
+  subroutine make_model(model)
+    type(model_type), intent(out) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('blocks.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
+      'X, 0, 4, 4|Y, 0, 2, 2|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|18|'// &
+      '*BODY, NAME=west, MATERIAL=soil, SHAPE=BOX|0, 1, 0, 1|*BODY, NAME=east, MATERIAL=soil, SHAPE=BOX|2, 3, 0, 1|'// &
+      '*SURFACE, NAME=one, TYPE=SEGMENT|1, 0, 1, 1|*SURFACE, NAME=two, TYPE=SEGMENT|3, 0, 3, 1|'// &
+      '*HISTORY, NAME=a, QUANTITY=REACTION, COMPONENT=X, SURFACE=one|'// &
+      '*HISTORY, NAME=b, QUANTITY=REACTION, COMPONENT=Y, SURFACE=two, SCALE=-2|'// &
+      '*HISTORY, NAME=c, QUANTITY=REACTION, COMPONENT=Y, NSET=base|'// &
+      '*HISTORY, NAME=d, QUANTITY=RUNOUT, COMPONENT=X|'// &
+      '*HISTORY, NAME=e, QUANTITY=RUNOUT, COMPONENT=X, SMALLEST=YES|'// &
+      '*HISTORY, NAME=f, QUANTITY=RUNOUT, COMPONENT=X, BODY=west|'// &
+      '*HISTORY, NAME=g, QUANTITY=RUNOUT, COMPONENT=X, BODY=east, SMALLEST=YES|'// &
+      '*HISTORY, NAME=h, QUANTITY=VOLUME, BODY=east|*HISTORY, NAME=i, QUANTITY=VOLUME|'// &
+      '*PHASE, NAME=load|*FIX|base, ALL|*SUPPORT, SURFACE=one|*SUPPORT, SURFACE=two|*GRAVITY|0, -1|*END PHASE|'), &
+      analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the deck of the suite of histories is broken'
+  end subroutine make_model
+
+  !> One history.
+  real(wp) function value_of(model, number)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: number
+    real(wp), allocatable :: values(:)
+
+    call take_histories(model, values)
+    value_of = values(number)
+  end function value_of
+
+  !> Sums over the points of a surface and over the nodes of a set.
+  subroutine check_forces(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    integer :: s
+
+    associate (surface => model%state%surface)
+      call tests%check('both surfaces have points', count(surface%surface == 1) > 1 .and. count(surface%surface == 2) > 1)
+      do s = 1, surface%count
+        surface%reaction(:, s) = merge([3.0_wp, 5.0_wp], [7.0_wp, 11.0_wp], surface%surface(s) == 1)
+      end do
+      call tests%close('the force of a surface is the sum over its points', value_of(model, 1), &
+        3.0_wp*count(surface%surface == 1), rounding)
+      call tests%close('that of another its own, with the factor', value_of(model, 2), &
+        -22.0_wp*count(surface%surface == 2), rounding)
+    end associate
+    model%state%reactions = 0.0_wp
+    model%state%reactions(2, :) = 1.0_wp
+    call tests%close('the force of a node set is the sum over its nodes', value_of(model, 3), 5.0_wp, rounding)
+  end subroutine check_forces
+
+  !> Fronts along and against the axis.
+  subroutine check_fronts(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    integer :: first, last
+
+    associate (points => model%state%points)
+      points%initial_position = points%position
+      first = minloc(points%position(1, :points%count), dim=1)
+      last = maxloc(points%position(1, :points%count), dim=1)
+      call tests%close('a front that rests', value_of(model, 4), 0.0_wp, rounding)
+      points%position(1, last) = points%position(1, last) + 0.5_wp
+      points%position(1, first) = points%position(1, first) - 0.25_wp
+    end associate
+    call tests%close('the front moves with the outermost point', value_of(model, 4), 0.5_wp, rounding)
+    call tests%close('the other front against the axis', value_of(model, 5), 0.25_wp, rounding)
+    call tests%close('that of a body is its own', value_of(model, 6), 0.0_wp, rounding)
+    call tests%close('against the axis too', value_of(model, 7), 0.0_wp, rounding)
+  end subroutine check_fronts
+
+  !> Volumes now.
+  subroutine check_volumes(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+
+    call tests%close('the volume of a body', value_of(model, 8), 1.0_wp, rounding)
+    where (model%state%points%body == 1) model%state%points%volume = 2.0_wp*model%state%points%volume
+    call tests%close('of all bodies', value_of(model, 9), 3.0_wp, rounding)
+    call tests%close('and still of the one', value_of(model, 8), 1.0_wp, rounding)
+  end subroutine check_volumes
+end module test_histories
