@@ -46,7 +46,7 @@ ROOMS = {
     "convection": ["method/convection", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
     "phases": ["method/phase", "model/phase_start"],
     "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
-    "restart": ["output/restart", "output/hdf5_"],
+    "restart": ["output/restart", "base/hdf5_"],
 }
 ROOM_SHARE = 0.4
 LARGEST_SHARE = 0.05

@@ -9,6 +9,7 @@ module qsmpm_deck_initial
   use qsmpm_error, only: error_type
   use qsmpm_keyword_table, only: table_type, in_phase, once
   use qsmpm_stress_file, only: read_stress_file
+  use qsmpm_stress_results, only: is_results, read_stress_results
   implicit none
   private
 
@@ -38,9 +39,13 @@ contains
         'stress from the weight of the bodies and the water above, horizontal stress in proportion; level ground '// &
         'alone is in equilibrium: anything else is refused and starts from a phase with *GRAVITY. ISOTROPIC: a '// &
         'pressure by height. GIVEN: all components by height or from a file', first=initial_keep)
-      call fields%file('INPUT', initial%file, 'CSV file of stresses, relative to the deck, in place of data lines: '// &
-        'first line `x,y,s11,s22,s33,s12`, then a row for each place; a point takes those of the nearest', &
-        needs='TYPE=GIVEN')
+      call fields%file('INPUT', initial%file, 'file of stresses, relative to the deck, in place of data lines; a '// &
+        'point takes those of the nearest place. CSV: first line `x,y,s11,s22,s33,s12`, then a row for each place. '// &
+        '`results.h5` of another run: its material points, no farther than a cell away', needs='TYPE=GIVEN')
+      call fields%whole('STEP', initial%step, 'number of the step of a results.h5', range='[0, inf)', needs='INPUT', &
+        none='LAST')
+      call fields%answer('STATE', initial%takes_state, 'YES also takes the state variables that have names, where '// &
+        'the point of a results.h5 is of a material of the same number', needs='INPUT')
       call fields%data('surface', when='TYPE=K0')
       call fields%number('level', initial%surface_level, 'vertical coordinate of the surface; a gap below it '// &
         'weighs like what is under it')
@@ -133,7 +138,14 @@ contains
     type(error_type), allocatable :: error
 
     initial%file = beside_deck(card, 'INPUT')
-    call read_stress_file(initial%file, state%dimension, initial%places, initial%at_places, error)
+    if (is_results(initial%file)) then
+      call read_stress_results(initial%file, state%dimension, initial%step, initial%places, initial%at_places, &
+        initial%part, error)
+    else
+      call read_stress_file(initial%file, state%dimension, initial%places, initial%at_places, error)
+      if (card%has('STEP') .or. card%has('STATE')) call state%report_error(card, 'STEP and STATE are for the '// &
+        "results of a run: INPUT=results.h5, not '"//initial%file//"'")
+    end if
     if (allocated(error)) call state%report_error(card, error%message)
   end subroutine read_file
 

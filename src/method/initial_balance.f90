@@ -11,7 +11,7 @@
 !> along the horizontal over the weight (`measure_slope`), which no mesh blurs, and, for what else may be missing, by
 !> the move max|u| as a share of max|u_w|, gamma H^2/2M on level ground. The norm of r is printed and not judged: it is
 !> as large where the rule of a cell does not integrate a linear stress, which moves the ground a little and hurts
-!> nobody.
+!> nobody. What the phase has moved the ground in fact stands in the log where it ends (qsmpm_phase_report).
 module qsmpm_initial_balance
   use qsmpm_kinds, only: wp
   use qsmpm_equations, only: gather, scatter
@@ -53,6 +53,8 @@ module qsmpm_initial_balance
     !> max|u|/max|u_w|, and where u is largest (dimension).
     real(wp) :: move = 0.0_wp
     real(wp), allocatable :: position(:)
+    !> max|u_w|, 0 without a load [length].
+    real(wp) :: settlement = 0.0_wp
   end type balance_type
 
 contains
@@ -77,6 +79,7 @@ contains
     if (allocated(error)) return
     call measure_balance(model, step, balance)
     call discard_terms(step%terms)
+    if (phase%initial%kind == initial_k0) model%state%progress%own_settlement = balance%settlement
     write (text, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
       ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
     if (.not. balance%move > refused) then
@@ -167,8 +170,8 @@ contains
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
     if (allocated(error)) return
     call scatter(step%equations, by_residual, move)
-    balance%move = maxval(abs(by_residual), mask=step%field_of == 1) &
-      /max(maxval(abs(by_weight), mask=step%field_of == 1), tiny(1.0_wp))
+    balance%settlement = maxval(abs(by_weight), mask=step%field_of == 1)
+    balance%move = maxval(abs(by_residual), mask=step%field_of == 1)/max(balance%settlement, tiny(1.0_wp))
     balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move(:, :size(load, 2))), 1), 1))
   end subroutine measure_balance
 

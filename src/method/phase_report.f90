@@ -11,9 +11,10 @@ module qsmpm_phase_report
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
+  use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
   use qsmpm_text, only: integer_text
   implicit none
@@ -24,6 +25,8 @@ module qsmpm_phase_report
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
+  !> Ground at rest moves by less, in gamma H^2/M.
+  real(wp), parameter :: still = 1.0e-5_wp
 
   !> What has been reported so far.
   type :: phase_report_type
@@ -103,9 +106,28 @@ contains
       report%stiff_steps = 0
       report%worst_share = 0.0_wp
       call end_cut_cell_check(phase%name, cut, observer)
+      if (progress%phase == 1) call report_start(progress, phase, observer)
     end associate
     call check_locking(model, observer)
   end subroutine report_phase
+
+  !> How far ground that began with K0 stresses has moved.
+  subroutine report_start(progress, phase, observer)
+    type(progress_type), intent(in) :: progress
+    type(phase_type), intent(in) :: phase
+    class(observer_type), intent(inout) :: observer
+    character(len=8) :: figure
+
+    if (.not. has_start_move(progress)) return
+    write (figure, '(es8.1)') start_move(progress)
+    if (.not. start_move(progress) > still) then
+      call observer%note("phase '"//phase%name//"': the ground has moved by"//figure//' gamma H^2/M at the most')
+    else
+      call observer%note("warning: phase '"//phase%name//"': K0 stresses that are not quite in equilibrium have "// &
+        'moved the ground by'//figure//' gamma H^2/M, which is twice its settlement under its own weight; '// &
+        '*RESET DISPLACEMENTS in the next phase')
+    end if
+  end subroutine report_start
 
   !> Warn once in a phase of material that does not follow a prescribed set.
   subroutine warn_of_lag(warning, report, observer)

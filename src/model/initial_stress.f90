@@ -14,6 +14,7 @@ module qsmpm_initial_stress
   use qsmpm_point_bins, only: point_bins_type, make_bins, nearest_in_bins
   use qsmpm_stress_at_rest, only: horizontal_at_rest
   use qsmpm_water_table, only: head_at
+  use qsmpm_initial_results, only: take_states
   use qsmpm_overburden, only: overburden_type, make_overburden, weight_above, ground_top, body_holds
   implicit none
   private
@@ -45,6 +46,7 @@ contains
         end associate
       end do
     end associate
+    if (allocated(initial%state_names)) call take_states(model, initial)
   end subroutine set_initial_stresses
 
   !> Stresses of a table or, the nearest, of a list of places.

@@ -58,6 +58,9 @@ module qsmpm_model
     integer :: constant_load_tests_done = 0
     !> Share of the released forces that a phase ended early has left at its end.
     real(wp) :: release_left = 0.0_wp
+    !> Elastic settlement of the ground under the loads of a first phase that begins with K0 stresses, gamma H^2/(2M) of
+    !> level ground [length]; 0 for none.
+    real(wp) :: own_settlement = 0.0_wp
     !> Compliance of the phase and its limit load.
     type(limit_load_type) :: limit
     !> F by which the strengths are divided at present, and the search for the factor of safety of this phase.

@@ -15,6 +15,7 @@ module qsmpm_model_builder
   use qsmpm_model, only: model_type
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of, grid_text
   use qsmpm_first_window, only: first_window
+  use qsmpm_initial_results, only: check_initial_results
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
   use qsmpm_model_surfaces, only: make_surfaces
@@ -74,6 +75,7 @@ contains
     if (diagnostics%count == 0) call choose_locking_treatments(model)
     if (diagnostics%count == 0) call make_points(model, diagnostics)
     if (diagnostics%count == 0) call check_start(model, diagnostics)
+    if (diagnostics%count == 0) call check_initial_results(model, diagnostics)
     if (diagnostics%count == 0) call check_softening_cells(model, diagnostics)
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)

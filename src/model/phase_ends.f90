@@ -3,13 +3,13 @@
 !> them, phases behind a limit load or a loss are not run.
 module qsmpm_phase_ends
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop
+  use qsmpm_analysis, only: ended_by_load, ended_by_limit, ended_by_loss, ended_by_stop, not_ended
   use qsmpm_limit_load, only: is_found
   use qsmpm_model, only: model_type, progress_type, phase_end_type
   implicit none
   private
 
-  public :: note_end, note_loss, is_lost, fraction_reached, end_of_phase, factor_of_phase
+  public :: note_end, note_loss, is_lost, fraction_reached, end_of_phase, factor_of_phase, has_start_move, start_move
 
 contains
 
@@ -104,4 +104,22 @@ contains
     ended = end_of_phase(progress, phase)
     if (ended%reason == ended_by_stop) fraction = ended%fraction
   end function fraction_reached
+
+  !> Whether it is known how far K0 stresses have let the ground move.
+  pure logical function has_start_move(progress)
+    type(progress_type), intent(in) :: progress
+    type(phase_end_type) :: ended
+
+    ended = end_of_phase(progress, 1)
+    has_start_move = progress%own_settlement > 0.0_wp .and. ended%reason /= not_ended
+  end function has_start_move
+
+  !> Largest displacement of the first phase over gamma H^2/M, twice the settlement of the ground under its own weight.
+  pure real(wp) function start_move(progress)
+    type(progress_type), intent(in) :: progress
+    type(phase_end_type) :: ended
+
+    ended = end_of_phase(progress, 1)
+    start_move = ended%displacement/(2.0_wp*progress%own_settlement)
+  end function start_move
 end module qsmpm_phase_ends

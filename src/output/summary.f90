@@ -12,7 +12,7 @@ module qsmpm_summary
   use qsmpm_limit_load, only: limit_loads
   use qsmpm_model, only: model_type, phase_end_type
   use qsmpm_number_text, only: integer_text, real_text, short_text
-  use qsmpm_phase_ends, only: end_of_phase, factor_of_phase
+  use qsmpm_phase_ends, only: end_of_phase, factor_of_phase, has_start_move, start_move
   use qsmpm_text, only: string_type, json_string, read_real, split
   use qsmpm_unfinished_phases, only: is_loss
   implicit none
@@ -58,7 +58,7 @@ contains
     do p = 1, size(rows)
       if (p > 1) text = text//','
       text = text//newline//phase_json(analysis, p, rows(p), shown_end(model, p, outcome), &
-        factor_of_phase(model%state%progress, p))
+        factor_of_phase(model%state%progress, p), start_json(model, p))
     end do
     text = text//newline//'  ]'//newline//'}'//newline
     call write_text(directory//'/'//summary_file, text, error)
@@ -77,13 +77,15 @@ contains
   end function shown_end
 
   !> A phase as an object.
-  pure function phase_json(analysis, phase, row, ended, factor) result(text)
+  pure function phase_json(analysis, phase, row, ended, factor, start) result(text)
     type(analysis_type), intent(in) :: analysis
     integer, intent(in) :: phase
     type(phase_row_type), intent(in) :: row
     type(phase_end_type), intent(in) :: ended
     !> Factor of safety: stable and lost; zeros for none.
     real(wp), intent(in) :: factor(2)
+    !> Further members, each behind a comma.
+    character(len=*), intent(in) :: start
     character(len=:), allocatable :: text
     integer :: i
 
@@ -93,7 +95,7 @@ contains
       newline// &
       '     "steps": '//integer_text(row%steps)//', "iterations": '//integer_text(row%iterations)// &
       ', "out_of_balance": '//real_text(row%out_of_balance)//', "largest_displacement": '// &
-      real_text(ended%displacement)//','//newline//'     "histories": {'
+      real_text(ended%displacement)//start//','//newline//'     "histories": {'
     if (allocated(row%histories)) then
       do i = 1, size(row%histories)
         if (i > 1) text = text//', '
@@ -102,6 +104,17 @@ contains
     end if
     text = text//'}}'
   end function phase_json
+
+  !> Largest displacement of a first phase with K0 stresses over gamma H^2/M; nothing for others.
+  pure function start_json(model, phase) result(text)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: phase
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (phase == 1 .and. has_start_move(model%state%progress)) text = ', "start_move": '// &
+      real_text(start_move(model%state%progress))
+  end function start_json
 
   !> How a phase has ended, in words.
   pure function reason_of(ended, steps, factor) result(words)

@@ -383,9 +383,18 @@ module qsmpm_analysis
     real(wp) :: k0 = 1.0_wp
     !> Height and pressure, compression positive, (2,n); height and stress 11, 22, 33, 12, 13, 23, (7,n).
     real(wp), allocatable :: pressures(:, :), stresses(:, :)
-    !> CSV file of stresses: path relative to the working directory, places (dimension,n) and stresses (6,n).
+    !> File of stresses: path relative to the working directory, places (dimension,n) and stresses (6,n).
     character(len=:), allocatable :: file
     real(wp), allocatable :: places(:, :), at_places(:, :)
+    !> Results of another run: step, 0 for the last one; its own file, unallocated for other files; whether state
+    !> variables are taken, too.
+    integer :: step = 0
+    character(len=:), allocatable :: part
+    logical :: takes_state = .false.
+    !> Names of these and values at the places (names,n), and number of the material there (n).
+    type(string_type), allocatable :: state_names(:)
+    real(wp), allocatable :: state_at_places(:, :)
+    integer, allocatable :: material_at_places(:)
   end type initial_stress_type
 
   !> What a phase does to a body: put in place, taken out, or of another material from then on.

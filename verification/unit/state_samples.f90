@@ -57,6 +57,7 @@ contains
     progress%constant_load_tests_done = progress%constant_load_tests_done + 4
     progress%undamped_newton = .not. progress%undamped_newton
     call alter(progress%release_left)
+    call alter(progress%own_settlement)
     call alter(progress%fraction)
     call alter(progress%load_factor)
     call alter(progress%next_step)
@@ -188,6 +189,7 @@ contains
     call note(names, 'constant_load_tests_done', a%constant_load_tests_done == b%constant_load_tests_done)
     call note(names, 'undamped_newton', a%undamped_newton .eqv. b%undamped_newton)
     call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
+    call note(names, 'own_settlement', same_reals([a%own_settlement], [b%own_settlement]))
     call note(names, 'fraction', same_reals([a%fraction], [b%fraction]))
     call note(names, 'load_factor', same_reals([a%load_factor], [b%load_factor]))
     call note(names, 'next_step', same_reals([a%next_step], [b%next_step]))

@@ -2,14 +2,18 @@
 !> whole again.
 module test_initial_stresses
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, material_type
+  use qsmpm_analysis, only: analysis_type, material_type, ended_by_load
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
   use qsmpm_initial_stress, only: measure_slope
-  use qsmpm_model, only: model_type
+  use qsmpm_model, only: model_type, progress_type, phase_end_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
+  use qsmpm_phase_ends, only: has_start_move, start_move
+  use qsmpm_posix, only: make_directory
   use qsmpm_reduction, only: reduce_column
+  use qsmpm_results, only: write_mesh_results, write_step_results, write_results_index
+  use qsmpm_stress_error, only: stress_error_type
   use qsmpm_stress_at_rest, only: horizontal_at_rest, passive_ratio
   use deck_samples, only: joined
   use scene_samples, only: changed, layers_deck, outcome
@@ -33,8 +37,10 @@ contains
     call check_slopes(tests)
     call check_tables(tests)
     call check_file(tests)
+    call check_results(tests)
     call check_softened(tests)
     call check_reduction(tests)
+    call check_start_move(tests)
   end subroutine collect_initial_stresses
 
   !> Horizontal stress of a value, of Jaky, of OCR and of POP; the passive ratio of friction alone.
@@ -158,6 +164,85 @@ contains
     call remove_folder(directory)
   end subroutine check_file
 
+  !> Points take stresses, and where it is asked for states, of the nearest point of another run; a model that reaches
+  !> where that run had no material, or has more dimensions, is refused, and a step that is not there.
+  subroutine check_results(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=:), allocatable :: directory, deck
+    type(model_type) :: other, model
+    integer :: p
+
+    call make_folder(directory)
+    deck = changed(block(''), '*ELASTIC| 1e4, 0.3', '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3')
+    deck = changed(changed(deck, 'SHAPE=ALL', 'SHAPE=BOX| 0, 0.5, 0, 2'), '*PHASE, NAME=start|', '*PHASE, NAME=start|'// &
+      '*INITIAL, TYPE=ISOTROPIC| 0, 50|')
+    call make(deck, other)
+    associate (points => other%state%points)
+      do p = 1, points%count
+        points%stress(:, p) = -100.0_wp + p*[1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+        points%state(size(points%state, 1), p) = 1000.0_wp + p
+      end do
+    end associate
+    call write_run(directory, other)
+    deck = changed(deck, 'TYPE=ISOTROPIC| 0, 50|', 'TYPE=GIVEN, INPUT='//directory//'/results.h5, STEP=4|')
+    call make(deck, model)
+    call tests%check('stresses of another run', all(abs(model%state%points%stress - other%state%points%stress) <= 0.0_wp))
+    call tests%check('its states are left', all(model%state%points%state(size(model%state%points%state, 1), :) < 1000.0_wp))
+    call make(changed(deck, 'STEP=4', 'STATE=YES'), model)
+    call tests%check('the last step with its states', all(abs(model%state%points%state(size(model%state%points%state, 1), &
+      :) - other%state%points%state(size(other%state%points%state, 1), :)) <= 0.0_wp))
+    call make(changed(changed(deck, 'STEP=4', 'STATE=YES'), '*MATERIAL, NAME=soil|', '*MATERIAL, NAME=first|*ELASTIC|'// &
+      ' 1e4, 0.3|*MATERIAL, NAME=soil|'), model)
+    call tests%check('but not of another material', all(model%state%points%state(size(model%state%points%state, 1), :) &
+      < 1000.0_wp))
+    call tests%check('a step that is not there', index(trouble(changed(deck, 'STEP=4', 'STEP=5')), &
+      'have no step 5; the last one is 000004') > 0)
+    call tests%check('a plane run for a model in space', index(trouble(changed(changed(deck, 'PLANE STRAIN', '3D'), &
+      'QUAD4', 'HEX8')), 'have 2 dimensions, this model has 3') > 0)
+    call tests%check('no material there', index(trouble(changed(deck, '0, 0.5, 0, 2', '0, 2.0, 0, 2')), &
+      'has no material point within a cell of (') > 0)
+    call tests%check('within a cell there is', len(trouble(changed(deck, '0, 0.5, 0, 2', '0, 1.0, 0, 2'))) == 0)
+    call tests%check('no states to take', index(trouble(changed(changed(deck, 'STEP=4', 'STATE=YES'), &
+      '*CAM CLAY, OCR=1.5| 1.0, 0.2, 0.04, 2.2, 0.3', '*ELASTIC| 1e4, 0.3')), 'leave out STATE=YES') > 0)
+    call remove_folder(directory)
+  end subroutine check_results
+
+  !> Results of a model with one step, number 4.
+  subroutine write_run(directory, model)
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(inout) :: model
+    type(stress_error_type) :: estimate
+    type(error_type), allocatable :: error
+    integer :: made
+
+    allocate (estimate%at_point(model%state%points%count), estimate%scale(model%state%points%count), source=0.0_wp)
+    model%state%progress%step = 4
+    made = make_directory(directory//'/results')
+    call write_mesh_results(directory, model, error)
+    if (.not. allocated(error)) call write_step_results(directory, model, estimate, error)
+    if (.not. allocated(error)) call write_results_index(directory, [4], error)
+    if (allocated(error)) error stop 'the results of the test cannot be written'
+  end subroutine write_run
+
+  !> What is wrong with a deck; nothing where it makes a model.
+  function trouble(deck) result(text)
+    character(len=*), intent(in) :: deck
+    character(len=:), allocatable :: text
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    type(model_type) :: model
+
+    text = ''
+    call parse_deck('test.inp', deck, analysis, messages, error)
+    if (allocated(error)) then
+      text = message_text(messages)
+      return
+    end if
+    call build_model(analysis, model, error)
+    if (allocated(error)) text = error%message
+  end function trouble
+
   !> *RESET DISPLACEMENTS alone leaves the strain by which a material has softened, STRAINS=YES does not.
   subroutine check_softened(tests)
     type(tests_type), intent(inout) :: tests
@@ -190,6 +275,20 @@ contains
     deck = changed(deck, 'TYPE=ISOTROPIC| 0, 10|', 'TYPE=GIVEN| 0, 10, 0, 0, 0|')
     call tests%check('not of given ones', index(outcome(deck, reduce_column, 1), 'place by place') > 0)
   end subroutine check_reduction
+
+  !> The move of a K0 phase in gamma H^2/M, known when it has ended and had a weight.
+  subroutine check_start_move(tests)
+    type(tests_type), intent(inout) :: tests
+    type(progress_type) :: progress
+
+    progress%own_settlement = 0.01_wp
+    call tests%check('no move before the phase ends', .not. has_start_move(progress))
+    progress%ends = [phase_end_type(ended_by_load, 1.0_wp, 3.0e-6_wp)]
+    call tests%check('known behind it', has_start_move(progress))
+    call tests%close('over twice the settlement', start_move(progress), 1.5e-4_wp, 1.0e-15_wp)
+    progress%own_settlement = 0.0_wp
+    call tests%check('none without K0 stresses', .not. has_start_move(progress))
+  end subroutine check_start_move
 
   !> A block of two phases, the second with *RESET DISPLACEMENTS.
   function block(initial) result(deck)

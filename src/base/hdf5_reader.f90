@@ -1,18 +1,20 @@
-!> Reading of HDF5 files that end with a checksum (`qsmpm_seal`): the library, which believes what it reads, sees none
-!> that was damaged. A failure is kept and reported by `close_reader`.
+!> Reading of HDF5 files. Those that end with a checksum (`qsmpm_seal`) are compared with it first: the library, which
+!> believes what it reads, sees none of them that was damaged. A failure is kept and reported by `close_reader`.
 module qsmpm_hdf5_reader
   use, intrinsic :: iso_c_binding, only: c_loc, c_ptr
   use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, h5dclose_f, h5dread_f, h5dget_space_f, &
     h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, &
-    h5aclose_f, h5lexists_f, h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer
+    h5aclose_f, h5lexists_f, h5gget_info_by_name_f, h5lget_name_by_idx_f, h5_index_name_f, h5_iter_inc_f, &
+    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer, size_t
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: open_library
   use qsmpm_seal, only: check_seal
+  use qsmpm_text, only: string_type
   implicit none
   private
 
-  public :: reader_type, open_reader, get_array, get_attribute, find_group, close_reader
+  public :: reader_type, open_reader, get_array, get_attribute, find_group, list_group, close_reader
 
   !> A file that is being read.
   type :: reader_type
@@ -35,15 +37,27 @@ module qsmpm_hdf5_reader
 contains
 
   !> Open a file.
-  subroutine open_reader(reader, path)
+  subroutine open_reader(reader, path, sealed)
     !> The file.
     type(reader_type), intent(out) :: reader
     character(len=*), intent(in) :: path
+    !> Whether it ends with a checksum; as a rule it does.
+    logical, intent(in), optional :: sealed
+    logical :: look
     integer :: status
 
     reader%path = path
-    call check_seal(path, reader%reason)
-    if (allocated(reader%reason)) return
+    look = .true.
+    if (present(sealed)) look = sealed
+    if (look) then
+      call check_seal(path, reader%reason)
+      if (allocated(reader%reason)) return
+    end if
+    inquire (file=path, exist=look)
+    if (.not. look) then
+      reader%reason = 'there is no such file'
+      return
+    end if
     call open_library()
     call h5fopen_f(path, h5f_acc_rdonly_f, reader%file, status)
     if (status >= 0) return
@@ -78,6 +92,28 @@ contains
     call h5lexists_f(reader%file, path, there, status)
     there = there .and. status >= 0
   end subroutine find_group
+
+  !> Names in a group, rising, links among them; none where there is no group.
+  subroutine list_group(reader, path, names)
+    type(reader_type), intent(inout) :: reader
+    character(len=*), intent(in) :: path
+    type(string_type), allocatable, intent(out) :: names(:)
+    character(len=80) :: name
+    integer(size_t) :: length
+    integer :: storage, links, last, status, i
+    logical :: there
+
+    call find_group(reader, path, there)
+    links = 0
+    if (there) call h5gget_info_by_name_f(reader%file, path, storage, links, last, status)
+    allocate (names(links))
+    do i = 1, links
+      name = ''
+      call h5lget_name_by_idx_f(reader%file, path, h5_index_name_f, h5_iter_inc_f, int(i - 1, hsize_t), name, status, &
+        length)
+      names(i)%text = trim(name)
+    end do
+  end subroutine list_group
 
   !> Get a row of reals.
   subroutine get_reals_1(reader, path, values)

@@ -55,7 +55,7 @@ contains
     if (status == 0) read (unit, iostat=status) line
     close (unit)
     if (status /= 0 .or. index(line, head) /= 1) then
-      reason = 'it is cut, or no restart file of this version of the program'
+      reason = 'it is cut, or no file of this version of the program'
     else if (line /= line_of(sum)) then
       reason = 'it is damaged: its bytes are not those that were written'
     end if

@@ -1,0 +1,144 @@
+!> Points of another run, from its results: places, stresses and state variables that have names. The index `results.h5`
+!> lists the steps; each has a file of its own in the folder beside it.
+module qsmpm_stress_results
+  use qsmpm_kinds, only: wp
+  use qsmpm_error, only: error_type, error_deck, fail
+  use qsmpm_hdf5_reader, only: reader_type, open_reader, get_array, get_attribute, list_group, close_reader
+  use qsmpm_text, only: string_type, integer_text
+  implicit none
+  private
+
+  public :: is_results, read_stress_results, read_state_results
+
+  !> Folder of the steps beside the index.
+  character(len=*), parameter :: parts = 'results/'
+
+contains
+
+  !> Whether a file is one of results, by its name.
+  pure logical function is_results(path)
+    character(len=*), intent(in) :: path
+
+    is_results = .false.
+    if (len(path) > 3) is_results = path(len(path) - 2:) == '.h5'
+  end function is_results
+
+  !> Read the points of a step.
+  subroutine read_stress_results(path, dimension, step, places, stresses, part, error)
+    !> The index.
+    character(len=*), intent(in) :: path
+    !> 2 or 3.
+    integer, intent(in) :: dimension
+    !> Number of the step; 0 for the last one.
+    integer, intent(in) :: step
+    !> (dimension, n), (6, n)
+    real(wp), allocatable, intent(out) :: places(:, :), stresses(:, :)
+    !> File of the step.
+    character(len=:), allocatable, intent(out) :: part
+    !> What is wrong.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: positions(:, :)
+    type(reader_type) :: reader
+
+    call find_part(path, step, part, error)
+    if (.not. allocated(error)) call check_dimension(path, dimension, error)
+    if (allocated(error)) return
+    call open_reader(reader, part, sealed=.false.)
+    call get_array(reader, '/step/points/position', positions)
+    call get_array(reader, '/step/points/stress', stresses)
+    call close_as_deck(reader, error)
+    if (allocated(error)) return
+    if (allocated(positions) .and. allocated(stresses)) then
+      if (size(positions, 2) > 0 .and. size(positions, 2) == size(stresses, 2) .and. size(stresses, 1) == 6) then
+        allocate (places, source=positions(:dimension, :))
+        return
+      end if
+    end if
+    call fail(error, error_deck, "'"//part//"' has no stresses of material points")
+  end subroutine read_stress_results
+
+  !> Read a state variable of the points of a step.
+  subroutine read_state_results(part, name, values, material, error)
+    !> File of the step.
+    character(len=*), intent(in) :: part
+    character(len=*), intent(in) :: name
+    !> (n); unallocated where the run had no such variable.
+    real(wp), allocatable, intent(out) :: values(:)
+    !> Number of the material of each point (n).
+    integer, allocatable, intent(out) :: material(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(reader_type) :: reader
+
+    call open_reader(reader, part, sealed=.false.)
+    call get_array(reader, '/step/points/'//name, values)
+    call get_array(reader, '/step/points/material', material)
+    call close_as_deck(reader, error)
+  end subroutine read_state_results
+
+  !> Close a file; what is wrong with it is an error of the deck that names it.
+  subroutine close_as_deck(reader, error)
+    type(reader_type), intent(inout) :: reader
+    type(error_type), allocatable, intent(out) :: error
+
+    call close_reader(reader, error)
+    if (allocated(error)) error%code = error_deck
+  end subroutine close_as_deck
+
+  !> The results are those of a model of as many dimensions.
+  subroutine check_dimension(path, dimension, error)
+    !> The index.
+    character(len=*), intent(in) :: path
+    integer, intent(in) :: dimension
+    type(error_type), allocatable, intent(out) :: error
+    type(reader_type) :: reader
+    integer :: found
+
+    found = dimension
+    call open_reader(reader, folder_of(path)//'mesh.h5', sealed=.false.)
+    call get_attribute(reader, '/mesh', 'dimension', found)
+    call close_as_deck(reader, error)
+    if (allocated(error) .or. found == dimension) return
+    call fail(error, error_deck, "the results '"//path//"' have "//integer_text(found)//' dimensions, this model '// &
+      'has '//integer_text(dimension)//': take those of a run with the same *MODEL, TYPE')
+  end subroutine check_dimension
+
+  !> File of a step.
+  subroutine find_part(path, step, part, error)
+    !> The index.
+    character(len=*), intent(in) :: path
+    !> 0 for the last one.
+    integer, intent(in) :: step
+    character(len=:), allocatable, intent(out) :: part
+    type(error_type), allocatable, intent(out) :: error
+    type(reader_type) :: reader
+    type(string_type), allocatable :: names(:)
+    character(len=:), allocatable :: found
+    integer :: i, number, status
+
+    call open_reader(reader, path, sealed=.false.)
+    call list_group(reader, '/steps', names)
+    call close_as_deck(reader, error)
+    if (allocated(error)) return
+    found = ''
+    do i = 1, size(names)
+      read (names(i)%text, *, iostat=status) number
+      if (status == 0 .and. (step == 0 .or. number == step)) found = names(i)%text
+    end do
+    part = folder_of(path)//found//'.h5'
+    if (len(found) > 0) return
+    if (size(names) == 0) then
+      call fail(error, error_deck, "'"//path//"' lists no steps: take the results.h5 of a run")
+    else
+      call fail(error, error_deck, "the results '"//path//"' have no step "//integer_text(step)//'; the last one '// &
+        'is '//names(size(names))%text)
+    end if
+  end subroutine find_part
+
+  !> Folder of the parts of an index.
+  pure function folder_of(path) result(folder)
+    character(len=*), intent(in) :: path
+    character(len=:), allocatable :: folder
+
+    folder = path(:index(path, '/', back=.true.))//parts
+  end function folder_of
+end module qsmpm_stress_results
