@@ -228,11 +228,14 @@ contains
     integer :: i
 
     if (.not. allocated(model%history_number)) return
-    do i = 1, size(model%history_point)
-      model%history_point(i) = 0
-      if (model%history_number(i) > 0) &
-        model%history_point(i) = findloc(model%state%points%number, model%history_number(i), dim=1)
-    end do
+    model%history_point = model%history_number
+    ! A state that was put back may be of before phases in which bodies come or go: its points are those of the start.
+    if (has_stages(model%analysis)) then
+      do i = 1, size(model%history_point)
+        if (model%history_number(i) > 0) &
+          model%history_point(i) = findloc(model%state%points%number, model%history_number(i), dim=1)
+      end do
+    end if
     call choose_carrying_points(model)
   end subroutine link_points
 end module qsmpm_body_stages

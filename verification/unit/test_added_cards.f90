@@ -56,9 +56,12 @@ contains
     call problem%parse('*MODEL, TYPE=PLANE STRAIN'//nl//'*GRID, ELEMENT=QUAD4'//nl//'X, 0, 4, 8'//nl// &
       'Y, 0, 2, 4'//nl//'*NSET, NSET=base, PLANE=Y'//nl//'0'//nl//'*NSET, NSET=left, PLANE=X'//nl//'0'//nl// &
       '*NSET, NSET=right, PLANE=X'//nl//'4'//nl//'*MATERIAL, NAME=soil'//nl//cards//materials// &
+      '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX'//nl//'2, 4, 0.5, 1.5'//nl// &
       '*BODY, NAME=bank, MATERIAL=soil, SHAPE=POLYGON'//nl//'0, 0'//nl//'4, 0'//nl//'4, 0.5'//nl//'2, 0.5'//nl// &
-      '2, 1.5'//nl//'0, 1.5'//nl//'*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX'//nl//'2, 4, 0.5, 1.5'//nl// &
-      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL'//nl//phases, 'bank', error)
+      '2, 1.5'//nl//'0, 1.5'//nl// &
+      '*METHOD, BASIS=STANDARD, INTEGRATION=CELL'//nl//'*HISTORY, NAME=toe, QUANTITY=STRESS, COMPONENT=YY'//nl// &
+      '3.8, 0.3'//nl//'*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y'//nl//'0.3, 1.5'//nl//phases, &
+      'bank', error)
     if (.not. allocated(error)) call run%create(problem, error)
     if (.not. allocated(error)) return
     print '(a)', problem%messages//error%message
@@ -87,7 +90,7 @@ contains
     type(error_type), allocatable :: error, other
 
     associate (p => a%model%state%points, q => b%model%state%points)
-      same = p%count == q%count
+      same = p%count == q%count .and. size(p%pore_pressure) == size(q%pore_pressure)
       if (.not. same) return
       same = all(transfer(p%stress, [1]) == transfer(q%stress, [1])) .and. &
         all(transfer(p%position, [1]) == transfer(q%position, [1])) .and. &
@@ -95,6 +98,11 @@ contains
         all(transfer(p%pore_pressure, [1]) == transfer(q%pore_pressure, [1])) .and. &
         all(transfer(p%weight, [1]) == transfer(q%weight, [1]))
     end associate
+    allocate (one(2), two(2))
+    call get_values(a, 'histories', one, error)
+    call get_values(b, 'histories', two, other)
+    same = same .and. all(transfer(one, [1]) == transfer(two, [1])) .and. .not. (allocated(error) .or. allocated(other))
+    deallocate (one, two)
     allocate (one(5*size(a%scene%phases)), two(5*size(b%scene%phases)))
     call get_values(a, 'phase_results', one, error)
     call get_values(b, 'phase_results', two, other)

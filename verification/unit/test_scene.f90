@@ -7,6 +7,7 @@ module test_scene
   use qsmpm_error, only: error_type
   use qsmpm_prismatic, only: require_prismatic
   use qsmpm_reduction, only: reduce_prismatic, reduce_revolved, reduce_column, reduce_mirror
+  use deck_samples, only: joined
   use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, turned_facets, &
     write_stl, figure_file
   use testing, only: tests_type
@@ -207,6 +208,9 @@ contains
     integer, parameter :: kind = reduce_mirror
 
     deck = twin_deck()
+    call expect(tests, changed(deck, '*BODY, NAME=first', '*MATERIAL, NAME=a|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18|'// &
+      '*MATERIAL, NAME=b|*ELASTIC| 2000, 0.3|*UNIT WEIGHT| 18|*BODY, NAME=first')//joined('*PHASE, NAME=treat|'// &
+      '*CHANGE MATERIAL| first, a| second, b|*CONTROLS, STEPS=1|*END PHASE|'), kind, 1, "*CHANGE MATERIAL of 'first'")
     call expect(tests, changed(deck, '*GRAVITY| 0, -1|', '*GRAVITY| 0.1, -1|'), kind, 1, 'has a part along x')
     call expect(tests, changed(deck, ' 7, 1, 6, 1|', ' 7, 1, 6.5, 1|'), kind, 1, &
       "*SURFACE 'one' (test.inp:14) has no mirror")

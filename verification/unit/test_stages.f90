@@ -230,6 +230,7 @@ contains
     call begin(run, 'BASIS=STANDARD, INTEGRATION=CELL', phase('*ACTIVATE'//nl//'lift'))
     call finish_phase(run, error)
     run%model%state%progress%phase = 2
+    allocate (run%model%loading%point_force(2, run%model%state%points%count), source=0.0_wp)
     call start_phase(run%model)
     associate (points => run%model%state%points)
       call tests%check('a lift comes without stress', all(abs(points%stress(:, pack_body(points%body, 3))) <= 0.0_wp))
@@ -238,6 +239,12 @@ contains
       gap = -sum(run%model%state%inactive%feet%position(2, :) - 2.7_wp) &
         /run%model%state%inactive%feet%count*1.8_wp
       allocate (load, source=points%volume(pack_body(points%body, 3)))
+      call tests%check('it is not stretched again', all(points%foot == 0))
+      call tests%check('forces of a program on points are forgotten', .not. allocated(run%model%loading%point_force))
+      associate (half => points%half_size(:, pack_body(points%body, 3)))
+        call tests%check('boxes of its points have their volumes', all(abs(4.0_wp*half(1, :)*half(2, :) &
+          - points%volume(pack_body(points%body, 3))) <= 1.0e-12_wp*points%volume(pack_body(points%body, 3))))
+      end associate
       call tests%close('it fills down to the settled ground', sum(load) - drawn, gap, 0.05_wp*gap)
       call tests%close('and weighs so', sum(points%weight(pack_body(points%body, 3))), 20.0_wp*sum(load), 1.0e-12_wp)
       call tests%close('its crest is where it is drawn', run%model%state%tracers%position(2, 1), 3.2_wp, 1.0e-12_wp)
@@ -270,8 +277,11 @@ contains
     allocate (weight, source=run%model%state%points%weight)
     call residual_at_rest(run, 1.0_wp, before, load)
     run%model%state%progress%phase = 2
+    run%model%state%points%plastic = 1
     call start_phase(run%model)
     associate (points => run%model%state%points)
+      call tests%check('another material has not yielded yet', all(points%plastic(pack_body(points%body, 1)) == 0) .and. &
+        all(points%plastic(pack_body(points%body, 2)) == 1))
       call tests%check('another material keeps the stress', all(abs(points%stress - stress) <= 0.0_wp))
       call tests%check('and is one', all(points%material(pack_body(points%body, 1)) == 2) .and. &
         all(points%material(pack_body(points%body, 2)) == 1))
@@ -289,7 +299,7 @@ contains
     type(tests_type), intent(inout) :: tests
     type(simulation_type) :: run
     type(error_type), allocatable :: error
-    real(wp), allocatable :: before(:, :), after(:, :)
+    real(wp), allocatable :: before(:, :), after(:, :), area(:, :)
     real(wp) :: half, load
 
     call begin(run, 'BASIS=STANDARD', '*PHASE, NAME=lift'//nl//'*ACTIVATE'//nl//'lift'//nl// &
@@ -301,8 +311,11 @@ contains
     call residual_at_rest(run, half, before, load)
     if (.not. allocated(error)) call run%end_stage(error)
     call tests%check('a stage is ended early', .not. allocated(error) .and. half < 1.0_wp)
+    allocate (area, source=run%model%state%inactive%unloading_surface%area_vector)
     run%model%state%progress%phase = 3
     call start_phase(run%model)
+    call tests%check('pressures on what is taken out fall alike', size(area) > 0 .and. all(abs( &
+      run%model%state%inactive%unloading_surface%area_vector - (1.0_wp - half)*area) <= 1.0e-14_wp))
     associate (points => run%model%state%points)
       call tests%close('its lift has the weight so far', sum(points%start_weight(pack_body(points%body, 3))), &
         half*sum(points%weight(pack_body(points%body, 3))), 1.0e-12_wp)
