@@ -249,6 +249,18 @@ def dug(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("continued, the bytes of the run that was not killed", rest.returncode == 0 and same, f"exit {rest.returncode}: {why}")
 
 
+def kept_factors(checks: Checks, folder: pathlib.Path) -> None:
+    """Factors that are kept for later matrices end with their increment: a continued run has none and gives the same bytes."""
+    deck = block(columns=6, steps=12, factor=30, strength="*MOHR COULOMB\n20, 20, 0\n", method="BASIS=SPLINE2G, INTEGRATION=CELL")
+    deck = deck.replace("*MODEL", "*SOLVER, TYPE=UMFPACK, KEEP FACTOR=YES\n*MODEL", 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a block runs with kept factors", whole.returncode == 0, whole.stderr[-300:])
+    code = interrupt(checks, folder, folder / "part", 6, signal.SIGKILL)
+    rest = checks.run(folder, deck, "--restart", str(folder / "part" / "restart.h5"), out=folder / "part")
+    same, why = same_results(folder / "whole", folder / "part")
+    checks.check("killed and continued, the same bytes", code == -9 and rest.returncode == 0 and same, f"exit {code}, {rest.returncode}: {why}")
+
+
 VARIANTS = """*PHASE, NAME=crushed, LOAD FACTOR=300
 *GRAVITY
 0, -1
@@ -653,7 +665,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:

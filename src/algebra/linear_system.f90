@@ -7,7 +7,8 @@
 !> single precision, incomplete factors, and any factor of an older matrix of the same pattern. A sweep is one product
 !> with the matrix and one solution with the factor. Whether an older factor stays is decided by counted operations and
 !> sweeps, never by a clock, so that a run repeats to the last bit. What cannot precondition gives way to a direct
-!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note.
+!> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note. No factor
+!> outlives its increment: a run that is continued from a file has none.
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
@@ -21,7 +22,7 @@ module qsmpm_linear_system
   implicit none
   private
 
-  public :: linear_system_type, kind_for, start_system, factorise_system, solve_system, end_system
+  public :: linear_system_type, kind_for, start_system, begin_step, failures, factorise_system, solve_system, end_system
 
   !> Residual that a sweep with a factor of single precision must leave at most.
   real(wp), parameter :: single_rate = 0.7_wp
@@ -36,6 +37,9 @@ module qsmpm_linear_system
   !> (docs/performance.md), or the least number where the deck asks for the method.
   real(wp), parameter :: incomplete_sweeps = 0.08_wp
   integer, parameter :: least_incomplete = 2000
+
+  !> Factors of single precision have failed; incomplete ones have.
+  integer, parameter :: failed_single = 1, failed_krylov = 2
 
   !> The solver of one pattern, and what earlier patterns of the run have taught.
   type :: linear_system_type
@@ -75,6 +79,28 @@ contains
     kind_for = choice%kind
     if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov])) kind_for = solver_direct
   end function kind_for
+
+  !> Begin an increment as a run that is continued here does: with the solver that was chosen, no older factor, and
+  !> what has failed so far.
+  subroutine begin_step(system, failed)
+    type(linear_system_type), intent(inout) :: system
+    !> What `failures` has told at the end of the increment before.
+    integer, intent(in) :: failed
+
+    if (system%indefinite .or. failures(system) /= failed) call end_system(system)
+    system%single_failed = iand(failed, failed_single) /= 0
+    system%krylov_failed = iand(failed, failed_krylov) /= 0
+    system%pause = 0
+    system%next_pause = 1
+    if (allocated(system%solver)) system%solver%factorised = .false.
+  end subroutine begin_step
+
+  !> What has failed in this run: a sum of failed_single and failed_krylov.
+  pure integer function failures(system)
+    type(linear_system_type), intent(in) :: system
+
+    failures = merge(failed_single, 0, system%single_failed) + merge(failed_krylov, 0, system%krylov_failed)
+  end function failures
 
   !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
   subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error)

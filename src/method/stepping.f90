@@ -7,7 +7,7 @@ module qsmpm_stepping
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: add_compliance
-  use qsmpm_linear_system, only: end_system
+  use qsmpm_linear_system, only: begin_step, failures
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
@@ -39,8 +39,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
 
-    ! A run that goes on from here begins with the solver that was chosen.
-    if (step%system%indefinite) call end_system(step%system)
+    call begin_step(step%system, model%state%progress%failed_solvers)
     before = model%state
     record%start = before%progress%fraction
     call find_equilibrium(model, step, solver, phase%controls, fraction, observer, record, outcome, error)
@@ -48,7 +47,11 @@ contains
       call reject('the residual without damping is above the tolerance', outcome)
     if (outcome%accepted .and. .not. allocated(error)) call check_following(model, phase, outcome%warning, error)
     if (allocated(error)) outcome%accepted = .false.
-    if (.not. outcome%accepted) call restore(before, model)
+    if (.not. outcome%accepted) then
+      call restore(before, model)
+    else
+      model%state%progress%failed_solvers = failures(step%system)
+    end if
   end subroutine take_step
 
   !> Static solve, sub-steps where it is rejected, re-equilibrations of what is accepted.

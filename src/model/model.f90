@@ -49,6 +49,8 @@ module qsmpm_model
     real(wp) :: next_step = 0.0_wp
     !> Remembered coefficient of the proximal term, 0 = not chosen yet.
     real(wp) :: damping = 0.0_wp
+    !> Solvers of equations that have failed and are not tried again (failures of linear_system).
+    integer :: failed_solvers = 0
     !> The last equilibrium was found without a line search, which had failed.
     logical :: undamped_newton = .false.
     !> Work of external loads and of stresses so far.

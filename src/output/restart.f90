@@ -27,7 +27,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 14
+  integer, parameter :: layout = 15
 
 contains
 
@@ -177,6 +177,7 @@ contains
     call put_attribute(image, group, 'load_factor', progress%load_factor)
     call put_attribute(image, group, 'next_step', progress%next_step)
     call put_attribute(image, group, 'damping', progress%damping)
+    call put_attribute(image, group, 'failed_solvers', progress%failed_solvers)
     call put_attribute(image, group, 'undamped_newton', merge(1, 0, progress%undamped_newton))
     call put_attribute(image, group, 'external_work', progress%external_work)
     call put_attribute(image, group, 'internal_work', progress%internal_work)
@@ -446,6 +447,7 @@ contains
     call get_attribute(reader, group, 'load_factor', progress%load_factor)
     call get_attribute(reader, group, 'next_step', progress%next_step)
     call get_attribute(reader, group, 'damping', progress%damping)
+    call get_attribute(reader, group, 'failed_solvers', progress%failed_solvers)
     call get_attribute(reader, group, 'undamped_newton', whole)
     progress%undamped_newton = whole == 1
     call get_attribute(reader, group, 'external_work', progress%external_work)

@@ -56,6 +56,7 @@ contains
     progress%phase_steps = progress%phase_steps + 3
     progress%constant_load_tests_done = progress%constant_load_tests_done + 4
     progress%undamped_newton = .not. progress%undamped_newton
+    progress%failed_solvers = 3 - progress%failed_solvers
     call alter(progress%release_left)
     call alter(progress%own_settlement)
     call alter(progress%fraction)
@@ -187,6 +188,7 @@ contains
     call note(names, 'step', a%step == b%step)
     call note(names, 'phase_steps', a%phase_steps == b%phase_steps)
     call note(names, 'constant_load_tests_done', a%constant_load_tests_done == b%constant_load_tests_done)
+    call note(names, 'failed_solvers', a%failed_solvers == b%failed_solvers)
     call note(names, 'undamped_newton', a%undamped_newton .eqv. b%undamped_newton)
     call note(names, 'release_left', same_reals([a%release_left], [b%release_left]))
     call note(names, 'own_settlement', same_reals([a%own_settlement], [b%own_settlement]))

@@ -590,8 +590,8 @@ contains
     !> What has been altered.
     character(len=*), intent(in) :: all_names
     character(len=*), parameter :: others = 'kept coordinates reactions released plate phase step phase_steps '// &
-      'constant_load_tests_done undamped_newton release_left fraction load_factor next_step damping external_work '// &
-      'internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
+      'constant_load_tests_done failed_solvers undamped_newton release_left fraction load_factor next_step damping '// &
+      'external_work internal_work limit%first limit%last limit%middle limit%refused limit%refused_compliance '// &
       'limit%refused_middle limit%knee stopped ends own_settlement '
     character(len=:), allocatable :: missing, names
     type(state_type) :: state

@@ -11,7 +11,7 @@ module test_linear_system
   use qsmpm_incomplete_solver, only: incomplete_solver_type, make_incomplete_solver
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system, factorise_system, solve_system, &
-    end_system
+    end_system, begin_step, failures
   use qsmpm_model, only: model_type
   use qsmpm_initialisation, only: step_type
   use deck_matrices, only: block_type, block_model, elastic_block, yielding_block
@@ -225,6 +225,12 @@ contains
       1.0e-15_wp)
     call start_system(system, choice, matrix, 1, .true., 2, error)
     call tests%check('for the rest of the run', .not. system%solver%approximate)
+    call begin_step(system, failures(system))
+    call tests%check('and of a run that is continued and told of it', failures(system) > 0 .and. &
+      allocated(system%solver) .and. .not. system%solver%factorised)
+    call begin_step(system, 0)
+    call tests%check('one that is not told begins with what was chosen', failures(system) == 0 .and. &
+      .not. allocated(system%solver))
     call end_system(system)
   end subroutine test_single_gives_way
 
