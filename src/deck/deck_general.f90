@@ -276,7 +276,7 @@ contains
         'MUMPS: SINGLE takes half the memory and is refined to what the step asks; a matrix it cannot refine is '// &
         'factorised in double precision from then on', first=precision_auto)
       call fields%choice('KEEP FACTOR', solver%keep_factor, 'AUTO|NO|YES', 'YES: a factor preconditions the '// &
-        'matrices that follow it until a new one is cheaper', first=keep_auto)
+        'matrices of the increment that follow it until a new one is cheaper', first=keep_auto)
     end associate
   end subroutine solver_fields
 
