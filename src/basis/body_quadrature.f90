@@ -54,7 +54,7 @@ contains
     !> Bodies whose seeds are taken (bodies).
     logical, intent(in) :: carried(:)
     type(body_quadrature_type), intent(out) :: quadrature
-    integer :: next(size(volumes)), i, c, n
+    integer :: next(size(volumes)), i, c, n, rows
 
     next = 0
     do i = 1, list%count
@@ -70,7 +70,9 @@ contains
     n = quadrature%first(size(volumes) + 1) - 1
     allocate (quadrature%volume(n), quadrature%body(n))
     allocate (quadrature%source(n), source=0)
-    allocate (quadrature%local(merge(size(list%local, 1), 0, n > 0), n))
+    rows = 0
+    if (n > 0) rows = size(list%local, 1)
+    allocate (quadrature%local(rows, n))
     allocate (quadrature%half, quadrature%low, quadrature%high, mold=quadrature%local)
     quadrature%fill = 0.0_wp
     do i = 1, list%count

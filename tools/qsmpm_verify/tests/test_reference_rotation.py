@@ -2,6 +2,7 @@
 
 import math
 import unittest
+from unittest import mock
 
 import numpy as np
 
@@ -100,6 +101,27 @@ class Factors(unittest.TestCase):
             (20.0, 20.0, 1.0, 25.0, 0.0, 90.0, 1.0, 0.0, 0.0, 10.0),
         ):
             self.assertRaises(ValueError, ref.slope_water_safety, *wrong)
+
+
+class Lost(unittest.TestCase):
+    """A search that finds nothing says so."""
+
+    scene = ref.Scene(
+        np.array([[0.0, 1, 2, 4], [1, 1, 0, 0]]), np.array([[0.0, 4], [-1, -1]]), 10.0, 20.0, 20.0, 0.0,
+        lambda y: np.ones_like(y), 0.4, -1.0,
+    )  # fmt: skip
+
+    def test_no_mechanism(self) -> None:
+        with mock.patch.object(ref, "_ratio", return_value=ref.NEVER):
+            self.assertRaisesRegex(ArithmeticError, "no slip surface", ref._critical, self.scene, 1.0)
+
+    def test_no_critical_factor(self) -> None:
+        with mock.patch.object(ref, "_least", return_value=0.5), mock.patch.object(ref, "_coarse", return_value=[]):
+            self.assertRaisesRegex(ArithmeticError, "no factor", ref._critical, self.scene, 1.0)
+
+    def test_a_factor_that_keeps_falling(self) -> None:
+        with mock.patch.object(ref, "_critical", side_effect=[0.9**i for i in range(20)]):
+            self.assertRaisesRegex(ArithmeticError, "no factor", ref._factor, self.scene)
 
 
 if __name__ == "__main__":
