@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import matplotlib.tri as tri
 import numpy as np
+from scipy.spatial import cKDTree
 
-from qsmpm_verify.outlines import Outline, snapped
+from qsmpm_verify.outlines import NOTHING, Outline, snapped
 from qsmpm_verify.results import Array
 
 # A lattice has triangles of 0.71 spacings around their centre, neighbours of twice the spacing 1.1.
@@ -22,6 +23,9 @@ WIDEST = 1.25
 WIDEST_INSIDE = 3.0
 # Slip surfaces draw triangles out and keep their area; what has grown to so many times its area, or that of neighbours, opens a gap.
 TORN = 3.0
+# Neighbours that started so much nearer than they are, on such a share of the points, started in one another.
+OVERLAP = 0.4
+LEAST_OVERLAP = 0.01
 # A rim that turned over or was drawn out is held at this many times its width at the start.
 LONGEST_RIM = 1.5
 
@@ -38,13 +42,13 @@ class Net:
 
 
 def spacings(start: Array) -> Array:
-    """Distance of each point to its neighbours: the mean of the shortest third of its edges in the net of all."""
+    """Distance of each point to its neighbours: the mean of its two shortest edges in the net of all."""
     edges = tri.Triangulation(*start.T).edges
     lengths = np.linalg.norm(start[edges[:, 0]] - start[edges[:, 1]], axis=1)
     order = np.argsort(np.concatenate([edges[:, 0], edges[:, 1]]), kind="stable")
     ends = np.cumsum(np.bincount(np.concatenate([edges[:, 0], edges[:, 1]]), minlength=len(start)))[:-1]
     groups = np.split(np.concatenate([lengths, lengths])[order], ends)
-    return np.array([np.sort(group)[: max(1, len(group) // 3)].mean() if len(group) else 0.0 for group in groups])
+    return np.array([np.sort(group)[:2].mean() if len(group) else 0.0 for group in groups])
 
 
 def _areas(places: Array, triangles: Array) -> Array:
@@ -133,19 +137,31 @@ def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
     triangles = tri.Triangulation(*start.T).get_masked_triangles()
     turned = _areas(start, triangles) < 0
     triangles[turned] = triangles[turned][:, [0, 2, 1]]
+    own = outline.of(start, triangles, _areas(start, triangles))
     local = spacing[triangles].max(axis=1)
     torn = np.abs(_areas(place, triangles)) > TORN * np.maximum(_areas(start, triangles), 0.5 * local**2)
-    widest = np.where(outline.inside(start[triangles].mean(axis=1)), WIDEST_INSIDE, WIDEST)
+    widest = np.where(own.inside(start[triangles].mean(axis=1)), WIDEST_INSIDE, WIDEST)
     kept = (_circumradii(start, triangles) <= widest * local) & ~torn
-    return _with_rim(start, place, triangles[kept], spacing, outline) if kept.any() else None
+    return _with_rim(start, place, triangles[kept], spacing, own) if kept.any() else None
+
+
+def _overlap(start: Array, place: Array) -> bool:
+    """Whether points that are apart now started in one another: a lift that fills what has settled below it."""
+    if len(start) < 3:
+        return False
+    near = [cKDTree(where).query(where, k=2)[0][:, 1] for where in (start, place)]
+    return bool(np.mean(near[0] < OVERLAP * near[1]) > LEAST_OVERLAP)
 
 
 def nets_of(start: Array, place: Array, kinds: Array, outline: Outline) -> list[tuple[Net, Array]]:
-    """A net for each kind of points, with the numbers of its points."""
+    """A net for each kind of points, with the numbers of its points; where the starts overlap, from where they are now."""
     found = []
     for kind in np.unique(kinds):
         members = np.flatnonzero(kinds == kind)
-        net = net_of(start[members], place[members], outline)
+        if _overlap(start[members], place[members]):
+            net = net_of(place[members], place[members], NOTHING)
+        else:
+            net = net_of(start[members], place[members], outline)
         if net is not None:
             found.append((net, members))
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import matplotlib.tri as tri
@@ -35,14 +35,29 @@ def _polygon(body: Card) -> Array | None:
 CORNER_REACH = 1.5
 
 
+# A polygon whose points span less than this share of its area is that of a body that is not there.
+LEAST_COVER = 0.3
+
+
 @dataclass(frozen=True)
 class Outline:
-    """What is known of the bodies at the start: segments (n, 2 ends, 2) of their outlines, polygons, cells with points."""
+    """What is known of the bodies at the start: polygons, and cells with points with their bounds (n, 2 ends, 2)."""
 
-    segments: Array
     polygons: tuple[Array, ...] = ()
+    bounds: Array = field(default_factory=lambda: np.zeros((0, 2, 2)))
     cells: tri.TriFinder | None = None
     filled: Array | None = None
+
+    @property
+    def segments(self) -> Array:
+        """Segments of all outlines, (n, 2 ends, 2)."""
+        return np.concatenate([*(np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in self.polygons), self.bounds])
+
+    def of(self, start: Array, triangles: Array, areas: Array) -> Outline:
+        """What is left when bodies without these points are taken away: dug out, not built yet, or of another material."""
+        held = (MplPath(corners).contains_points(start)[triangles].all(axis=1) for corners in self.polygons)
+        kept = tuple(c for c, mine in zip(self.polygons, held) if np.sum(areas[mine]) > LEAST_COVER * _area(c))
+        return replace(self, polygons=kept)
 
     def inside(self, places: Array) -> Array:
         """Whether places lie in a body."""
@@ -55,7 +70,13 @@ class Outline:
         return found
 
 
-NOTHING = Outline(np.zeros((0, 2, 2)))
+NOTHING = Outline()
+
+
+def _area(corners: Array) -> float:
+    """Area of a polygon."""
+    x, y = corners.T
+    return 0.5 * abs(float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
 
 
 def _of_cells(mesh: Mesh, start: Array) -> Outline:
@@ -73,7 +94,7 @@ def _of_cells(mesh: Mesh, start: Array) -> Outline:
     if not len(edges):
         return NOTHING
     _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
-    return Outline(mesh.nodes[edges[first[counts == 1]], :2], (), finder, filled[owner])
+    return Outline((), mesh.nodes[edges[first[counts == 1]], :2], finder, filled[owner])
 
 
 def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
@@ -84,9 +105,8 @@ def outline_of(folder: Path, mesh: Mesh, start: Array) -> Outline:
         except Trouble:
             break
         corners = tuple(c for c in map(_polygon, bodies) if c is not None)
-        segments = [np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in corners]
         rest = _of_cells(mesh, start) if len(corners) < len(bodies) else NOTHING
-        return Outline(np.concatenate([*segments, rest.segments]), corners, rest.cells, rest.filled)
+        return replace(rest, polygons=corners)
     return NOTHING
 
 

@@ -53,9 +53,8 @@ def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
     """Viridis, in steps where the field has classes."""
     classes = frame.classes()
     if classes:
-        return plt.get_cmap("viridis", max(len(classes), 2)), BoundaryNorm(
-            np.arange(classes[0], classes[0] + max(len(classes), 2) + 1) - 0.5, max(len(classes), 2)
-        )
+        bounds = np.arange(classes[0], classes[-1] + 2) - 0.5
+        return plt.get_cmap("viridis", len(classes)), BoundaryNorm(bounds, len(classes))
     most = frame.most if frame.most > frame.least else frame.least + 1.0
     return plt.get_cmap("viridis"), Normalize(frame.least, most)
 

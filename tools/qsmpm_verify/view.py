@@ -36,6 +36,8 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
 
 def chosen_steps(words: argparse.Namespace) -> list[int]:
     """The steps to draw."""
+    if words.result.suffix in (".vtu", ".pvd"):
+        raise Trouble(f"{words.result}: view reads the folder of a run or its results.h5; open this file in ParaView")
     written = written_steps(words.result)
     if not written:
         raise ResultError(f"{words.result}: no step was written")
@@ -79,7 +81,7 @@ def plane_frames(states: list[Points], values: list[Array], title: str, words: a
 
 def caption_of(job: str, points: Points) -> str:
     """What a picture shows."""
-    return f"{job}: step {points.step}, load factor {points.load_factor:.4g}"
+    return f"{job}: phase {points.phase}, step {points.step}, load factor {points.load_factor:.4g}"
 
 
 def space_frames(states: list[Points], values: list[Array], title: str, words: argparse.Namespace, job: str) -> list[Array]:

@@ -111,7 +111,8 @@ def warnings_of(deck: Deck) -> list[str]:
         if card.value("REGULARISATION") == "NONE":
             found.append("softening without REGULARISATION=CELL: the work of a slip surface falls with the cells, "
                          "no grid is the last one")
-    for card in deck.all("MOHR COULOMB"):
+    davis = [card for card in deck.all("SAFETY") if (card.value("FLOW") or "").startswith("DAVIS")]
+    for card in [] if davis else deck.all("MOHR COULOMB"):
         rows = card.data()
         try:
             phi, psi = float(rows[0][1]), float(rows[0][2])

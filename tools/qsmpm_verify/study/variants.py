@@ -61,10 +61,12 @@ def methods_of(deck: Deck) -> list[Method]:
 
 
 def same_method(method: Method, grid: Card, own: Card | None) -> bool:
-    """Whether the deck says this method already."""
-    return own is not None and grid.value("ELEMENT") == method.element and all(
-        own.value(key) == value for key, value in method.words
-    )  # fmt: skip
+    """Whether the deck says this method already; a deck that names no basis has the recommended one, the first of each list."""
+    if grid.value("ELEMENT") != method.element:
+        return False
+    if own is None or own.value("BASIS") in (None, "AUTO"):
+        return method in (PLANE_METHODS[0], SPACE_METHODS[0], MOVING_METHODS[0])
+    return all(own.value(key) == value for key, value in method.words)
 
 
 def with_method(deck: Deck, method: Method) -> Deck:

@@ -46,7 +46,7 @@ class TestNet(unittest.TestCase):
     def test_points_further_apart_one_way_are_no_gap_inside_a_known_outline(self) -> None:
         start = lattice(8, 4, 1.0, 3.5)
         corners = np.array([[0, 0], [8, 0], [8, 14], [0, 14.0]])
-        net = self.made(start, start, Outline(segments_of(corners), (corners,)))
+        net = self.made(start, start, Outline((corners,)))
         self.assertAlmostEqual(area(net), 112.0, places=6)
 
     def test_it_turns_with_the_body(self) -> None:
@@ -58,7 +58,7 @@ class TestNet(unittest.TestCase):
     def test_a_slanted_side_is_straight_where_the_outline_is_known(self) -> None:
         corners = np.array([[0, 0], [10, 0], [0, 10.0]])
         start = np.array([p for p in lattice(10, 10) if p.sum() < 9.6])
-        net = self.made(start, start, Outline(segments_of(corners), (corners,)))
+        net = self.made(start, start, Outline((corners,)))
         self.assertAlmostEqual(area(net), 50.0, delta=0.2)
         rim = net.now[np.unique(net.outline)]
         self.assertLess(np.max(rim.sum(axis=1)), 10 + 1e-9)
@@ -86,6 +86,28 @@ class TestNet(unittest.TestCase):
         net = self.made(start, slid)
         inside = np.abs(net.now[net.triangles].mean(axis=1)[:, 1] - 3.0) < 0.2
         self.assertGreater(int(inside.sum()), 10)
+
+    def test_what_was_dug_out_is_not_filled(self) -> None:
+        ground = np.array([[0, 0], [12, 0], [12, 4], [8, 4], [8, 8], [4, 8], [4, 4], [0, 4.0]])
+        pit = np.array([[8, 4], [12, 4], [12, 8], [8, 8.0]])
+        start = np.array([p for p in lattice(24, 16, 0.5, 0.5) if p[1] < 4 or 4 < p[0] < 8])
+        net = self.made(start, start, Outline((ground, pit)))
+        self.assertAlmostEqual(area(net), 64.0, delta=1.0)
+
+    def test_soil_does_not_reach_through_a_thin_wall_of_another_material(self) -> None:
+        start = lattice(20, 8, 0.5, 0.5)
+        wall = (start[:, 0] > 4) & (start[:, 0] < 5)
+        left, right = np.array([[0, 0], [4, 0], [4, 4], [0, 4.0]]), np.array([[5, 0], [10, 0], [10, 4], [5, 4.0]])
+        middle = np.array([[4, 0], [5, 0], [5, 4], [4, 4.0]])
+        nets = nets_of(start, start, wall.astype(int), Outline((left, middle, right)))
+        self.assertAlmostEqual(sum(area(net) for net, _ in nets), 40.0, delta=0.1)
+
+    def test_a_lift_in_settled_ground_is_drawn_where_it_is(self) -> None:
+        ground, lift = lattice(12, 6), lattice(12, 3) + [0.0, 5.0]
+        place = np.concatenate([ground * [1.0, 5.0 / 6.0], lift])
+        start = np.concatenate([ground, lift])
+        nets = nets_of(start, place, np.zeros(len(start)), NOTHING)
+        self.assertAlmostEqual(sum(area(net) for net, _ in nets), 96.0, delta=2.0)
 
     def test_materials_have_nets_of_their_own_and_few_points_none(self) -> None:
         start = lattice(4, 4)
