@@ -93,15 +93,15 @@ def choice_of(trials: Sequence[Trial], answer: Answer | None, target: float) -> 
     ]
     errors = lasting_errors(samples)
     near = [t for t, error in zip(good, errors) if error + answer.share <= target]
-    return min(near, key=lambda t: t.seconds, default=None)
+    return min(near, key=lambda t: (t.cost, t.level, t.steps), default=None)
 
 
 def seconds_of_choice(trials: Sequence[Trial], target: float) -> float:
-    """Seconds of the choice so far; infinite while no method has three grids or no run is close enough."""
+    """Cost of the choice so far; infinite while no method has three grids or no run is close enough."""
     if all(len(own) < 3 for own in figures_by_method(trials).values()):
         return math.inf
     choice = choice_of(trials, answer_of(trials), target)
-    return math.inf if choice is None else choice.seconds
+    return math.inf if choice is None else choice.cost
 
 
 def warnings_of(deck: Deck) -> list[str]:

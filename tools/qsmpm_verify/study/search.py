@@ -24,6 +24,8 @@ from qsmpm_verify.study.variants import Method, at_level, dimension, levels_of, 
 # Cost of a halved grid over that of the grid before, beyond the number of its cells: longer equations, more iterations.
 GROWTH = 1.4
 MISSES = 2
+# Seconds below which runs are not told apart: they are the start of the program and noise.
+NOISE = 0.3
 # Share of the budget that is kept for the run in twice the steps.
 KEPT_FOR_STEPS = 0.25
 
@@ -44,6 +46,11 @@ class Trial:
     def good(self) -> bool:
         """Whether it has a figure."""
         return math.isfinite(self.figure)
+
+    @property
+    def cost(self) -> float:
+        """Its seconds, as far as they are more than noise."""
+        return max(self.seconds, NOISE)
 
     @property
     def name(self) -> str:
@@ -111,13 +118,13 @@ class Search:
         return self.levels[len(own)] if len(own) < len(self.levels) else None
 
     def foretold(self, method: Method) -> float:
-        """CPU seconds that the next run of a method will take; those of the deck's own method where it has none."""
+        """CPU seconds that the next run of a method will take, no less than noise; those of the deck's own method where it has none."""
         known = [t for t in self.of(method) if t.good] or [t for t in self.trials if t.good and t.steps == 1]
         if not known:
             return 0.0
         level = self.next_level(method)
         last = known[-1]
-        return last.seconds * (2 ** dimension(self.deck) * GROWTH) ** ((level or 0) - last.level)
+        return max(NOISE, last.seconds * (2 ** dimension(self.deck) * GROWTH) ** ((level or 0) - last.level))
 
     def try_one(self, method: Method, level: int, steps: int) -> None:
         """Run one variant and keep what it told."""
@@ -138,7 +145,7 @@ class Search:
             if not waiting:
                 self.ending = "every grid was run"
                 break
-            method = min(waiting, key=self.foretold)
+            method = min(waiting, key=lambda m: (self.foretold(m), self.next_level(m)))
             cost = self.foretold(method)
             if cost > close_enough(self.trials):
                 self.ending = "no run that is left could be cheaper than the choice"

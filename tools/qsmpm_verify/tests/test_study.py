@@ -302,7 +302,9 @@ class TestCommand(unittest.TestCase):
                 code = main([*words, "--target", "0.1%", "--out", folder])
             self.assertEqual(code, 0)
             told = json.loads((Path(folder) / "figures.json").read_text())
-            self.assertLessEqual(abs(told["answer"]["value"] - 1.9066666666666667e-6), told["answer"]["half"])
+            lame = 1.9066666666666667e-6  # of small strain: the deck's own is 1e-6
+            self.assertLessEqual(abs(told["answer"]["value"] - lame), told["answer"]["half"] + 2e-6 * lame)
+            self.assertLessEqual(told["answer"]["half"], 1e-3 * lame)
             self.assertTrue((Path(folder) / "study.svg").is_file())
             checked = subprocess.run([PROGRAM, "check", Path(folder) / "cylinder_choice.inp"], capture_output=True)
             self.assertEqual(checked.returncode, 0, checked.stderr)
