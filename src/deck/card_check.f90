@@ -304,15 +304,17 @@ contains
     integer, intent(in) :: dimension
     integer, intent(out) :: least
     integer, intent(out) :: most
-    integer :: c
+    integer :: c, perhaps
 
     least = 0
     most = 0
+    perhaps = 0
     do c = 1, size(lines%columns)
       associate (column => lines%columns(c))
         if (.not. used(column, dimension)) cycle
         most = most + 1
-        if (column%required .and. .not. (column%third .and. dimension == 0)) least = most
+        if (column%third .and. dimension == 0) perhaps = perhaps + 1
+        if (column%required .and. .not. (column%third .and. dimension == 0)) least = most - perhaps
         if (column%repeated) most = huge(most)
       end associate
     end do

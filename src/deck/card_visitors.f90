@@ -31,6 +31,8 @@ module qsmpm_card_visitors
     !> The data lines of the card are those that were begun; some of them have been found.
     logical :: active = .false., found = .false.
     logical :: counted = .false.
+    !> The model is plane: columns of space alone are not there.
+    logical :: plane = .false.
     !> Row and columns of it read so far.
     integer :: current = 1, columns = 0
   contains
@@ -115,13 +117,16 @@ contains
   end subroutine describe_row
 
   !> A visitor that reads a card.
-  pure function reader(card)
+  pure function reader(card, dimension)
     type(card_type), intent(in) :: card
+    !> 2 or 3; 0 where it is not known.
+    integer, intent(in) :: dimension
     type(card_reader_type) :: reader
 
     reader%card = card
     reader%keyword = card%keyword
     reader%reading = .true.
+    reader%plane = dimension == 2
     reader%here = source_line(card%place)
   end function reader
 
@@ -150,6 +155,7 @@ contains
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
+    if (item%third .and. self%plane) return
     self%columns = self%columns + 1
     if (self%current > size(self%card%rows)) return
     associate (row => self%card%rows(self%current))

@@ -225,7 +225,7 @@ contains
       call open_item(state, entry%list)
       call go_to_item(state, entry%list, count_items(state, entry%list))
     end if
-    fields = reader(card)
+    fields = reader(card, state%dimension)
     call entry%fields(fields, state)
     if (allocated(entry%opens)) call check_new_name(card, state, entry%list, entry%opens)
     if (associated(entry%finish)) call entry%finish(card, state)

@@ -18,7 +18,7 @@ module qsmpm_deck_bodies
   implicit none
   private
 
-  public :: add_body_keywords, give_points
+  public :: add_body_keywords, give_points, polygon_fields, finish_polygon
 
 contains
 
@@ -52,27 +52,28 @@ contains
       call fields%answer('ACTIVE', body%active, 'NO: it is not there until a phase puts it in place by *ACTIVATE')
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
-      call polygon_fields(fields, body)
+      call polygon_fields(fields, body%polygon)
     end associate
   end subroutine body_fields
 
   !> Vertices of a polygon.
-  subroutine polygon_fields(fields, body)
+  subroutine polygon_fields(fields, polygon)
     class(card_fields_type), intent(inout) :: fields
-    type(body_type), intent(inout) :: body
+    !> (2,n)
+    real(wp), allocatable, intent(inout) :: polygon(:, :)
     integer :: i, n
 
     n = 0
-    if (allocated(body%polygon)) n = size(body%polygon, 2)
+    if (allocated(polygon)) n = size(polygon, 2)
     call fields%data('vertices in order, either way round', 1, huge(1), when='SHAPE=POLYGON', rows=n)
     if (.not. fields%writing) then
-      if (allocated(body%polygon)) deallocate (body%polygon)
-      allocate (body%polygon(2, n), source=0.0_wp)
+      if (allocated(polygon)) deallocate (polygon)
+      allocate (polygon(2, n), source=0.0_wp)
     end if
     do i = 1, n
       call fields%row(i)
-      call fields%number('x', body%polygon(1, i), 'coordinate')
-      call fields%number('y', body%polygon(2, i), 'coordinate')
+      call fields%number('x', polygon(1, i), 'coordinate')
+      call fields%number('y', polygon(2, i), 'coordinate')
     end do
   end subroutine polygon_fields
 
@@ -85,7 +86,7 @@ contains
     case (body_box)
       call check_box(card, .true., state%analysis%bodies(state%item)%box, state)
     case (body_polygon)
-      call finish_polygon(card, state)
+      call finish_polygon(card, state%analysis%bodies(state%item)%polygon, state)
     case (body_region)
       if (.not. card%has('REGION')) call state%report_error(card, 'SHAPE=REGION wants the parameter REGION')
     case (body_polyhedron)
@@ -113,20 +114,20 @@ contains
   end subroutine find_file
 
   !> A polygon bounds an area; it is turned counter-clockwise.
-  subroutine finish_polygon(card, state)
+  subroutine finish_polygon(card, polygon, state)
     type(card_type), intent(in) :: card
+    !> One of the deck's (2,n).
+    real(wp), intent(inout) :: polygon(:, :)
     type(deck_state_type), intent(inout) :: state
     character(len=:), allocatable :: problem
 
     if (.not. card%is_right()) return
-    associate (body => state%analysis%bodies(state%item))
-      problem = outline_problem(body%polygon)
-      if (len(problem) > 0) then
-        call state%report_error(card, problem)
-      else if (polygon_area(body%polygon) < 0.0_wp) then
-        body%polygon = body%polygon(:, size(body%polygon, 2):1:-1)
-      end if
-    end associate
+    problem = outline_problem(polygon)
+    if (len(problem) > 0) then
+      call state%report_error(card, problem)
+    else if (polygon_area(polygon) < 0.0_wp) then
+      polygon = polygon(:, size(polygon, 2):1:-1)
+    end if
   end subroutine finish_polygon
 
   !> *POINTS.

@@ -8,7 +8,7 @@ module qsmpm_deck_histories
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_deck_words, only: bar_list, axis_words, tensor_words
   use qsmpm_history_quantities, only: history_quantities, has_components, component_number, component_none, &
-    component_tensor, unit_of_history
+    component_tensor, unit_of_history, is_taken_at, at_rigid_body
   use qsmpm_keyword_table, only: table_type, in_model, many
   implicit none
   private
@@ -24,7 +24,9 @@ contains
     call table%add('HISTORY', in_model, many, 'A column of curves.csv. DISPLACEMENT and '// &
       'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
       'are those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME '// &
-      'is that of a body; RUNOUT how far the front of a body has moved along an axis. *STOP ends a phase by one.', &
+      'is that of a body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
+      'MOMENT what the soil does to a rigid body, BODY MOVE how far this has moved; CONTACT PRESSURE is that on '// &
+      'the soil, at the point of its surface that was nearest at the start. *STOP ends a phase by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
@@ -48,13 +50,15 @@ contains
       call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
       call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT, in place of NSET', &
         needs='QUANTITY=REACTION')
-      call fields%name('BODY', history%body, 'body; all when not given', needs='QUANTITY=VOLUME|RUNOUT')
+      call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT and '// &
+        'BODY MOVE, whose rigid body must be named', &
+        needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|BODY MOVE')
       call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
         'against the axis', needs='QUANTITY=RUNOUT')
       call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &
         'SDV3_void_ratio) or, of a *USER MATERIAL, its number', needs='QUANTITY=STATE')
       call fields%data('place', when='QUANTITY=DISPLACEMENT|POSITION|STRESS|STATE|STRAIN|'// &
-        'PORE PRESSURE')
+        'PORE PRESSURE|CONTACT PRESSURE')
       call fields%number('x', history%at(1), 'coordinate')
       call fields%number('y', history%at(2), 'coordinate')
       call fields%number('z', history%at(3), 'coordinate', third=.true.)
@@ -94,6 +98,8 @@ contains
       end if
       if (.not. abs(history%scale) > 0.0_wp) call state%warn(history%where, 'HISTORY', &
         "SCALE=0: the column '"//history%name//"' will be zero throughout")
+      if (is_taken_at(history%quantity, at_rigid_body) .and. .not. card%has('BODY')) call state%report_error(card, &
+        'QUANTITY='//card%word('QUANTITY')//' wants the parameter BODY, a rigid body')
       if (history%quantity == quantity_reaction .and. (card%has('NSET') .eqv. card%has('SURFACE'))) &
         call state%report_error(card, 'QUANTITY=REACTION wants one of the parameters NSET and SURFACE')
     end associate

@@ -2,7 +2,7 @@
 !> Lists are opened by the cards that begin an item, counted and gone through by the echo, all by their number.
 module qsmpm_deck_objects
   use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
-    traction_type, support_type, water_level_type, mesh_none
+    traction_type, support_type, water_level_type, rigid_body_type, contact_type, rigid_move_type, mesh_none
   use qsmpm_analysis_lists, only: append
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
@@ -16,8 +16,9 @@ module qsmpm_deck_objects
   !> Lists; none is the analysis as a whole, of which the mesh is a part that only one card may bring.
   integer, parameter, public :: list_none = 0, list_mesh = 1, list_node_sets = 2, list_element_sets = 3, &
     list_surfaces = 4, list_bodies = 5, list_points = 6, list_materials = 7, list_histories = 8, list_stages = 9, &
-    list_phases = 10, list_tractions = 11, list_supports = 12, list_water_levels = 13
-  integer, parameter :: last_list = list_water_levels
+    list_rigid_bodies = 10, list_contacts = 11, list_phases = 12, list_tractions = 13, list_supports = 14, &
+    list_water_levels = 15, list_moves = 16
+  integer, parameter :: last_list = list_moves
 
 contains
 
@@ -33,7 +34,8 @@ contains
       analysis%force_unit = '-'
       analysis%method = undecided_method()
       allocate (analysis%node_sets(0), analysis%element_sets(0), analysis%surfaces(0), analysis%bodies(0), &
-        analysis%materials(0), analysis%histories(0), analysis%phases(0), analysis%point_test%stages(0))
+        analysis%materials(0), analysis%histories(0), analysis%phases(0), analysis%point_test%stages(0), &
+        analysis%rigid_bodies(0), analysis%contacts(0))
     end associate
     allocate (state%points(0), state%element_places(0), state%places(0))
   end subroutine empty_deck
@@ -59,6 +61,8 @@ contains
     type(body_type) :: body
     type(material_type) :: material
     type(history_type) :: history
+    type(rigid_body_type) :: rigid_body
+    type(contact_type) :: contact
 
     associate (analysis => state%analysis)
       select case (list)
@@ -74,6 +78,10 @@ contains
         call append(analysis%materials, material)
       case (list_histories)
         call append(analysis%histories, history)
+      case (list_rigid_bodies)
+        call append(analysis%rigid_bodies, rigid_body)
+      case (list_contacts)
+        call append(analysis%contacts, contact)
       case (list_points)
         call append_request(state%points)
       case (list_stages)
@@ -84,7 +92,7 @@ contains
     end associate
   end subroutine open_item
 
-  !> A new phase, or a new load, support or water level of the last one.
+  !> A new phase, or a new load, support, water level or motion of the last one.
   pure subroutine open_phase_item(analysis, list)
     type(analysis_type), intent(inout) :: analysis
     integer, intent(in) :: list
@@ -92,6 +100,7 @@ contains
     type(traction_type) :: traction
     type(support_type) :: support
     type(water_level_type) :: level
+    type(rigid_move_type) :: move
 
     select case (list)
     case (list_tractions)
@@ -100,10 +109,12 @@ contains
       call append(analysis%phases(size(analysis%phases))%supports, support)
     case (list_water_levels)
       call append(analysis%phases(size(analysis%phases))%water_levels, level)
+    case (list_moves)
+      call append(analysis%phases(size(analysis%phases))%moves, move)
     case default
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
         phase%activations(0), phase%deactivations(0), phase%materials(0), &
-        phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0))
+        phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
       call append(analysis%phases, phase)
     end select
   end subroutine open_phase_item
@@ -158,6 +169,10 @@ contains
         count = size(analysis%materials)
       case (list_histories)
         count = size(analysis%histories)
+      case (list_rigid_bodies)
+        count = size(analysis%rigid_bodies)
+      case (list_contacts)
+        count = size(analysis%contacts)
       case (list_stages)
         count = size(analysis%point_test%stages)
       case (list_phases)
@@ -168,6 +183,8 @@ contains
         count = size(analysis%phases(state%phase)%supports)
       case (list_water_levels)
         count = size(analysis%phases(state%phase)%water_levels)
+      case (list_moves)
+        count = size(analysis%phases(state%phase)%moves)
       end select
     end associate
   end function count_items
@@ -224,6 +241,8 @@ contains
       name = analysis%materials(number)%name
     case (list_histories)
       name = analysis%histories(number)%name
+    case (list_rigid_bodies)
+      name = analysis%rigid_bodies(number)%name
     case (list_phases)
       name = analysis%phases(number)%name
     case default

@@ -5,6 +5,7 @@ module qsmpm_deck_stops
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type, check_name
   use qsmpm_deck_words, only: bar_list, side_words
+  use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_keyword_table, only: table_type, in_phase, once
   use qsmpm_phase_stops, only: factor_column
   use qsmpm_text, only: string_type, add_word
@@ -65,18 +66,25 @@ contains
   !> Bodies and surfaces of histories exist; a surface that nothing supports has no reaction.
   subroutine check_histories(state)
     type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:), surfaces(:)
+    type(string_type), allocatable :: bodies(:), rigid(:), surfaces(:)
     integer :: i
 
-    allocate (bodies(0), surfaces(0))
+    allocate (bodies(0), rigid(0), surfaces(0))
     do i = 1, size(state%analysis%bodies)
       call add_word(bodies, state%analysis%bodies(i)%name)
+    end do
+    do i = 1, size(state%analysis%rigid_bodies)
+      call add_word(rigid, state%analysis%rigid_bodies(i)%name)
     end do
     do i = 1, size(state%analysis%surfaces)
       call add_word(surfaces, state%analysis%surfaces(i)%name)
     end do
     do i = 1, size(state%analysis%histories)
       associate (history => state%analysis%histories(i))
+        if (is_taken_at(history%quantity, at_rigid_body)) then
+          call check_name(state, history%body, rigid, history%where, 'HISTORY', 'rigid body')
+          cycle
+        end if
         call check_name(state, history%body, bodies, history%where, 'HISTORY', 'body')
         if (len(history%surface) == 0) cycle
         call check_name(state, history%surface, surfaces, history%where, 'HISTORY', 'surface')

@@ -79,6 +79,9 @@ contains
         'docs/user_models.md'), &
       topics_type('TRIAXIAL,OEDOMETER,LABORATORY,SIMPLE SHEAR', &
         '*POINT TEST and *POINT STAGE in a deck of their own, run by qsmpm point; docs/point_tests.md'), &
+      topics_type('INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SHEET,SLIDING,FOOTING', &
+        '*RIGID BODY that the soil may touch by *CONTACT, with friction and adhesion, and *MOVE in a phase: '// &
+        'docs/methods/contact.md; what is not there yet: docs/cannot.md'), &
       topics_type('STEP,INCREMENT,CONVERGENCE', &
         '*CONTROLS inside a *PHASE'), &
       topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5', &
@@ -92,10 +95,6 @@ contains
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('CONTACT,INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SHEET,SLIDING,RIGID', &
-        'rigid bodies that touch the soil, stick and slip are not there yet; nearest: *PRESCRIBE of a '// &
-        'node set with *MOVING MESH (rough, no gap), *SUPPORT for a wall that holds or, with its friction '// &
-        'free, rolls: docs/cannot.md'), &
       topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,TRUSS,STRUT,BEAM,PLATE,SHELL,LINING,WALL', &
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, or '// &
         '*TRACTION in place of the force of an anchor: docs/cannot.md'), &

@@ -16,7 +16,9 @@ module qsmpm_convection
   use qsmpm_initialisation, only: step_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
+  use qsmpm_contacts, only: bodies_at_end
   use qsmpm_deformation, only: grow_deformation, point_displacement
+  use qsmpm_penetration, only: refuse_penetration
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
   use qsmpm_surface_basis, only: turn_areas
@@ -66,6 +68,7 @@ contains
       call follow_material(model)
       call find_again(model%mesh, model%cell_size, model%state, error)
     end if
+    if (.not. allocated(error)) call refuse_penetration(model, bodies_at_end(step%terms), error)
     if (allocated(error)) return
     call take_point_results(soil, source, model%laws, model%state%points)
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &

@@ -14,6 +14,7 @@ module qsmpm_phase_report
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
+  use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
   use qsmpm_text, only: integer_text
@@ -39,6 +40,8 @@ module qsmpm_phase_report
     type(window_type) :: window
     !> What the rows of a moving mesh have done.
     type(moving_mesh_check_type) :: rows
+    !> How deep soil is inside of rigid bodies.
+    type(penetration_check_type) :: penetration
   end type phase_report_type
 
 contains
@@ -55,6 +58,7 @@ contains
       deallocate (step%system%note)
     end if
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
+    call warn_of_penetration(model, report%penetration, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step

@@ -6,16 +6,17 @@
 module qsmpm_surface_basis
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
-  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_carried_basis, only: basis_at, nearest_point
   use qsmpm_configuration, only: configuration_type
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_point_location, only: activation_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_tensor, only: cofactor, identity
   implicit none
   private
 
-  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas
+  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas, stiffness_at
 
   type :: surface_basis_type
     !> Connectivity, one list a point.
@@ -146,4 +147,23 @@ contains
       areas(:, i) = a(:model%mesh%dimension)
     end do
   end subroutine turn_areas
+
+  !> Young's modulus of the material at a surface point.
+  function stiffness_at(model, activation, i) result(stiffness)
+    type(model_type), intent(in) :: model
+    type(activation_type), intent(in) :: activation
+    !> Surface point.
+    integer, intent(in) :: i
+    real(wp) :: stiffness
+    integer :: p
+
+    p = 0
+    associate (group => activation%active_number(model%state%surface%cell(i)))
+      if (group > 0) then
+        if (activation%first(group + 1) > activation%first(group)) p = activation%point(activation%first(group))
+      end if
+    end associate
+    if (p == 0) p = nearest_point(model%state%points, model%state%surface%position(:, i))
+    stiffness = model%laws(model%state%points%material(p))%law%stiffness_scale
+  end function stiffness_at
 end module qsmpm_surface_basis

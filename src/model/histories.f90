@@ -2,9 +2,13 @@
 module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
-    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
+    quantity_contact_force, quantity_contact_moment, quantity_body_move, &
+    quantity_contact_pressure
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number, contact_pressure_at
+  use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_strain, only: logarithmic_strain
   implicit none
   private
@@ -59,9 +63,34 @@ contains
         value = sum(model%state%points%volume, mask=is_of_body(model, history))
       case (quantity_runout)
         value = runout_of(model, history)
+      case (quantity_contact_force, quantity_contact_moment, quantity_body_move)
+        value = rigid_body_value(model, history)
+      case (quantity_contact_pressure)
+        value = contact_pressure_at(model, history%at(:model%mesh%dimension))
       end select
     end associate
   end function history_value
+
+  !> What is kept of a rigid body.
+  pure real(wp) function rigid_body_value(model, history) result(value)
+    type(model_type), intent(in) :: model
+    type(history_type), intent(in) :: history
+    type(rigid_pose_type) :: pose
+    real(wp) :: force(6)
+    integer :: b
+
+    b = rigid_body_number(model, history%body)
+    force = force_on_body(model, b)
+    pose = pose_of(model, b)
+    select case (history%quantity)
+    case (quantity_contact_force)
+      value = force(history%component)
+    case (quantity_contact_moment)
+      value = force(6)
+    case default
+      value = pose%displacement(history%component)
+    end select
+  end function rigid_body_value
 
   !> Sum of the reactions of a node set, or of the forces of the support of a surface.
   pure real(wp) function reaction_of(model, history) result(value)

@@ -15,6 +15,7 @@ module qsmpm_model
   use qsmpm_law, only: law_slot_type
   use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_safety_bracket, only: bracket_type
   use qsmpm_strength_factor, only: strength_factor_type
   use qsmpm_surface_pressure, only: surface_pressure_type
@@ -23,7 +24,7 @@ module qsmpm_model
   implicit none
   private
 
-  public :: model_type, state_type, kept_phase_type, loading_type, progress_type, phase_end_type
+  public :: model_type, state_type, kept_phase_type, loading_type, progress_type, phase_end_type, contact_pair_type
 
   !> How a phase has ended.
   type :: phase_end_type
@@ -130,6 +131,16 @@ module qsmpm_model
     real(wp), allocatable :: point_force(:, :)
   end type loading_type
 
+  !> A surface that may touch a rigid body, and the strength of the interface.
+  type :: contact_pair_type
+    !> Number of the rigid body and of the surface.
+    integer :: body = 0, surface = 0
+    !> Tangent of the angle of friction, and strength without pressure.
+    real(wp) :: friction = 0.0_wp, adhesion = 0.0_wp
+    !> They do not part.
+    logical :: tension = .false.
+  end type contact_pair_type
+
   !> A model that can be advanced.
   type :: model_type
     type(analysis_type) :: analysis
@@ -144,6 +155,9 @@ module qsmpm_model
     type(body_shape_type), allocatable :: shapes(:)
     !> Outlines that are carried with the material; their vertices are tracers behind those of the histories.
     type(carried_outline_type), allocatable :: outlines(:)
+    !> Rigid bodies as drawn (rigid bodies), and what may touch (contacts).
+    type(placed_shape_type), allocatable :: rigid_shapes(:)
+    type(contact_pair_type), allocatable :: contact_pairs(:)
     type(state_type) :: state
     type(loading_type) :: loading
     !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.

@@ -22,6 +22,7 @@ module qsmpm_model_builder
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_stress_at_rest, only: horizontal_at_rest
@@ -80,6 +81,8 @@ contains
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
+    if (diagnostics%count == 0) call find_cell_size(model)
+    if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
     if (diagnostics%count == 0) call make_histories(model, diagnostics)
     if (diagnostics%count > 0) then
       call fail(error, diagnostics%code, diagnostics%text)
@@ -103,6 +106,8 @@ contains
     if (.not. allocated(model%analysis%element_sets)) allocate (model%analysis%element_sets(0))
     if (.not. allocated(model%analysis%surfaces)) allocate (model%analysis%surfaces(0))
     if (.not. allocated(model%analysis%histories)) allocate (model%analysis%histories(0))
+    if (.not. allocated(model%analysis%rigid_bodies)) allocate (model%analysis%rigid_bodies(0))
+    if (.not. allocated(model%analysis%contacts)) allocate (model%analysis%contacts(0))
   end subroutine fill_defaults
 
   !> One law a material.
@@ -235,7 +240,6 @@ contains
   !> Fields of the state that start from what was built.
   subroutine finish(model)
     type(model_type), intent(inout) :: model
-    integer :: p
 
     model%state%coordinates = model%mesh%coordinates
     allocate (model%state%reactions(model%mesh%dimension, model%space%node_count), &
@@ -244,12 +248,20 @@ contains
     call start_domains(model)
     if (model%analysis%output%strains) call start_strains(model%state%points)
     if (has_pore_pressure(model)) call start_water(model%state%points)
+    call lay_rigid_bodies(model)
+    call place_plate(model)
+  end subroutine finish
+
+  !> The smallest of the cells with material.
+  subroutine find_cell_size(model)
+    type(model_type), intent(inout) :: model
+    integer :: p
+
     model%cell_size = huge(1.0_wp)
     do p = 1, model%state%points%count
       model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
     end do
-    call place_plate(model)
-  end subroutine finish
+  end subroutine find_cell_size
 
   !> Undeformed domains; their deformation gradients are kept only where the space averages.
   subroutine start_domains(model)

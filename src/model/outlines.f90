@@ -172,7 +172,8 @@ contains
     end do
   end function leaves
 
-  !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began.
+  !> Whether a surface is one of loads on the outline of a body: supports hold the places where they began, contacts
+  !> keep their tractions with the points.
   pure logical function is_of_body(model, surface, body)
     type(model_type), intent(in) :: model
     integer, intent(in) :: surface, body
@@ -181,6 +182,9 @@ contains
     associate (chosen => model%analysis%surfaces(surface))
       is_of_body = chosen%selection == select_outline
       if (is_of_body) is_of_body = chosen%body == model%analysis%bodies(body)%name
+      do i = 1, size(model%analysis%contacts)
+        is_of_body = is_of_body .and. model%analysis%contacts(i)%surface /= chosen%name
+      end do
       do p = 1, size(model%analysis%phases)
         do i = 1, size(model%analysis%phases(p)%supports)
           is_of_body = is_of_body .and. model%analysis%phases(p)%supports(i)%surface /= chosen%name

@@ -77,6 +77,9 @@ module qsmpm_points
     !> Force of the support on the body after the last step, and the one that a support which this phase has freed or
     !> changed exerted before: it falls to zero over the phase (dimension, count).
     real(wp), allocatable :: reaction(:, :), released(:, :)
+    !> Pressure and shear traction of a rigid body on the soil after the last step, per area of its end
+    !> (count), (dimension, count).
+    real(wp), allocatable :: contact_pressure(:), contact_shear(:, :)
   contains
     procedure :: list_fields => list_surface_points
   end type surface_points_type
@@ -149,6 +152,8 @@ contains
     call list%add('normal', self%normal, kind_vector)
     call list%add('reaction', self%reaction, kind_vector, unit=unit_force)
     call list%add('released', self%released, kind_vector, unit=unit_force)
+    call list%add('contact_pressure', self%contact_pressure, kind_number, unit=unit_stress)
+    call list%add('contact_shear', self%contact_shear, kind_vector, unit=unit_stress)
   end subroutine list_surface_points
 
   !> Fields of the watched places.
@@ -305,9 +310,10 @@ contains
 
     call allocate_carried(surface, dimension, count)
     allocate (surface%surface(count), surface%body(count), surface%foot(count), source=0)
-    allocate (surface%area(count), source=0.0_wp)
+    allocate (surface%area(count), surface%contact_pressure(count), source=0.0_wp)
     allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), &
-      surface%reaction(dimension, count), surface%released(dimension, count), source=0.0_wp)
+      surface%reaction(dimension, count), surface%released(dimension, count), &
+      surface%contact_shear(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
 
   !> Allocate watched places of no set.

@@ -22,7 +22,7 @@ module qsmpm_analysis
     material_type, method_type, solver_choice_type, fixity_type, prescription_type, &
     traction_type, support_type, gravity_type, controls_type, constant_load_test_type, history_type, phase_type, &
     safety_type, moving_mesh_type, initial_stress_type, drain_state_type, output_request_type, source_line_type, &
-    body_change_type, stop_type, water_level_type, at_rest_type
+    body_change_type, stop_type, water_level_type, at_rest_type, rigid_body_type, contact_type, rigid_move_type
 
   !> Kinds of model.
   integer, parameter, public :: plane_strain = 1, axisymmetric = 2, three_dimensional = 3
@@ -83,12 +83,15 @@ module qsmpm_analysis
   !> What a history records: rows of `history_quantities` (qsmpm_history_quantities).
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
-    quantity_pore_pressure = 9
+    quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
+    quantity_contact_pressure = 13
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
   integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3, &
     ended_by_loss = 4
+  !> Shapes of rigid bodies.
+  integer, parameter, public :: rigid_plane = 1, rigid_circle = 2, rigid_box = 3, rigid_cone = 4, rigid_polygon = 5
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 
@@ -273,6 +276,41 @@ module qsmpm_analysis
     logical :: of_water = .false.
     integer :: carrier = carrier_surface
   end type traction_type
+
+  !> A body that does not deform and that surfaces of the soil may touch.
+  type :: rigid_body_type
+    character(len=:), allocatable :: name
+    type(source_line_type) :: where
+    !> One of rigid_*.
+    integer :: shape = rigid_circle
+    !> A point of a plane, centre of a circle, tip of a cone; direction in which a plane looks at the soil.
+    real(wp) :: place(3) = 0.0_wp, direction(3) = 0.0_wp
+    !> Of a circle, and of the shaft of a cone; angle of its tip in degrees and length of the shaft.
+    real(wp) :: radius = 0.0_wp, apex_angle = 60.0_wp, shaft = 0.0_wp
+    !> Lower and upper corner (3,2).
+    real(wp) :: box(3, 2) = 0.0_wp
+    !> Vertices (2,n).
+    real(wp), allocatable :: polygon(:, :)
+    !> Radius of the corners; negative asks for a share of the cells.
+    real(wp) :: round = -1.0_wp
+  end type rigid_body_type
+
+  !> A surface of the soil that may touch a rigid body.
+  type :: contact_type
+    character(len=:), allocatable :: body, surface
+    type(source_line_type) :: where
+    !> Strength of the interface: angle in degrees, and shear strength without pressure.
+    real(wp) :: friction_angle = 0.0_wp, adhesion = 0.0_wp
+    !> They do not part.
+    logical :: tension = .false.
+  end type contact_type
+
+  !> Motion of a rigid body in the phase, per unit of load factor; the angle about its reference point in degrees.
+  type :: rigid_move_type
+    character(len=:), allocatable :: body
+    type(source_line_type) :: where
+    real(wp) :: vector(3) = 0.0_wp, angle = 0.0_wp
+  end type rigid_move_type
 
   !> A surface held on the plane it lies in, wholly, or freed again.
   type :: support_type
@@ -462,6 +500,7 @@ module qsmpm_analysis
     type(gravity_type) :: gravity
     type(traction_type), allocatable :: tractions(:)
     type(support_type), allocatable :: supports(:)
+    type(rigid_move_type), allocatable :: moves(:)
     type(body_change_type), allocatable :: activations(:), deactivations(:), materials(:)
     type(water_level_type), allocatable :: water_levels(:)
     type(controls_type) :: controls
@@ -501,6 +540,8 @@ module qsmpm_analysis
     type(set_type), allocatable :: element_sets(:)
     type(surface_type), allocatable :: surfaces(:)
     type(body_type), allocatable :: bodies(:)
+    type(rigid_body_type), allocatable :: rigid_bodies(:)
+    type(contact_type), allocatable :: contacts(:)
     type(material_type), allocatable :: materials(:)
     type(method_type) :: method
     !> Method that is recommended for a deck that names none, and why.

@@ -1,7 +1,8 @@
 !> Lists of an analysis that grow while the deck is read: put one more item at the end.
 module qsmpm_analysis_lists
   use qsmpm_analysis, only: set_type, surface_type, body_type, material_type, history_type, &
-    phase_type, fixity_type, prescription_type, traction_type, support_type, water_level_type
+    phase_type, fixity_type, prescription_type, traction_type, support_type, water_level_type, &
+    rigid_body_type, contact_type, rigid_move_type
   implicit none
   private
 
@@ -20,6 +21,9 @@ module qsmpm_analysis_lists
     module procedure append_traction
     module procedure append_support
     module procedure append_water_level
+    module procedure append_rigid_body
+    module procedure append_contact
+    module procedure append_rigid_move
   end interface append
 
 contains
@@ -210,4 +214,55 @@ contains
     longer(size(longer)) = item
     call move_alloc(longer, list)
   end subroutine append_water_level
+
+  !> One more rigid body.
+  pure subroutine append_rigid_body(list, item)
+    !> The list, allocated.
+    type(rigid_body_type), allocatable, intent(inout) :: list(:)
+    !> What is put at its end.
+    type(rigid_body_type), intent(in) :: item
+    type(rigid_body_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_rigid_body
+
+  !> One more contact.
+  pure subroutine append_contact(list, item)
+    !> The list, allocated.
+    type(contact_type), allocatable, intent(inout) :: list(:)
+    !> What is put at its end.
+    type(contact_type), intent(in) :: item
+    type(contact_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_contact
+
+  !> One more motion of a rigid body.
+  pure subroutine append_rigid_move(list, item)
+    !> The list, allocated.
+    type(rigid_move_type), allocatable, intent(inout) :: list(:)
+    !> What is put at its end.
+    type(rigid_move_type), intent(in) :: item
+    type(rigid_move_type), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(list) + 1))
+    do i = 1, size(list)
+      longer(i) = list(i)
+    end do
+    longer(size(longer)) = item
+    call move_alloc(longer, list)
+  end subroutine append_rigid_move
 end module qsmpm_analysis_lists

@@ -8,20 +8,22 @@ module qsmpm_history_quantities
   public :: history_quantity_type, is_taken_at, has_components, component_number, unit_of_history
 
   !> Where a quantity is taken: at a massless tracer, at the nearest material point, as a sum over a node set or a held
-  !> surface, over the points of a body or of all.
-  integer, parameter, public :: at_tracer = 1, at_point = 2, at_support = 3, at_body = 4
+  !> surface, over the points of a body or of all; of
+  !> a rigid body; at the nearest surface point of a contact.
+  integer, parameter, public :: at_tracer = 1, at_point = 2, at_support = 3, at_body = 4, &
+    at_rigid_body = 5, at_contact = 6
   !> Which components a quantity has.
   integer, parameter, public :: component_none = 0, component_vector = 1, component_tensor = 2
 
   type :: history_quantity_type
-    character(len=13) :: word
+    character(len=16) :: word
     integer :: place
     integer :: components
-    !> L length, F force, V volume, S stress; blank for a number.
+    !> L length, F force, M moment, V volume, S stress; blank for a number.
     character(len=1) :: unit
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(9) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(13) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L'), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L'), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S'), &
@@ -30,7 +32,11 @@ module qsmpm_history_quantities
     history_quantity_type('STRAIN', at_point, component_tensor, ' '), &
     history_quantity_type('VOLUME', at_body, component_none, 'V'), &
     history_quantity_type('RUNOUT', at_body, component_vector, 'L'), &
-    history_quantity_type('PORE PRESSURE', at_point, component_none, 'S')]
+    history_quantity_type('PORE PRESSURE', at_point, component_none, 'S'), &
+    history_quantity_type('CONTACT FORCE', at_rigid_body, component_vector, 'F'), &
+    history_quantity_type('CONTACT MOMENT', at_rigid_body, component_none, 'M'), &
+    history_quantity_type('BODY MOVE', at_rigid_body, component_vector, 'L'), &
+    history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S')]
 
 contains
 
@@ -91,6 +97,10 @@ contains
       unit = analysis%force_unit//'/'//analysis%length_unit//'2'
     case ('F')
       unit = analysis%force_unit
+      if (analysis%model == axisymmetric) unit = unit//'/rad'
+      if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
+    case ('M')
+      unit = analysis%force_unit//' '//analysis%length_unit
       if (analysis%model == axisymmetric) unit = unit//'/rad'
       if (analysis%model == plane_strain) unit = unit//'/'//analysis%length_unit
     case ('V')

@@ -30,6 +30,7 @@ contains
     integer :: i
 
     acts = any(abs(phase%gravity%vector) > 0.0_wp) .or. any(abs(phase%prescriptions%value) > 0.0_wp)
+    if (allocated(phase%moves)) acts = acts .or. size(phase%moves) > 0
     do i = 1, size(phase%tractions)
       acts = acts .or. any(abs(phase%tractions(i)%vector) > 0.0_wp) .or. abs(phase%tractions(i)%pressure) &
         + abs(phase%tractions(i)%gradient) > 0.0_wp

@@ -93,6 +93,7 @@ program run_unit_tests
   use test_card_fields, only: collect_card_fields
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
   use test_pressures, only: collect_pressures
@@ -220,6 +221,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('terms', collect_terms)
+  call register('contacts', collect_contacts)
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)

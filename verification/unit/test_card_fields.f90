@@ -96,7 +96,7 @@ contains
     call cut_lines('a.inp', text, lines, state%messages)
     call make_cards(lines, cards, state%messages)
     call check_card(table%keywords(1), cards(1), state)
-    fields = reader(cards(1))
+    fields = reader(cards(1), 3)
     call sample_fields(fields, sample)
     messages = message_text(state%messages)
   end subroutine read_sample

@@ -26,7 +26,7 @@ contains
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: asked(*) = [character(len=20) :: 'water', 'pile', 'Contact', 'excavate', &
       'factor of safety', 'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c']
-    character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', 'not there', 'not there', &
+    character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY']
     character(len=:), allocatable :: text
     logical :: found

@@ -1,6 +1,7 @@
 !> The terms of every analysis, in the order in which they are added up.
 module qsmpm_standard_terms
   use qsmpm_boundary_stabilisation, only: new_boundary_stabilisation
+  use qsmpm_contacts, only: new_contacts
   use qsmpm_dead_loads, only: new_dead_loads
   use qsmpm_pressures, only: new_pressures
   use qsmpm_proximal_damping, only: new_proximal_damping
@@ -20,7 +21,7 @@ contains
   subroutine standard_terms(terms)
     type(term_slot_type), allocatable, intent(out) :: terms(:)
 
-    allocate (terms(7))
+    allocate (terms(8))
     call new_soil(terms(1)%term)
     call new_proximal_damping(terms(2)%term)
     call new_boundary_stabilisation(terms(3)%term)
@@ -28,6 +29,7 @@ contains
     call new_dead_loads(terms(5)%term)
     call new_pressures(terms(6)%term)
     call new_unloading_points(terms(7)%term)
+    call new_contacts(terms(8)%term)
   end subroutine standard_terms
 
   !> Columns of curves.csv for their shares, a comma in front of each.

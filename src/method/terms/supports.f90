@@ -10,14 +10,12 @@
 module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all
-  use qsmpm_carried_basis, only: nearest_point
   use qsmpm_configuration, only: configuration_type
   use qsmpm_equations, only: equations_type, add_block
-  use qsmpm_point_location, only: activation_type
   use qsmpm_model, only: model_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_surface_basis, only: places_of, set_patches
+  use qsmpm_surface_basis, only: places_of, set_patches, stiffness_at
   use qsmpm_term, only: term_type
   implicit none
   private
@@ -71,7 +69,7 @@ contains
       allocate (self%stiffness(size(place)), self%gap(d, size(place)), self%projection(d, d, size(place)))
       do k = 1, size(place)
         i = self%point(k)
-        self%stiffness(k) = strength*young_at(model, configuration%activation, i)/model%cell_size*surface%area(i)
+        self%stiffness(k) = strength*stiffness_at(model, configuration%activation, i)/model%cell_size*surface%area(i)
         self%gap(:, k) = surface%position(:, i) - surface%initial_position(:, i)
         self%projection(:, :, k) = directions(surface%normal(:, i), &
           model%loading%support(surface%surface(i)) == support_all)
@@ -94,25 +92,6 @@ contains
       if (all_held) projection(c, c) = 1.0_wp
     end do
   end function directions
-
-  !> Young's modulus of the material at a surface point.
-  function young_at(model, activation, i) result(young)
-    type(model_type), intent(in) :: model
-    type(activation_type), intent(in) :: activation
-    !> Surface point.
-    integer, intent(in) :: i
-    real(wp) :: young
-    integer :: p
-
-    p = 0
-    associate (group => activation%active_number(model%state%surface%cell(i)))
-      if (group > 0) then
-        if (activation%first(group + 1) > activation%first(group)) p = activation%point(activation%first(group))
-      end if
-    end associate
-    if (p == 0) p = nearest_point(model%state%points, model%state%surface%position(:, i))
-    young = model%laws(model%state%points%material(p))%law%stiffness_scale
-  end function young_at
 
   !> The surface points keep what the springs push at them.
   subroutine commit(self, displacement, model)

@@ -1,0 +1,228 @@
+!> Cards of rigid bodies: *RIGID BODY, *CONTACT, and in a phase *MOVE.
+module qsmpm_deck_rigid_bodies
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
+    rigid_polygon
+  use qsmpm_cards, only: card_type
+  use qsmpm_card_fields, only: card_fields_type
+  use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
+  use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
+  use qsmpm_deck_sets, only: box_fields, check_box
+  use qsmpm_deck_state, only: deck_state_type, check_name
+  use qsmpm_deck_words, only: bar_list, rigid_words
+  use qsmpm_keyword_table, only: table_type, in_model, in_phase, many
+  use qsmpm_text, only: string_type, add_word
+  implicit none
+  private
+
+  public :: add_rigid_body_keywords, add_move_keyword, check_contacts
+
+contains
+
+  !> *RIGID BODY, *CONTACT.
+  subroutine add_rigid_body_keywords(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('RIGID BODY', in_model, many, 'A body that does not deform: a plate, pipe, cone, wall. *CONTACT '// &
+      'says which surface of the soil may touch it, *MOVE how it moves.', rigid_body_fields, &
+      '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
+      opens='rigid body')
+    call table%add('CONTACT', in_model, many, 'A surface of the soil that may touch a rigid body, press against it '// &
+      'and slide along it.', contact_fields, '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, &
+      list=list_contacts, opens='contact')
+  end subroutine add_rigid_body_keywords
+
+  !> *MOVE.
+  subroutine add_move_keyword(table)
+    type(table_type), intent(inout) :: table
+
+    call table%add('MOVE', in_phase, many, 'Motion of a rigid body in the phase, per unit of load factor; without '// &
+      'the card it stays where it is.', move_fields, '*MOVE, BODY=pipe| 0, -0.5', check_move, list=list_moves, &
+      opens='motion')
+  end subroutine add_move_keyword
+
+  !> *RIGID BODY.
+  subroutine rigid_body_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: rounded
+
+    associate (body => deck%analysis%rigid_bodies(deck%item))
+      rounded = body%round > 0.0_wp
+      call fields%line(body%where)
+      call fields%name('NAME', body%name, 'name of the body', required=.true.)
+      if (fields%reading) body%shape = 0
+      call fields%choice('SHAPE', body%shape, bar_list(rigid_words), 'PLANE: all behind a plane. CIRCLE: in '// &
+        'axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry with an '// &
+        'edge on the axis', required=.true.)
+      call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE and POLYGON; a quarter of a cell '// &
+        'when not given', range='(0, inf)', given=rounded)
+      call fields%data('plane', when='SHAPE=PLANE')
+      call place_fields(fields, body)
+      call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
+      call fields%number('ny', body%direction(2), 'direction')
+      call fields%number('nz', body%direction(3), 'direction', third=.true.)
+      call fields%data('circle', when='SHAPE=CIRCLE')
+      call place_fields(fields, body)
+      call fields%number('radius', body%radius, 'radius', range='(0, inf)')
+      call fields%data('box', when='SHAPE=BOX')
+      call box_fields(fields, body%box)
+      call cone_fields(fields, body)
+      call polygon_fields(fields, body%polygon)
+    end associate
+  end subroutine rigid_body_fields
+
+  !> A place.
+  subroutine place_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(rigid_body_type), intent(inout) :: body
+
+    call fields%number('x', body%place(1), 'coordinate of the centre, of the tip or of a point of the plane')
+    call fields%number('y', body%place(2), 'coordinate')
+    call fields%number('z', body%place(3), 'coordinate', third=.true.)
+  end subroutine place_fields
+
+  !> A cone.
+  subroutine cone_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(rigid_body_type), intent(inout) :: body
+
+    call fields%data('cone', when='SHAPE=CONE')
+    call fields%number('x', body%place(1), 'coordinate of the tip')
+    call fields%number('y', body%place(2), 'coordinate of the tip')
+    call fields%number('radius', body%radius, 'radius of the shaft', range='(0, inf)')
+    call fields%number('angle', body%apex_angle, 'angle of the tip in degrees', range='(0, 180)')
+    call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
+  end subroutine cone_fields
+
+  !> What a shape needs is there.
+  subroutine finish_rigid_body(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+
+    associate (body => state%analysis%rigid_bodies(state%item))
+      if (state%dimension == 3 .and. any(body%shape == [rigid_box, rigid_cone, rigid_polygon])) &
+        call state%report_error(card, 'in 3D a rigid body is a PLANE or a CIRCLE, which is a sphere there')
+      if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
+        'ROUND is for the corners of BOX, CONE and POLYGON')
+      select case (body%shape)
+      case (rigid_plane)
+        if (card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error(card, &
+          'the plane looks in no direction: nx, ny are 0')
+      case (rigid_box)
+        call check_box(card, .true., body%box, state)
+      case (rigid_polygon)
+        call finish_polygon(card, body%polygon, state)
+      end select
+    end associate
+  end subroutine finish_rigid_body
+
+  !> *CONTACT.
+  subroutine contact_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (contact => deck%analysis%contacts(deck%item))
+      call fields%line(contact%where)
+      call fields%name('BODY', contact%body, 'the rigid body', required=.true.)
+      call fields%name('SURFACE', contact%surface, 'the surface of the soil', required=.true.)
+      call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
+      call fields%number('ADHESION', contact%adhesion, 'shear strength without pressure', range='[0, inf)')
+      call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
+        'not part')
+    end associate
+  end subroutine contact_fields
+
+  !> A pair is named once.
+  subroutine check_contact(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (contacts => state%analysis%contacts)
+      do i = 1, size(contacts) - 1
+        if (contacts(i)%surface == contacts(size(contacts))%surface) call state%report_error(card, "surface '"// &
+          contacts(i)%surface//"' has a contact already")
+      end do
+    end associate
+  end subroutine check_contact
+
+  !> *MOVE.
+  subroutine move_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
+      call fields%line(move%where)
+      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
+      call fields%number('ROTATION', move%angle, 'about its reference point (centre, tip), degrees, counter-clockwise')
+      call fields%data('displacement')
+      call fields%number('ux', move%vector(1), 'component')
+      call fields%number('uy', move%vector(2), 'component')
+      call fields%number('uz', move%vector(3), 'component', third=.true.)
+    end associate
+  end subroutine move_fields
+
+  !> A body has one motion in a phase, and turns in the plane alone.
+  subroutine check_move(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i
+
+    associate (moves => state%analysis%phases(state%phase)%moves)
+      do i = 1, size(moves) - 1
+        if (moves(i)%body == moves(size(moves))%body) call state%report_error(card, "body '"//moves(i)%body// &
+          "' has a motion in this phase already")
+      end do
+      if (state%dimension == 3 .and. abs(moves(size(moves))%angle) > 0.0_wp) call state%report_error(card, &
+        'ROTATION has no meaning in 3D yet: bodies turn in plane models alone')
+    end associate
+  end subroutine check_move
+
+  !> Bodies and surfaces of contacts and motions exist.
+  subroutine check_contacts(state)
+    type(deck_state_type), intent(inout) :: state
+    type(string_type), allocatable :: bodies(:), surfaces(:)
+    integer :: i, p
+
+    allocate (bodies(0), surfaces(0))
+    do i = 1, size(state%analysis%rigid_bodies)
+      call add_word(bodies, state%analysis%rigid_bodies(i)%name)
+    end do
+    do i = 1, size(state%analysis%surfaces)
+      call add_word(surfaces, state%analysis%surfaces(i)%name)
+    end do
+    do i = 1, size(state%analysis%contacts)
+      associate (contact => state%analysis%contacts(i))
+        call check_name(state, contact%body, bodies, contact%where, 'CONTACT', 'rigid body')
+        call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
+      end associate
+    end do
+    do p = 1, size(state%analysis%phases)
+      do i = 1, size(state%analysis%phases(p)%moves)
+        associate (move => state%analysis%phases(p)%moves(i))
+          call check_name(state, move%body, bodies, move%where, 'MOVE', 'rigid body')
+        end associate
+      end do
+    end do
+    call warn_of_untouched(state)
+  end subroutine check_contacts
+
+  !> A rigid body that no surface may touch does nothing.
+  subroutine warn_of_untouched(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: b, i
+    logical :: touched
+
+    do b = 1, size(state%analysis%rigid_bodies)
+      associate (body => state%analysis%rigid_bodies(b))
+        touched = .false.
+        do i = 1, size(state%analysis%contacts)
+          touched = touched .or. state%analysis%contacts(i)%body == body%name
+        end do
+        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
+          '*CONTACT')
+      end associate
+    end do
+  end subroutine warn_of_untouched
+end module qsmpm_deck_rigid_bodies

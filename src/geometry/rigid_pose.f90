@@ -1,0 +1,80 @@
+!> Where a rigid body is: it has turned about its reference point, and this has moved.
+!>
+!>   x = c + d + R (X - c)
+!>
+!> with the place X as drawn, the reference point c as drawn, its displacement d and the rotation R by an angle about z.
+!> Bodies in space do not turn.
+module qsmpm_rigid_pose
+  use qsmpm_kinds, only: wp
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: rigid_pose_type, placed_shape_type, pose_between, carry_along
+
+  type :: rigid_pose_type
+    real(wp) :: displacement(3) = 0.0_wp
+    !> Radians, counter-clockwise.
+    real(wp) :: angle = 0.0_wp
+  end type rigid_pose_type
+
+  !> A shape with its reference point as drawn, and its pose.
+  type :: placed_shape_type
+    type(rigid_shape_type) :: shape
+    real(wp) :: reference(3) = 0.0_wp
+    type(rigid_pose_type) :: pose
+  contains
+    procedure :: distance_at
+  end type placed_shape_type
+
+contains
+
+  !> A pose on the way from one to another.
+  elemental type(rigid_pose_type) function pose_between(start, final, fraction) result(pose)
+    type(rigid_pose_type), intent(in) :: start, final
+    !> 0 at the start, 1 at the end.
+    real(wp), intent(in) :: fraction
+
+    pose%displacement = start%displacement + fraction*(final%displacement - start%displacement)
+    pose%angle = start%angle + fraction*(final%angle - start%angle)
+  end function pose_between
+
+  !> Rotation about z.
+  pure function rotation(angle) result(r)
+    real(wp), intent(in) :: angle
+    real(wp) :: r(3, 3)
+
+    r = identity
+    r(:2, :2) = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
+  end function rotation
+
+  !> Distance of a place from the body in its pose.
+  pure type(distance_type) function distance_at(self, x) result(distance)
+    class(placed_shape_type), intent(in) :: self
+    !> Three coordinates, the third 0 in the plane.
+    real(wp), intent(in) :: x(3)
+    real(wp) :: r(3, 3), back(3, 3), arm(3)
+
+    r = rotation(self%pose%angle)
+    back = rotation(-self%pose%angle)
+    arm = x - self%reference - self%pose%displacement
+    distance = self%shape%distance_of(self%reference + matmul(back, arm))
+    distance%normal = matmul(r, distance%normal)
+    distance%curvature = matmul(distance%curvature, back)
+    distance%curvature = matmul(r, distance%curvature)
+  end function distance_at
+
+  !> Where a place that rides on a body comes when the body goes from one pose to another.
+  pure function carry_along(reference, from, to, x) result(carried)
+    !> Reference point as drawn.
+    real(wp), intent(in) :: reference(3)
+    type(rigid_pose_type), intent(in) :: from, to
+    real(wp), intent(in) :: x(3)
+    real(wp) :: carried(3), r(3, 3), arm(3)
+
+    r = rotation(to%angle - from%angle)
+    arm = x - reference - from%displacement
+    carried = reference + to%displacement + matmul(r, arm)
+  end function carry_along
+end module qsmpm_rigid_pose

@@ -1,0 +1,231 @@
+!> Shapes of rigid bodies as signed distances: how far a place is from the surface, negative inside, in which direction
+!> the surface looks there, and how it curves.
+!>
+!>   phi(x),  n = grad phi,  H = grad grad phi
+!>
+!> A polygon is rounded: it is drawn in by a radius r to its core, and what is within r of the core is the body. So n
+!> is continuous around convex corners, where H = (1 - n n')/(phi + r); along edges H is zero. A plane is a half space,
+!> a circle in axisymmetry or space a sphere. In axisymmetry a polygon that ends at the axis is completed by its image.
+module qsmpm_rigid_shape
+  use qsmpm_kinds, only: wp
+  use qsmpm_polygon, only: polygon_contains
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
+    completed_by_image, largest_round
+
+  integer, parameter :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3
+
+  type :: rigid_shape_type
+    private
+    integer :: kind = kind_ball
+    !> Point of a plane and its unit normal; centre and radius of a ball, or radius of the corners.
+    real(wp) :: place(3) = 0.0_wp, normal(3) = 0.0_wp, radius = 0.0_wp
+    !> Corners, counter-clockwise (2,n).
+    real(wp), allocatable :: core(:, :)
+  contains
+    procedure :: distance_of
+  end type rigid_shape_type
+
+  type :: distance_type
+    real(wp) :: value = 0.0_wp
+    real(wp) :: normal(3) = 0.0_wp
+    real(wp) :: curvature(3, 3) = 0.0_wp
+  end type distance_type
+
+contains
+
+  !> All on one side of a plane.
+  pure type(rigid_shape_type) function half_space(place, direction) result(shape)
+    !> A point of the plane, and the direction in which it looks, of any length but none.
+    real(wp), intent(in) :: place(3), direction(3)
+
+    shape%kind = kind_half_space
+    shape%place = place
+    shape%normal = direction/norm2(direction)
+  end function half_space
+
+  !> A circle, or a sphere.
+  pure type(rigid_shape_type) function ball(centre, radius) result(shape)
+    real(wp), intent(in) :: centre(3), radius
+
+    shape%kind = kind_ball
+    shape%place = centre
+    shape%radius = radius
+  end function ball
+
+  !> A polygon with round corners.
+  pure type(rigid_shape_type) function rounded_polygon(vertices, round) result(shape)
+    !> Counter-clockwise (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    !> Radius of the corners, below `largest_round`.
+    real(wp), intent(in) :: round
+
+    shape%kind = kind_polygon
+    shape%radius = round
+    allocate (shape%core, source=drawn_in(vertices, round))
+  end function rounded_polygon
+
+  !> Corners of a polygon whose edges are moved inwards.
+  pure function drawn_in(vertices, round) result(core)
+    !> Counter-clockwise (2,n).
+    real(wp), intent(in) :: vertices(:, :), round
+    real(wp) :: core(2, size(vertices, 2)), before(2), behind(2)
+    integer :: i, n
+
+    n = size(vertices, 2)
+    do i = 1, n
+      before = outward(vertices(:, modulo(i - 2, n) + 1), vertices(:, i))
+      behind = outward(vertices(:, i), vertices(:, modulo(i, n) + 1))
+      core(:, i) = vertices(:, i) - round*(before + behind)/(1.0_wp + dot_product(before, behind))
+    end do
+  end function drawn_in
+
+  !> Unit normal of an edge of a polygon, outwards.
+  pure function outward(a, b) result(normal)
+    real(wp), intent(in) :: a(2), b(2)
+    real(wp) :: normal(2)
+
+    normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
+  end function outward
+
+  !> Radius of corners at which the shortest edge of a polygon is used up.
+  pure real(wp) function largest_round(vertices) result(largest)
+    !> Counter-clockwise (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    real(wp) :: unit(2, size(vertices, 2)), edge(2), along
+    integer :: i, n
+
+    n = size(vertices, 2)
+    unit = vertices - drawn_in(vertices, 1.0_wp)
+    largest = huge(1.0_wp)
+    do i = 1, n
+      edge = vertices(:, modulo(i, n) + 1) - vertices(:, i)
+      along = dot_product(unit(:, modulo(i, n) + 1) - unit(:, i), edge)
+      if (along > 0.0_wp) largest = min(largest, dot_product(edge, edge)/along)
+    end do
+  end function largest_round
+
+  !> A box.
+  pure function box_polygon(low, high) result(vertices)
+    real(wp), intent(in) :: low(2), high(2)
+    real(wp) :: vertices(2, 4)
+
+    vertices = reshape([low, high(1), low(2), high, low(1), high(2)], [2, 4])
+  end function box_polygon
+
+  !> A cone with its tip downwards and a shaft above it.
+  pure function cone_polygon(tip, radius, half_angle, shaft) result(vertices)
+    real(wp), intent(in) :: tip(2), radius
+    !> Between the axis and the flank, radians.
+    real(wp), intent(in) :: half_angle
+    !> Length above the shoulder.
+    real(wp), intent(in) :: shaft
+    real(wp) :: vertices(2, 5), shoulder
+
+    shoulder = tip(2) + radius/tan(half_angle)
+    vertices = reshape([tip, tip(1) + radius, shoulder, tip(1) + radius, shoulder + shaft, tip(1) - radius, &
+      shoulder + shaft, tip(1) - radius, shoulder], [2, 5])
+  end function cone_polygon
+
+  !> A polygon beside the axis x = 0 and its image as one, where it has an edge on the axis; as it is where it has none.
+  pure function completed_by_image(vertices, tolerance) result(whole)
+    !> Counter-clockwise, x not negative (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    !> Distance within which a vertex is on the axis.
+    real(wp), intent(in) :: tolerance
+    real(wp), allocatable :: whole(:, :)
+    real(wp) :: turned(2, size(vertices, 2))
+    integer :: i, n
+
+    n = size(vertices, 2)
+    whole = vertices
+    do i = 1, n
+      if (vertices(1, i) > tolerance .or. vertices(1, modulo(i, n) + 1) > tolerance) cycle
+      ! From the second end of the edge on the axis round to its first.
+      turned = cshift(vertices, i, dim=2)
+      whole = reshape([turned, mirrored(turned(:, n - 1:2:-1))], [2, 2*n - 2])
+      return
+    end do
+  end function completed_by_image
+
+  !> Images at the axis x = 0.
+  pure function mirrored(vertices)
+    real(wp), intent(in) :: vertices(:, :)
+    real(wp) :: mirrored(2, size(vertices, 2))
+
+    mirrored(1, :) = -vertices(1, :)
+    mirrored(2, :) = vertices(2, :)
+  end function mirrored
+
+  !> Distance of a place, with its derivatives.
+  pure type(distance_type) function distance_of(self, x) result(distance)
+    class(rigid_shape_type), intent(in) :: self
+    !> Three coordinates, the third 0 in the plane.
+    real(wp), intent(in) :: x(3)
+
+    select case (self%kind)
+    case (kind_half_space)
+      distance%normal = self%normal
+      distance%value = dot_product(x - self%place, self%normal)
+    case (kind_ball)
+      call round_distance(x - self%place, self%radius, distance)
+    case default
+      call polygon_distance(self, x, distance)
+    end select
+  end function distance_of
+
+  !> Distance of what is round about a point.
+  pure subroutine round_distance(from_centre, radius, distance)
+    real(wp), intent(in) :: from_centre(3), radius
+    type(distance_type), intent(inout) :: distance
+    real(wp) :: r
+    integer :: j
+
+    r = norm2(from_centre)
+    distance%value = r - radius
+    if (.not. r > 0.0_wp) return
+    distance%normal = from_centre/r
+    do j = 1, 3
+      distance%curvature(:, j) = (identity(:, j) - distance%normal*distance%normal(j))/r
+    end do
+  end subroutine round_distance
+
+  !> Distance of a polygon: from the nearest point of its core.
+  pure subroutine polygon_distance(shape, x, distance)
+    class(rigid_shape_type), intent(in) :: shape
+    real(wp), intent(in) :: x(3)
+    type(distance_type), intent(inout) :: distance
+    real(wp) :: a(2), b(2), near(2), nearest(2), least, place
+    integer :: i, n, edge
+    logical :: at_corner, inside
+
+    n = size(shape%core, 2)
+    least = huge(1.0_wp)
+    edge = 1
+    at_corner = .false.
+    nearest = shape%core(:, 1)
+    do i = 1, n
+      a = shape%core(:, i)
+      b = shape%core(:, modulo(i, n) + 1)
+      place = dot_product(x(:2) - a, b - a)/dot_product(b - a, b - a)
+      near = a + min(1.0_wp, max(0.0_wp, place))*(b - a)
+      if (norm2(x(:2) - near) >= least) cycle
+      least = norm2(x(:2) - near)
+      nearest = near
+      edge = i
+      at_corner = place <= 0.0_wp .or. place >= 1.0_wp
+    end do
+    inside = polygon_contains(shape%core, x(:2))
+    if (at_corner .and. .not. inside .and. least > 0.0_wp) then
+      call round_distance([x(:2) - nearest, 0.0_wp], shape%radius, distance)
+      distance%curvature(:, 3) = 0.0_wp
+      distance%curvature(3, :) = 0.0_wp
+      return
+    end if
+    distance%normal(:2) = outward(shape%core(:, edge), shape%core(:, modulo(edge, n) + 1))
+    distance%value = merge(-least, least, inside) - shape%radius
+  end subroutine polygon_distance
+end module qsmpm_rigid_shape

@@ -1,0 +1,62 @@
+!> Pressure and shear of a patch in contact, by a penalty with a multiplier that is carried from step to step, and
+!> Coulomb's limit with adhesion.
+!>
+!>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the step before
+!>   t* = t_0 - eps s,   |t| <= mu p + a              s   mean slip in the step, t_0 shear of the step before
+!>
+!> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
+!> penalty is. A contact with tension keeps p as it comes. GEOTECHNICS of docs/methods/contact.md: Alart and Curnier
+!> 1991; Simo and Laursen 1992.
+module qsmpm_contact_law
+  use qsmpm_kinds, only: wp
+  use qsmpm_model, only: contact_pair_type
+  use qsmpm_tensor, only: identity
+  implicit none
+  private
+
+  public :: tractions_type, contact_tractions
+
+  type :: tractions_type
+    logical :: closed = .false., slips = .false.
+    real(wp) :: pressure = 0.0_wp
+    !> Of the body on the soil.
+    real(wp) :: shear(3) = 0.0_wp
+    !> dp/dg; dt/ds; dt/dp.
+    real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp
+  end type tractions_type
+
+contains
+
+  !> Tractions of a patch, and their derivatives.
+  pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip) result(now)
+    type(contact_pair_type), intent(in) :: pair
+    !> eps [stress/length].
+    real(wp), intent(in) :: penalty
+    !> lambda, t_0, g, s.
+    real(wp), intent(in) :: multiplier, shear_before(3), gap, slip(3)
+    real(wp) :: trial(3), limit, size_of_trial, direction(3)
+    integer :: j
+
+    now%pressure = multiplier - penalty*gap
+    now%closed = pair%tension .or. now%pressure > 0.0_wp
+    if (.not. now%closed) now%pressure = 0.0_wp
+    if (.not. now%closed) return
+    now%by_gap = -penalty
+    limit = pair%adhesion + pair%friction*max(0.0_wp, now%pressure)
+    if (.not. limit > 0.0_wp) return
+    trial = shear_before - penalty*slip
+    size_of_trial = norm2(trial)
+    now%slips = size_of_trial > limit
+    if (.not. now%slips) then
+      now%shear = trial
+      now%by_slip = -penalty*identity
+      return
+    end if
+    direction = trial/size_of_trial
+    now%shear = limit*direction
+    do j = 1, 3
+      now%by_slip(:, j) = -penalty*limit/size_of_trial*(identity(:, j) - direction*direction(j))
+    end do
+    if (now%pressure > 0.0_wp) now%by_pressure = pair%friction*direction
+  end function contact_tractions
+end module qsmpm_contact_law

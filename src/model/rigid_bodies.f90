@@ -1,0 +1,254 @@
+!> Rigid bodies of a model: their shapes from the deck, which surfaces may touch which of them, and what is kept of them
+!> from step to step: pose, and force and moment of the soil on them.
+!>
+!> The moment is about the reference point where it is at present: the centre of a circle or box, the tip of a cone, the
+!> point given of a plane, the centroid of a polygon. In axisymmetry forces are per radian, as reactions are.
+module qsmpm_rigid_bodies
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: rigid_body_type, axisymmetric, rigid_plane, rigid_circle, rigid_box, rigid_cone
+  use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_model, only: model_type, contact_pair_type
+  use qsmpm_polygon, only: polygon_centroid
+  use qsmpm_points, only: place_of
+  use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
+    box_polygon, completed_by_image, largest_round
+  use qsmpm_text, only: real_text
+  implicit none
+  private
+
+  public :: make_rigid_bodies, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
+    motion_in_phase, rigid_body_number, deepest_point, contact_pressure_at
+
+  character(len=*), parameter :: kept_name = 'rigid_bodies'
+  !> Rows of the array that is kept: displacement, angle, force, moment.
+  integer, parameter :: rows = 10, angle_row = 4, force_row = 5, moment_row = 8
+  !> Radius of corners that are not told, over the size of a cell.
+  real(wp), parameter :: usual_round = 0.25_wp
+  !> Share of the largest radius that corners may have.
+  real(wp), parameter :: most_of_edge = 0.99_wp
+  real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
+
+contains
+
+  !> Shapes of all bodies, and the pairs that may touch; the deck has checked the names.
+  subroutine make_rigid_bodies(model, diagnostics)
+    type(model_type), intent(inout) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    integer :: b, i
+
+    associate (bodies => model%analysis%rigid_bodies, contacts => model%analysis%contacts)
+      allocate (model%rigid_shapes(size(bodies)), model%contact_pairs(size(contacts)))
+      do b = 1, size(bodies)
+        call make_shape(bodies(b), model%analysis%model == axisymmetric, model%cell_size, &
+          model%rigid_shapes(b)%shape, model%rigid_shapes(b)%reference, diagnostics)
+      end do
+      do i = 1, size(contacts)
+        model%contact_pairs(i) = contact_pair_type(rigid_body_number(model, contacts(i)%body), &
+          surface_number(model, contacts(i)%surface), tan(contacts(i)%friction_angle*degree), contacts(i)%adhesion, &
+          contacts(i)%tension)
+      end do
+    end associate
+    call check_overlap(model, diagnostics)
+  end subroutine make_rigid_bodies
+
+  !> No soil is inside of a body as drawn.
+  subroutine check_overlap(model, diagnostics)
+    type(model_type), intent(in) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    type(distance_type) :: distance
+    real(wp) :: inside
+    integer :: b, p
+
+    do b = 1, size(model%rigid_shapes)
+      inside = 0.0_wp
+      do p = 1, model%state%points%count
+        distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
+        if (distance%value < 0.0_wp) inside = inside + model%state%points%volume(p)
+      end do
+      associate (body => model%analysis%rigid_bodies(b))
+        if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
+          real_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it")
+      end associate
+    end do
+  end subroutine check_overlap
+
+  !> Number of a rigid body.
+  pure integer function rigid_body_number(model, name) result(b)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+
+    do b = 1, size(model%analysis%rigid_bodies)
+      if (model%analysis%rigid_bodies(b)%name == name) return
+    end do
+    b = 0
+  end function rigid_body_number
+
+  !> Number of a surface.
+  pure integer function surface_number(model, name) result(s)
+    type(model_type), intent(in) :: model
+    character(len=*), intent(in) :: name
+
+    do s = 1, size(model%analysis%surfaces)
+      if (model%analysis%surfaces(s)%name == name) return
+    end do
+    s = 0
+  end function surface_number
+
+  !> Shape and reference point of one body.
+  subroutine make_shape(body, axisymmetry, cell_size, shape, reference, diagnostics)
+    type(rigid_body_type), intent(in) :: body
+    logical, intent(in) :: axisymmetry
+    real(wp), intent(in) :: cell_size
+    type(rigid_shape_type), intent(out) :: shape
+    real(wp), intent(out) :: reference(3)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp), allocatable :: vertices(:, :)
+    real(wp) :: round
+
+    reference = body%place
+    select case (body%shape)
+    case (rigid_plane)
+      shape = half_space(body%place, body%direction)
+      return
+    case (rigid_circle)
+      shape = ball(body%place, body%radius)
+      return
+    case (rigid_box)
+      vertices = box_polygon(body%box(:2, 1), body%box(:2, 2))
+    case (rigid_cone)
+      vertices = cone_polygon(body%place(:2), body%radius, 0.5_wp*body%apex_angle*degree, body%shaft)
+    case default
+      vertices = body%polygon
+    end select
+    if (axisymmetry) vertices = completed_by_image(vertices, 1.0e-6_wp*cell_size)
+    if (body%shape /= rigid_cone) reference(:2) = polygon_centroid(vertices)
+    round = body%round
+    if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest_round(vertices))
+    if (round > most_of_edge*largest_round(vertices)) then
+      call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
+        "' cannot be as round as ROUND="//real_text(round)//': its edges allow '// &
+        real_text(most_of_edge*largest_round(vertices)))
+    else
+      shape = rounded_polygon(vertices, round)
+    end if
+  end subroutine make_shape
+
+  !> Lay what is kept of the bodies into the state: none has moved.
+  subroutine lay_rigid_bodies(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: none(rows, size(model%analysis%rigid_bodies))
+
+    none = 0.0_wp
+    if (size(none, 2) > 0) call lay_array(model%state%kept, kept_name, none)
+  end subroutine lay_rigid_bodies
+
+  !> Present pose of a body.
+  pure type(rigid_pose_type) function pose_of(model, body) result(pose)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    real(wp) :: values(rows, size(model%analysis%rigid_bodies))
+
+    values = kept_values(model%state%kept, kept_name)
+    pose = rigid_pose_type(values(:3, body), values(angle_row, body))
+  end function pose_of
+
+  !> The bodies where they are.
+  pure function placed_bodies(model) result(bodies)
+    type(model_type), intent(in) :: model
+    type(placed_shape_type), allocatable :: bodies(:)
+    integer :: b
+
+    allocate (bodies, source=model%rigid_shapes)
+    do b = 1, size(bodies)
+      bodies(b)%pose = pose_of(model, b)
+    end do
+  end function placed_bodies
+
+  !> Force and moment of the soil on a body.
+  pure function force_on_body(model, body) result(force)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    real(wp) :: force(6), values(rows, size(model%analysis%rigid_bodies))
+
+    values = kept_values(model%state%kept, kept_name)
+    force(:3) = values(force_row:force_row + 2, body)
+    force(4:) = values(moment_row:, body)
+  end function force_on_body
+
+  !> Keep pose, force and moment of a body.
+  pure subroutine keep_rigid_body(model, body, pose, force)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: body
+    type(rigid_pose_type), intent(in) :: pose
+    !> Force and moment on it.
+    real(wp), intent(in) :: force(6)
+    real(wp) :: values(rows, size(model%analysis%rigid_bodies))
+
+    values = kept_values(model%state%kept, kept_name)
+    values(:, body) = [pose%displacement, pose%angle, force]
+    call keep_values(model%state%kept, kept_name, values)
+  end subroutine keep_rigid_body
+
+  !> How a body moves in the whole of the present phase.
+  pure type(rigid_pose_type) function motion_in_phase(model, body) result(motion)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    integer :: i
+
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (.not. allocated(phase%moves)) return
+      do i = 1, size(phase%moves)
+        if (phase%moves(i)%body == model%analysis%rigid_bodies(body)%name) motion = rigid_pose_type( &
+          phase%load_factor*phase%moves(i)%vector, phase%load_factor*phase%moves(i)%angle*degree)
+      end do
+    end associate
+  end function motion_in_phase
+
+  !> The material point that is deepest inside of a rigid body that something may touch.
+  pure subroutine deepest_point(model, bodies, body, point, depth)
+    type(model_type), intent(in) :: model
+    !> The bodies where they are (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> 0 where no point is inside of any.
+    integer, intent(out) :: body, point
+    real(wp), intent(out) :: depth
+    type(distance_type) :: distance
+    integer :: b, p
+
+    body = 0
+    point = 0
+    depth = 0.0_wp
+    do b = 1, size(bodies)
+      if (.not. any(model%contact_pairs%body == b)) cycle
+      do p = 1, model%state%points%count
+        distance = bodies(b)%distance_at(place_of(model%state%points, p))
+        if (-distance%value <= depth) cycle
+        depth = -distance%value
+        body = b
+        point = p
+      end do
+    end do
+  end subroutine deepest_point
+
+  !> Pressure on the surface point of a contact that was nearest to a place at the start; 0 where there is none.
+  pure real(wp) function contact_pressure_at(model, place) result(pressure)
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: place(:)
+    real(wp) :: nearest, distance
+    integer :: i
+
+    pressure = 0.0_wp
+    nearest = huge(1.0_wp)
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        if (.not. any(model%contact_pairs%surface == surface%surface(i))) cycle
+        distance = norm2(surface%initial_position(:, i) - place)
+        if (distance >= nearest) cycle
+        nearest = distance
+        pressure = surface%contact_pressure(i)
+      end do
+    end associate
+  end function contact_pressure_at
+end module qsmpm_rigid_bodies

@@ -1,0 +1,384 @@
+!> Rigid bodies and contact: distances with their derivatives, tractions with theirs, patches, the whole matrix against
+!> differences with sticking and slipping friction, what is kept of an accepted step and not of a lost one, soil inside
+!> of a body.
+module test_contacts
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_contact_law, only: tractions_type, contact_tractions
+  use qsmpm_contact_patches, only: contact_patches_type, find_patches
+  use qsmpm_contacts, only: bodies_at_end
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equations, only: gather
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_type
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_model, only: model_type, contact_pair_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_penetration, only: refuse_penetration
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
+  use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
+  use qsmpm_rigid_shape, only: distance_type, ball, half_space, rounded_polygon, box_polygon, &
+    cone_polygon, completed_by_image, largest_round
+  use qsmpm_sparse_matrix, only: multiply
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_term, only: increment_type
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use deck_samples, only: joined
+  use term_samples, only: force_named
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_contacts
+
+  real(wp), parameter :: difference = 1.0e-6_wp
+  !> A block, the top of which a box may touch that is wider than it and cuts no grid line.
+  character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+    '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|*MATERIAL, NAME=soil|*ELASTIC|'// &
+    '1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
+  character(len=*), parameter :: press = '*PHASE, NAME=press|*FIX|base, ALL|*MOVE, BODY=tool'
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_contacts(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('contacts')
+    call check_distances(tests)
+    call check_polygons(tests)
+    call check_pose(tests)
+    call check_tractions(tests)
+    call check_patches(tests)
+    call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
+    call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
+    call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
+    call check_tangent(tests, 'TENSION=YES', 0.0_wp)
+    call check_step(tests)
+    call check_strength(tests)
+    call check_penetration(tests)
+  end subroutine collect_contacts
+
+  !> Normal and curvature are the derivatives of the distance.
+  subroutine check_distances(tests)
+    type(tests_type), intent(inout) :: tests
+    type(placed_shape_type) :: placed
+    real(wp), parameter :: square(2, 4) = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, 0.0_wp, 1.0_wp], &
+      [2, 4])
+
+    placed%pose = rigid_pose_type([0.3_wp, -0.2_wp, 0.0_wp], 0.4_wp)
+    placed%reference = [1.0_wp, 0.5_wp, 0.0_wp]
+    placed%shape = ball([1.0_wp, 0.5_wp, 0.0_wp], 0.7_wp)
+    call check_derivatives('of a circle', [2.2_wp, 1.9_wp, 0.0_wp], 0.0_wp)
+    call check_derivatives('inside of a circle', [1.2_wp, 0.5_wp, 0.0_wp], 0.0_wp)
+    placed%shape = half_space([1.0_wp, 0.0_wp, 0.0_wp], [1.0_wp, 2.0_wp, 0.0_wp])
+    call check_derivatives('of a plane', [2.2_wp, 1.9_wp, 0.0_wp], 0.0_wp)
+    placed%shape = rounded_polygon(square, 0.1_wp)
+    call check_derivatives('of a box beside an edge', [1.5_wp, -0.9_wp, 0.0_wp], 0.0_wp)
+    call check_derivatives('of a box beside a corner', [3.2_wp, 1.9_wp, 0.0_wp], 0.0_wp)
+    call check_derivatives('of a box under its skin', [1.3_wp, -0.1_wp, 0.0_wp], 0.0_wp)
+    placed%pose%angle = 0.0_wp
+    call check_derivatives('of a box at rest', [4.3_wp, 0.3_wp, 0.0_wp], 2.0_wp)
+  contains
+    !> Differences of the distance and of the normal.
+    subroutine check_derivatives(which, x, value)
+      character(len=*), intent(in) :: which
+      real(wp), intent(in) :: x(3), value
+      type(distance_type) :: here, ahead, back
+      real(wp) :: move(3)
+      integer :: j
+
+      here = placed%distance_at(x)
+      do j = 1, 2
+        move = 0.0_wp
+        move(j) = difference
+        ahead = placed%distance_at(x + move)
+        back = placed%distance_at(x - move)
+        call tests%close('normal '//which, here%normal(j), (ahead%value - back%value)/(2.0_wp*difference), 1.0e-8_wp)
+        call tests%close('curvature '//which, norm2(here%curvature(:2, j) &
+          - (ahead%normal(:2) - back%normal(:2))/(2.0_wp*difference)), 0.0_wp, 1.0e-8_wp)
+      end do
+      if (value > 0.0_wp) call tests%close('distance '//which, here%value, value, 1.0e-12_wp)
+    end subroutine check_derivatives
+  end subroutine check_distances
+
+  !> Polygons of the shapes.
+  subroutine check_polygons(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), allocatable :: whole(:, :)
+
+    call tests%close('the largest round of a box is half its shorter side', &
+      largest_round(box_polygon([0.0_wp, 0.0_wp], [3.0_wp, 1.0_wp])), 0.5_wp, 1.0e-14_wp)
+    associate (cone => cone_polygon([0.0_wp, 1.0_wp], 0.5_wp, atan(0.5_wp), 2.0_wp))
+      call tests%close('a cone of slope 2 has its shoulder at its diameter above the tip', cone(2, 2), 2.0_wp, &
+        1.0e-14_wp)
+      call tests%close('and its shaft above', cone(2, 3), 4.0_wp, 1.0e-14_wp)
+    end associate
+    allocate (whole, source=completed_by_image(reshape([0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 2.0_wp], [2, 3]), &
+      1.0e-9_wp))
+    call tests%check('a polygon with an edge on the axis gets its image', size(whole, 2) == 4 .and. &
+      any(abs(whole(1, :) + 1.0_wp) < 1.0e-14_wp))
+    call tests%check('one beside the axis stays', size(completed_by_image(reshape([1.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, &
+      1.0_wp, 2.0_wp], [2, 3]), 1.0e-9_wp), 2) == 3)
+  end subroutine check_polygons
+
+  !> A place that rides on a body keeps its distance.
+  subroutine check_pose(tests)
+    type(tests_type), intent(inout) :: tests
+    type(placed_shape_type) :: from, to
+    type(distance_type) :: before, behind
+    real(wp), parameter :: x(3) = [0.4_wp, 2.0_wp, 0.0_wp]
+
+    from%shape = rounded_polygon(box_polygon([-1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp]), 0.1_wp)
+    from%reference = [0.0_wp, 0.5_wp, 0.0_wp]
+    from%pose = rigid_pose_type([0.1_wp, 0.2_wp, 0.0_wp], 0.3_wp)
+    to = from
+    to%pose = rigid_pose_type([-0.5_wp, 0.7_wp, 0.0_wp], 1.1_wp)
+    before = from%distance_at(x)
+    behind = to%distance_at(carry_along(from%reference, from%pose, to%pose, x))
+    call tests%close('what rides on a body keeps its distance', behind%value, before%value, 1.0e-14_wp)
+  end subroutine check_pose
+
+  !> Tractions by their formulas, and their derivatives.
+  subroutine check_tractions(tests)
+    type(tests_type), intent(inout) :: tests
+    type(contact_pair_type) :: pair
+    type(tractions_type) :: now, more
+    real(wp), parameter :: shear(3) = [3.0_wp, 1.0_wp, 0.0_wp], slip(3) = [0.02_wp, -0.01_wp, 0.0_wp]
+
+    pair = contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.)
+    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.3_wp, slip)
+    call tests%check('a gap beyond lambda/eps opens the contact', .not. now%closed .and. .not. now%pressure > 0.0_wp &
+      .and. norm2(now%shear) <= 0.0_wp)
+    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.1_wp, slip)
+    call tests%close('p = lambda - eps g', now%pressure, 10.0_wp, 1.0e-12_wp)
+    call tests%close('a shear below the limit sticks', norm2(now%shear - [1.0_wp, 2.0_wp, 0.0_wp]), 0.0_wp, &
+      1.0e-12_wp)
+    now = contact_tractions(pair, 1000.0_wp, 20.0_wp, shear, 0.01_wp, slip)
+    call tests%close('one above it slips at mu p + a', norm2(now%shear), 7.0_wp, 1.0e-12_wp)
+    more = contact_tractions(pair, 1000.0_wp, 20.0_wp, shear, 0.01_wp + difference, slip)
+    call tests%close('dp/dg', now%by_gap, (more%pressure - now%pressure)/difference, 1.0e-5_wp)
+    call tests%close('dt/dp', norm2(now%by_gap*now%by_pressure - (more%shear - now%shear)/difference), 0.0_wp, &
+      1.0e-4_wp)
+    more = contact_tractions(pair, 1000.0_wp, 20.0_wp, shear, 0.01_wp, slip + [difference, 0.0_wp, 0.0_wp])
+    call tests%close('dt/ds', norm2(now%by_slip(:, 1) - (more%shear - now%shear)/difference), 0.0_wp, 1.0e-1_wp)
+    pair%tension = .true.
+    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.3_wp, slip)
+    call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
+    call tests%close('and has its adhesion then', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
+  end subroutine check_tractions
+
+  !> A model with a tool above the block, and its first step.
+  subroutine make_step(tool, contact, move, model, step)
+    !> Rest of the card, and its data line; rest of *CONTACT; data line of *MOVE.
+    character(len=*), intent(in) :: tool, contact, move
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('block.inp', joined(block//'*RIGID BODY, NAME=tool, '//tool//'|*CONTACT, BODY=tool, '// &
+      'SURFACE=top, '//contact//'|'//press//move//'|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the contacts suite is broken'
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the contacts suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine make_step
+
+  !> One patch a cell, no patch short, none far away.
+  subroutine check_patches(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(contact_patches_type) :: patches
+    integer, allocatable :: points(:)
+    integer :: c, i
+
+    call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), patches)
+    call tests%check('a patch a cell', patches%count == 8)
+    ! The first cell loses all but a sliver of its surface.
+    do i = 1, model%state%surface%count
+      if (model%state%surface%cell(i) == model%state%surface%cell(1)) &
+        model%state%surface%area_vector(:, i) = 0.5_wp*model%state%surface%area_vector(:, i)
+    end do
+    points = pack([(i, i=1, model%state%surface%count)], model%state%surface%cell == model%state%surface%cell(1))
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), patches)
+    call tests%check('a short one joins its neighbour', patches%count == 7)
+    do c = 1, patches%count
+      associate (list => patches%point(patches%first(c):patches%first(c + 1) - 1))
+        if (any(list == points(1))) call tests%check('as a whole', size(list) == 2*size(points) .and. &
+          all([(any(list == points(i)), i=1, size(points))]))
+      end associate
+    end do
+    call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
+      patches)
+    call tests%check('what is far away is left out', patches%count == 1)
+    call end_system(step%system)
+  end subroutine check_patches
+
+  !> The matrix times a direction is the change of the residual along it.
+  subroutine check_tangent(tests, contact, aside)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: contact
+    !> Displacement along the surface beside that into the tool.
+    real(wp), intent(in) :: aside
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    integer :: a
+
+    call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
+    allocate (u(2, model%space%node_count), v(2, model%space%node_count))
+    do a = 1, size(u, 2)
+      u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)] + [aside, 0.0_wp]
+      v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
+    end do
+    where (model%loading%constrained) v = 0.0_wp
+    allocate (x(step%equations%count), product(step%equations%count))
+    call gather(step%equations, v, x)
+    call evaluate_step(model, step, u, tangent_consistent)
+    call add_all_blocks(step%terms, u, step%equations, step%matrix)
+    call multiply(step%matrix, x, product)
+    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    call tests%close('the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(change)))
+    call tests%check('the contact is at work', norm2(force_named(step, 'force of the contacts', u)) > 1.0_wp)
+    call end_system(step%system)
+  contains
+    !> Minus the residual (equations).
+    function resistance_at(displacement) result(vector)
+      real(wp), intent(in) :: displacement(:, :)
+      real(wp) :: vector(step%equations%count)
+
+      call evaluate_step(model, step, displacement, tangent_none)
+      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
+    end function resistance_at
+  end subroutine check_tangent
+
+  !> What is kept of a step that is taken, and of one that is not.
+  subroutine check_step(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    type(rigid_pose_type) :: pose
+    real(wp) :: force(6)
+
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=30', ', ROTATION=0.5|0, -0.02', model, step)
+    associate (controls => model%analysis%phases(1)%controls)
+      call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-9_wp, largest_move=1.0e-6_wp), solution, error)
+      pose = pose_of(model, 1)
+      force = force_on_body(model, 1)
+      call tests%check('of a step that is not taken nothing is kept', .not. solution%converged .and. &
+        norm2(pose%displacement) <= 0.0_wp .and. norm2(force) <= 0.0_wp .and. &
+        all(abs(model%state%surface%contact_pressure) <= 0.0_wp))
+      call solver%solve(model, step, controls, attempt_type(1.0_wp, 1.0e-9_wp, largest_move=1.0_wp), solution, error)
+    end associate
+    call tests%check('the step is taken', solution%converged .and. .not. allocated(error))
+    pose = pose_of(model, 1)
+    force = force_on_body(model, 1)
+    call tests%close('the body is where it was moved to', norm2(pose%displacement - [0.0_wp, -0.02_wp, 0.0_wp]), &
+      0.0_wp, 1.0e-15_wp)
+    call tests%close('and has turned', pose%angle, 0.5_wp*acos(-1.0_wp)/180.0_wp, 1.0e-15_wp)
+    call tests%check('surface points keep their pressure', maxval(model%state%surface%contact_pressure) > 1.0_wp)
+    call tests%close('the base carries what the body does', force(2), &
+      sum(model%state%reactions(2, :)), 1.0e-6_wp*force(2))
+    call tests%close('and along it', force(1), sum(model%state%reactions(1, :)), 1.0e-6_wp*force(2))
+    call tests%close('the moment is that of the tractions', force(6), moment_of_tractions(model), 1.0e-8_wp*force(2))
+    call end_system(step%system)
+  end subroutine check_step
+
+  !> Moment of the tractions that the surface points keep about the reference point, a point of the plane: pressure
+  !> against the soil along the direction of the plane, shear as it is.
+  real(wp) function moment_of_tractions(model) result(moment)
+    type(model_type), intent(in) :: model
+    type(rigid_pose_type) :: pose
+    real(wp) :: arm(2), on_body(2)
+    integer :: i
+
+    pose = pose_of(model, 1)
+    moment = 0.0_wp
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        arm = surface%position(:, i) - [0.0_wp, 1.1_wp] - pose%displacement(:2)
+        on_body = -surface%area(i)*(surface%contact_pressure(i)*[sin(pose%angle), -cos(pose%angle)] &
+          + surface%contact_shear(:, i))
+        moment = moment + arm(1)*on_body(2) - arm(2)*on_body(1)
+      end do
+    end associate
+  end function moment_of_tractions
+
+  !> A factor of safety lowers the strength of the interface.
+  subroutine check_strength(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    real(wp) :: whole, lowered
+
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'ADHESION=8', '|0.1, -0.02', model, step)
+    allocate (u(2, model%space%node_count), source=0.0_wp)
+    whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
+    call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
+    model%state%progress%strength_factor = 2.0_wp
+    call end_system(step%system)
+    call initialise_step(model, step, error)
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    lowered = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
+    call tests%close('a factor of 2 halves it', lowered, 8.0_wp, 1.0e-10_wp)
+    call end_system(step%system)
+  end subroutine check_strength
+
+  !> Soil deep inside of a body is refused; a body that moves too far in one step is.
+  subroutine check_penetration(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(error_type), allocatable :: error
+    type(placed_shape_type), allocatable :: bodies(:)
+    real(wp), allocatable :: u(:, :)
+
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.1', model, step)
+    call tests%check('half of the move is in force', norm2(bodies_displacement() - [0.0_wp, -0.05_wp]) < 1.0e-14_wp)
+    bodies = placed_bodies(model)
+    call refuse_penetration(model, bodies, error)
+    call tests%check('soil outside is right', .not. allocated(error))
+    bodies(1)%pose%displacement(2) = -0.10_wp
+    call refuse_penetration(model, bodies, error)
+    call tests%check('soil a little inside is not refused', .not. allocated(error))
+    bodies(1)%pose%displacement(2) = -0.20_wp
+    call refuse_penetration(model, bodies, error)
+    call tests%check('soil half a cell inside is', allocated(error))
+    if (allocated(error)) call tests%check('by a sentence that names the body ('//error%message//')', &
+      index(error%message, "inside rigid body 'tool'") > 0)
+    call end_system(step%system)
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -1.1', model, step)
+    allocate (u(2, model%space%node_count), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('a body that moves by more than two cells loses the step', step%failure%failed)
+    if (step%failure%failed) call tests%check('by a sentence ('//step%failure%reason//')', &
+      index(step%failure%reason, "rigid body 'tool' moves by more than") > 0)
+    call end_system(step%system)
+  contains
+    !> Displacement of the body at the end of the step.
+    function bodies_displacement() result(displacement)
+      real(wp) :: displacement(2)
+
+      bodies = bodies_at_end(step%terms)
+      displacement = bodies(1)%pose%displacement(:2)
+    end function bodies_displacement
+  end subroutine check_penetration
+end module test_contacts
