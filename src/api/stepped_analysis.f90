@@ -77,15 +77,15 @@ module qsmpm_stepped_analysis
   contains
     procedure :: create
     procedure :: destroy
-    procedure, private :: advance_alone, advance_told
+    procedure, private :: advance_alone, advance_observed
     !> One accepted load step.
-    generic :: advance => advance_alone, advance_told
-    procedure, private :: advance_to_alone, advance_to_told
+    generic :: advance => advance_alone, advance_observed
+    procedure, private :: advance_to_alone, advance_to_observed
     !> Step to a share of the present or coming stage.
-    generic :: advance_to => advance_to_alone, advance_to_told
-    procedure, private :: run_alone, run_told
+    generic :: advance_to => advance_to_alone, advance_to_observed
+    procedure, private :: run_alone, run_observed
     !> Step to the end of the last stage.
-    generic :: run => run_alone, run_told
+    generic :: run => run_alone, run_observed
     procedure :: finished
     procedure :: add_term => add_own_term
     procedure :: record
@@ -186,7 +186,7 @@ contains
   end subroutine advance_alone
 
   !> One accepted load step, with a observer.
-  subroutine advance_told(self, observer, error)
+  subroutine advance_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -194,7 +194,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call step_on(self, 1.0_wp, error, observer)
-  end subroutine advance_told
+  end subroutine advance_observed
 
   !> Step to a share of the present stage, or of the coming one between stages.
   subroutine advance_to_alone(self, share, error)
@@ -208,7 +208,7 @@ contains
   end subroutine advance_to_alone
 
   !> Step to a share of a stage, with a observer.
-  subroutine advance_to_told(self, share, observer, error)
+  subroutine advance_to_observed(self, share, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Share of the stage, above the present one, to 1.
     real(wp), intent(in) :: share
@@ -218,7 +218,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call step_to(self, share, error, observer)
-  end subroutine advance_to_told
+  end subroutine advance_to_observed
 
   !> Step to the end of the last stage.
   subroutine run_alone(self, error)
@@ -230,7 +230,7 @@ contains
   end subroutine run_alone
 
   !> Step to the end of the last stage, with a observer.
-  subroutine run_told(self, observer, error)
+  subroutine run_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -238,7 +238,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call run_on(self, error, observer)
-  end subroutine run_told
+  end subroutine run_observed
 
   !> Step to the end of the last stage; without the stages that cannot be carried on and those that start from them.
   subroutine run_on(self, error, observer)

@@ -29,7 +29,7 @@ module qsmpm_phases
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: is_told, take_step
+  use qsmpm_stepping, only: is_reported, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
@@ -297,7 +297,7 @@ contains
 
     accepted = .false.
     repeats = 0
-    if (allocated(loop%step%told)) deallocate (loop%step%told)
+    if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
     call remember_start(model, phase, before)
     do
       if (is_stopped(observer, error)) return
@@ -334,19 +334,19 @@ contains
     class(observer_type), intent(inout) :: observer
     character(len=*), intent(in) :: reason
     type(step_type), intent(inout) :: step
-    !> Cuts for the same reason that have not been told.
+    !> Cuts for the same reason that are not in the log.
     integer, intent(inout) :: repeats
 
-    if (is_told(step, reason)) then
+    if (is_reported(step, reason)) then
       repeats = repeats + 1
       return
     end if
     call note_repeats(observer, repeats)
     call observer%note('increment cut back: '//reason)
-    step%told = reason
+    step%reported_reason = reason
   end subroutine note_cut
 
-  !> Tell how often an increment was cut back again for the reason that was told.
+  !> Tell how often an increment was cut back again for the reason that is in the log.
   subroutine note_repeats(observer, repeats)
     class(observer_type), intent(inout) :: observer
     integer, intent(inout) :: repeats

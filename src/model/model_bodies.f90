@@ -171,11 +171,13 @@ contains
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
+    logical :: active(size(model%analysis%bodies))
     integer :: last, p
 
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     last = size(model%analysis%bodies)
-    call hold_cells(model, model%analysis%bodies%active, held)
+    active = model%analysis%bodies%active
+    call hold_cells(model, active, held)
     if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
       'bodies overlap: an element holds more material than its volume')
     if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)

@@ -1,5 +1,6 @@
 !> Tests of src/output on a mesh of four squares with three points: what is written is read back.
 module test_output
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_term_share, only: step_share_type
   use testing, only: tests_type
@@ -27,6 +28,16 @@ module test_output
   public :: collect_output, make_model, make_record
 
   character(len=1), parameter :: newline = new_line('a')
+
+  interface
+    !> What of HDF5 is open, in all files where `file` is that of `types` for all.
+    function open_objects(file, types) bind(c, name='H5Fget_obj_count')
+      import :: c_int, c_int64_t, c_size_t
+      integer(c_int64_t), intent(in), value :: file
+      integer(c_int), intent(in), value :: types
+      integer(c_size_t) :: open_objects
+    end function open_objects
+  end interface
 
 contains
 
@@ -117,6 +128,8 @@ contains
     call tests%check('a missing restart file is an error', allocated(error))
     call write_restart(directory//'/no/such/folder.h5', model, mark, error)
     call tests%check('a folder that is not there is an error', allocated(error))
+    ! Files, datasets, groups and attributes.
+    call tests%check('nothing of HDF5 stays open', open_objects(31_c_int64_t, 23_c_int) == 0)
   end subroutine test_restart
 
   !> Compare two states bit for bit.

@@ -50,6 +50,7 @@ contains
     call check_constant_load_test(tests)
     call check_lost_set(tests)
     call check_summary(tests)
+    call check_window(tests)
   end subroutine collect_phases
 
   !> A phase that *STOP ends: the next one begins with the loads and the released forces that were left.
@@ -70,6 +71,21 @@ contains
       rounding)
     call tests%check('it has not stopped', .not. run%model%state%progress%stopped)
   end subroutine check_stop_card
+
+  !> A window that has changed is told with its cells.
+  subroutine check_window(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([scripted_outcome_type()], '')
+    run%loop%report%window%last = 99
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('a window that has changed is told: '//run%observer%text, index(run%observer%text, &
+      'active window rebuilt around the material: 8 cells of the grid, from cell (1, 1) to (4, 2)|') > 0)
+    run%observer%text = ''
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('and only then', index(run%observer%text, 'active window') == 0)
+  end subroutine check_window
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
   function new_run(answers, controls) result(run)
