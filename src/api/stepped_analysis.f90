@@ -10,7 +10,7 @@ module qsmpm_stepped_analysis
   use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
-  use qsmpm_display, only: display_quiet
+  use qsmpm_display, only: display_none
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: write_text
   use qsmpm_initialisation, only: add_term
@@ -333,7 +333,7 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when something cannot be written.
     type(error_type), allocatable, intent(out) :: error
-    !> One of the display_* values of qsmpm_display; quiet unless given.
+    !> One of the display_* values of qsmpm_display; nothing is shown unless given.
     integer, intent(in), optional :: display
     !> The state was loaded, and the directory holds what was written up to it.
     logical, intent(in), optional :: continued
@@ -344,7 +344,7 @@ contains
     if (.not. allocated(error) .and. allocated(self%recorder)) &
       call fail(error, error_other, 'results are already written to '//self%recorder%directory)
     if (allocated(error)) return
-    options%display = display_quiet
+    options%display = display_none
     if (present(display)) options%display = display
     if (present(continued)) options%continued = continued
     options%begun = self%loop%begun .or. self%model%state%progress%step > 0

@@ -198,6 +198,7 @@ contains
       call put_attribute(image, group, 'refused', limit%refused)
       call put_attribute(image, group, 'refused_compliance', limit%refused_compliance)
       call put_attribute(image, group, 'refused_middle', limit%refused_middle)
+      call put_attribute(image, group, 'plateau', limit%plateau)
       call put_attribute(image, group, 'knee', limit%knee)
     end associate
   end subroutine put_progress
@@ -482,6 +483,7 @@ contains
       call get_attribute(reader, group, 'refused', limit%refused)
       call get_attribute(reader, group, 'refused_compliance', limit%refused_compliance)
       call get_attribute(reader, group, 'refused_middle', limit%refused_middle)
+      call get_attribute(reader, group, 'plateau', limit%plateau)
       call get_attribute(reader, group, 'knee', limit%knee)
     end associate
   end subroutine get_progress

@@ -7,7 +7,7 @@ module test_output
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain, quantity_stress, quantity_displacement
   use qsmpm_clock, only: start_clock
-  use qsmpm_display, only: display_quiet
+  use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_file, only: read_text, file_exists
@@ -290,7 +290,7 @@ contains
     type(error_type), allocatable :: outcome
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     options%begun = .true.
     call start_clock(options%clock)
@@ -313,7 +313,7 @@ contains
     character(len=:), allocatable :: text
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     call start_clock(options%clock)
     model%analysis%phases(1)%load_factor = 8.0_wp
@@ -327,7 +327,8 @@ contains
     call tests%check('the limit load is a file', .not. allocated(error))
     if (allocated(error)) return
     call tests%check('with the loads and the knee', text == '{'//newline//'  "phase": 1,'//newline// &
-      '  "carried": 2,'//newline//'  "refused": 4,'//newline//'  "knee": 3'//newline//'}'//newline)
+      '  "carried": 2,'//newline//'  "refused": 4,'//newline//'  "knee": 3,'//newline//'  "plateau": 2'// &
+      newline//'}'//newline)
     call run_steps(model, directory, 6, .false., error)
     call tests%check('which the next run removes', .not. file_exists(directory//'/limit_load.json'))
   end subroutine test_limit_file
@@ -346,7 +347,7 @@ contains
     type(error_type), allocatable :: outcome
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     options%continued = .true.
     call start_clock(options%clock)
