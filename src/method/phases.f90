@@ -385,7 +385,7 @@ contains
       if (model%state%progress%stopped) call tell_factor(model, phase, observer)
     else if (.not. is_stopped(observer, error)) then
       call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
-      if (.not. allocated(error)) call end_search(model, phase, observer, error)
+      if (.not. allocated(error)) call end_search(model, phase, outcome, observer, error)
     end if
   end subroutine reach_factor
 
