@@ -308,7 +308,7 @@ contains
         end if
       end associate
     end do
-    if (.not. held .and. size(state%analysis%phases) > 0) &
+    if (.not. held .and. size(state%analysis%phases) > 0 .and. size(state%analysis%contacts) == 0) &
       call state%warn(state%analysis%phases(1)%where, 'PHASE', 'no phase has *FIX, '// &
       '*PRESCRIBE or *SUPPORT: nothing holds the model')
   end subroutine check_starts

@@ -126,6 +126,26 @@ def log_lines(folder: Path, text: str) -> float:
         raise ResultError(f"{path}: {error.strerror}") from error
 
 
+def hertz_error(folder: Path, radius: float, modulus: float, spacing: float) -> float:
+    """Pressures p0, p1, ... at (i + 1/2) spacing from the middle against Hertz's under a rigid circle [-].
+
+    Root mean square over the inner 0.8 of the contact, relative to the largest pressure; `force` is that of half a scene,
+    `modulus` E/(1 - nu^2).
+    """
+    curves = read_curves(folder)
+    force = 2 * abs(float(curves.column("force")[-1]))
+    half_width = np.sqrt(4 * force * radius / (np.pi * modulus))
+    largest = 2 * force / (np.pi * half_width)
+    places = np.arange(0.5 * spacing, 0.8 * half_width, spacing)
+    if len(places) < 3:
+        raise ResultError(f"hertz_error: {len(places)} pressures within the contact of half width {half_width:.3g}")
+    found = np.array([float(curves.column(f"p{i}")[-1]) for i in range(len(places))])
+    exact = largest * np.sqrt(1 - (places / half_width) ** 2)
+    return float(np.sqrt(np.mean((found - exact) ** 2)) / largest)
+
+
 TRACES: dict[str, Trace] = {
-    f.__name__: f for f in (knee, limit_load, factor_of_safety, hold_growth, jitter, cpu_seconds, column_sum, log_lines)}
+    f.__name__: f
+    for f in (knee, limit_load, factor_of_safety, hold_growth, jitter, cpu_seconds, column_sum, log_lines, hertz_error)
+}
 """The functions a case file may name."""
