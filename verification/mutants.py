@@ -9,6 +9,7 @@ with a limit in CPU seconds, until one fails.
 
     verification/mutants.py                     20 mutants
     verification/mutants.py --long              200 mutants, 80 of them in the rooms of ROOMS
+    verification/mutants.py --long --guarded    those 80 alone
     verification/mutants.py --room loads --count 30 --seed 3
 
 Results are kept in build/mutants/results.json and used again while the sources and the file of the suite are the
@@ -525,12 +526,13 @@ class Results:
         self.path.write_text(json.dumps({"sources": self.sources, "suites": self.suites, "results": self.all}))
 
 
-def quotas(count: int, room: str | None) -> dict[str, int]:
+def quotas(count: int, room: str | None, guarded: bool) -> dict[str, int]:
     """Mutants wanted of every room: ROOM_SHARE of them in ROOMS in equal parts, the rest by the folders of src."""
     if room:
         return {room: count}
+    inside = spread(round(ROOM_SHARE * count), list(ROOMS))
     folders = sorted(path.name for path in (TOP / "src").iterdir() if path.is_dir())
-    return {**spread(round(ROOM_SHARE * count), list(ROOMS)), **spread(count - round(ROOM_SHARE * count), folders)}
+    return inside if guarded else {**inside, **spread(count - round(ROOM_SHARE * count), folders)}
 
 
 def spread(count: int, names: list[str]) -> dict[str, int]:
@@ -575,11 +577,12 @@ def main() -> int:
     parser.add_argument("--long", action="store_true", help="200 mutants")
     parser.add_argument("--count", type=int, help="number of mutants, 20 when not given")
     parser.add_argument("--room", help="mutants of this room or folder of src alone")
+    parser.add_argument("--guarded", action="store_true", help="of the mutants those in the rooms of ROOMS alone")
     parser.add_argument("--seed", type=int, default=12)
     parser.add_argument("--without", action="append", default=[], help="leave a suite out, to see what it is worth")
     parser.add_argument("--fresh", action="store_true", help="run all again")
     asked = parser.parse_args()
-    wanted = quotas(asked.count or (200 if asked.long else 20), asked.room)
+    wanted = quotas(asked.count or (200 if asked.long else 20), asked.room, asked.guarded)
     BUILD.mkdir(parents=True, exist_ok=True)
     results = Results(asked.fresh)
     sources = read_sources()

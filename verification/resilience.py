@@ -302,6 +302,22 @@ def searched(checks: Checks, folder: pathlib.Path) -> None:
         checks.check(f"and its {name}", filecmp.cmp(folder / "whole" / name, part / name, shallow=False))
 
 
+def quiet(checks: Checks, folder: pathlib.Path) -> None:
+    """--quiet shows what was found, warnings and errors, and neither steps nor notes."""
+    deck = block(columns=16, width=4, strength="*MOHR COULOMB\n1, 15, 15\n", method="BASIS=SPLINE2G, INTEGRATION=CELL", factor=3,
+                 steps=2, fixities="*FIX\nbase, ALL\nside, X\n").replace("0, 1, 0, 1\n", "-1, 1, 0, 1\n") + VARIANTS
+    run = checks.run(folder, deck, "--quiet")
+    shown, told = run.stdout.splitlines(), run.stderr.splitlines()
+    checks.check("quiet, the factor of safety is shown", len(shown) == 2 and shown[0].startswith("phase 'factor': factor of safety between ")
+                 and shown[1].startswith("the factor is that of this grid"), run.stdout[-500:])
+    warnings = [line for line in told if "warning: " in line]
+    checks.check("quiet, warnings go to the error output", any("body 'block': 50.0 % of it lies outside" in line for line in warnings),
+                 run.stderr[-500:])
+    checks.check("quiet, nothing else does but the error", len(told) == len(warnings) + 1 and "'crushed' has lost" in told[-1], run.stderr[-500:])
+    log = (folder / "out" / "job.log").read_text().splitlines()
+    checks.check("and the log has what was shown", set(shown) <= set(log))
+
+
 # Sends SIGTERM from within METIS, once.
 IN_METIS = """#define _GNU_SOURCE
 #include <dlfcn.h>
@@ -665,7 +681,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, quiet, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:

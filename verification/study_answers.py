@@ -113,7 +113,7 @@ def studied(scene: Scene, words: argparse.Namespace) -> tuple[Search, Answer | N
 def row_of(scene: Scene, search: Search, answer: Answer | None, choice: Trial | None) -> list[str]:
     """A row of the table."""
     if answer is None:
-        return [scene.name, number(scene.truth), "none told", "-", "-", "-", "-", "-", "none", "-", "-"]
+        return [scene.name, number(scene.truth), "none", "-", "-", "-", "-", "-", "none", "-", "-"]
     good = [t for t in search.trials if t.good]
     finest = max((t for t in good if t.method in answer.methods), key=lambda t: (t.level, t.seconds))
     off, finest_off = abs(answer.value - scene.truth), abs(finest.figure - scene.truth)

@@ -161,6 +161,22 @@ contains
       if (judged(abs(share(j + 1))/length, limits, outcome)) exit
       if (outcome%sweeps >= limits%most_sweeps) exit
     end do
+    call combine(h, basis, last, share, r)
+    call preconditioner%solve_factorised(r, z, error)
+  end subroutine run_cycle
+
+  !> Sum of the directions whose shares solve the triangular system of the least squares.
+  pure subroutine combine(h, basis, last, share, r)
+    !> Triangle (directions + 1, directions), and the directions (n, directions + 1).
+    real(wp), intent(in) :: h(:, :), basis(:, :)
+    !> How many directions there are.
+    integer, intent(in) :: last
+    !> In: right-hand side. Out: shares (directions + 1).
+    real(wp), intent(inout) :: share(:)
+    !> (n)
+    real(wp), intent(out) :: r(:)
+    integer :: j
+
     do j = last, 1, -1
       share(j) = (share(j) - dot_product(h(j, j + 1:last), share(j + 1:last)))/h(j, j)
     end do
@@ -168,8 +184,7 @@ contains
     do j = 1, last
       r = r + share(j)*basis(:, j)
     end do
-    call preconditioner%solve_factorised(r, z, error)
-  end subroutine run_cycle
+  end subroutine combine
 
   !> Turn the new column of the Hessenberg matrix as the earlier ones, and its last entry away.
   pure subroutine rotate(column, turn, share)

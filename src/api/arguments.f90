@@ -49,8 +49,8 @@ contains
     character(len=:), allocatable :: text
 
     text = 'qsmpm run DECK [--out DIR] [--threads N] [--restart FILE] [--quiet] [--profile]'//newline// &
-      '    runs a deck; results go to DIR (default output/<job>); --profile tells where the time'//newline// &
-      '    went and writes profile.json'//newline// &
+      '    runs a deck; results go to DIR (default output/<job>); --quiet shows what was found,'//newline// &
+      '    warnings and errors alone; --profile tells where the time went and writes profile.json'//newline// &
       'qsmpm point DECK [DECK ...] [--out DIR] [--tangent] [--quiet]'//newline// &
       '    runs laboratory tests on one material point (*POINT TEST); --tangent compares the'//newline// &
       '    tangent of the material law with differences in every step; the results of several'//newline// &

@@ -159,11 +159,12 @@ contains
   !> Carried and refused load factor and knee of the present stage, zeros until its limit load is found.
   pure function limit_load_of(model) result(loads)
     type(model_type), intent(in) :: model
-    real(wp) :: loads(3)
+    real(wp) :: loads(3), all_loads(4)
 
     associate (progress => model%state%progress)
-      loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
+      all_loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
     end associate
+    loads = all_loads(:3)
   end function limit_load_of
 
   !> Of every phase: how it has ended (0 not yet, 1 whole load, 2 limit load, 3 a stop, 4 lost), load fraction and

@@ -21,6 +21,7 @@ module qsmpm_observer_list
     procedure :: phase_done
     procedure :: mechanism
     procedure :: note
+    procedure :: tell_result
     procedure :: stop_requested
   end type observer_list_type
 
@@ -80,6 +81,15 @@ contains
     if (associated(self%recorder)) call self%recorder%note(text)
     if (associated(self%own)) call self%own%note(text)
   end subroutine note
+
+  !> What a phase was run for.
+  subroutine tell_result(self, text)
+    class(observer_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    if (associated(self%recorder)) call self%recorder%tell_result(text)
+    if (associated(self%own)) call self%own%tell_result(text)
+  end subroutine tell_result
 
   !> Whether one of them wants the run to stop.
   logical function stop_requested(self)

@@ -251,7 +251,7 @@ contains
 
     recorder%times = shares_line(profile, request%threads)
     if (.not. request%profile) return
-    call recorder%note(profile_table(profile, request%threads))
+    call recorder%tell_result(profile_table(profile, request%threads))
     call write_text(recorder%directory//'/'//profile_file, profile_json(profile, request%threads), error)
   end subroutine report_times
 

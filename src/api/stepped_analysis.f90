@@ -10,7 +10,7 @@ module qsmpm_stepped_analysis
   use qsmpm_blas_threads, only: reserve_buffers
   use qsmpm_clock, only: clock_type
   use qsmpm_deck, only: echo_text
-  use qsmpm_display, only: display_quiet
+  use qsmpm_display, only: display_none
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: write_text
   use qsmpm_initialisation, only: add_term
@@ -77,15 +77,15 @@ module qsmpm_stepped_analysis
   contains
     procedure :: create
     procedure :: destroy
-    procedure, private :: advance_alone, advance_told
+    procedure, private :: advance_alone, advance_observed
     !> One accepted load step.
-    generic :: advance => advance_alone, advance_told
-    procedure, private :: advance_to_alone, advance_to_told
+    generic :: advance => advance_alone, advance_observed
+    procedure, private :: advance_to_alone, advance_to_observed
     !> Step to a share of the present or coming stage.
-    generic :: advance_to => advance_to_alone, advance_to_told
-    procedure, private :: run_alone, run_told
+    generic :: advance_to => advance_to_alone, advance_to_observed
+    procedure, private :: run_alone, run_observed
     !> Step to the end of the last stage.
-    generic :: run => run_alone, run_told
+    generic :: run => run_alone, run_observed
     procedure :: finished
     procedure :: add_term => add_own_term
     procedure :: record
@@ -186,7 +186,7 @@ contains
   end subroutine advance_alone
 
   !> One accepted load step, with a observer.
-  subroutine advance_told(self, observer, error)
+  subroutine advance_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -194,7 +194,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call step_on(self, 1.0_wp, error, observer)
-  end subroutine advance_told
+  end subroutine advance_observed
 
   !> Step to a share of the present stage, or of the coming one between stages.
   subroutine advance_to_alone(self, share, error)
@@ -208,7 +208,7 @@ contains
   end subroutine advance_to_alone
 
   !> Step to a share of a stage, with a observer.
-  subroutine advance_to_told(self, share, observer, error)
+  subroutine advance_to_observed(self, share, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Share of the stage, above the present one, to 1.
     real(wp), intent(in) :: share
@@ -218,7 +218,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call step_to(self, share, error, observer)
-  end subroutine advance_to_told
+  end subroutine advance_to_observed
 
   !> Step to the end of the last stage.
   subroutine run_alone(self, error)
@@ -230,7 +230,7 @@ contains
   end subroutine run_alone
 
   !> Step to the end of the last stage, with a observer.
-  subroutine run_told(self, observer, error)
+  subroutine run_observed(self, observer, error)
     class(stepped_analysis_type), intent(inout) :: self
     !> Listener of the program.
     class(observer_type), intent(inout) :: observer
@@ -238,7 +238,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call run_on(self, error, observer)
-  end subroutine run_told
+  end subroutine run_observed
 
   !> Step to the end of the last stage; without the stages that cannot be carried on and those that start from them.
   subroutine run_on(self, error, observer)
@@ -333,7 +333,7 @@ contains
     character(len=*), intent(in) :: directory
     !> Set when something cannot be written.
     type(error_type), allocatable, intent(out) :: error
-    !> One of the display_* values of qsmpm_display; quiet unless given.
+    !> One of the display_* values of qsmpm_display; nothing is shown unless given.
     integer, intent(in), optional :: display
     !> The state was loaded, and the directory holds what was written up to it.
     logical, intent(in), optional :: continued
@@ -344,7 +344,7 @@ contains
     if (.not. allocated(error) .and. allocated(self%recorder)) &
       call fail(error, error_other, 'results are already written to '//self%recorder%directory)
     if (allocated(error)) return
-    options%display = display_quiet
+    options%display = display_none
     if (present(display)) options%display = display
     if (present(continued)) options%continued = continued
     options%begun = self%loop%begun .or. self%model%state%progress%step > 0

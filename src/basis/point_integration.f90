@@ -146,6 +146,29 @@ contains
     end do
   end subroutine block_of
 
+  !> First function of the block of every point, and its extent, as one number each.
+  subroutine number_blocks(space, domains, corner, extent, corners)
+    type(space_type), intent(in) :: space
+    !> Domains of the points.
+    type(domains_type), intent(in) :: domains
+    !> (points)
+    integer, intent(out) :: corner(:), extent(:)
+    !> Largest number of a first function.
+    integer, intent(out) :: corners
+    integer :: from(3), seen(3), functions(3), a, p
+
+    functions = 1
+    do a = 1, size(domains%low, 1)
+      functions(a) = space%axis(a)%function_count
+    end do
+    do p = 1, size(corner)
+      call block_of(space, domains, p, from, seen)
+      corner(p) = ((from(3) - 1)*functions(2) + from(2) - 1)*functions(1) + from(1)
+      extent(p) = ((seen(3) - 1)*most_averaged + seen(2) - 1)*most_averaged + seen(1)
+    end do
+    corners = product(functions)
+  end subroutine number_blocks
+
   !> Sort the points by the block of functions they see; points of one block stay in the order of their
   !> cells and materials there.
   subroutine group_by_blocks(space, activation, domains, first, count, order, group_first)
@@ -159,22 +182,12 @@ contains
     !> Material point of each place (points), and first place of each group (groups+1).
     integer, allocatable, intent(out) :: order(:)
     integer, allocatable, intent(out) :: group_first(:)
-    integer, allocatable :: corner(:), extent(:)
-    integer :: from(3), seen(3), functions(3), a, p, q, g
+    integer :: corner(size(activation%point)), extent(size(activation%point)), corners, q, g
 
-    functions = 1
-    do a = 1, size(domains%low, 1)
-      functions(a) = space%axis(a)%function_count
-    end do
-    allocate (corner(size(activation%point)), extent(size(activation%point)))
-    do p = 1, size(corner)
-      call block_of(space, domains, p, from, seen)
-      corner(p) = ((from(3) - 1)*functions(2) + from(2) - 1)*functions(1) + from(1)
-      extent(p) = ((seen(3) - 1)*most_averaged + seen(2) - 1)*most_averaged + seen(1)
-    end do
+    call number_blocks(space, domains, corner, extent, corners)
     allocate (order, source=activation%point)
     call sort_stably(extent, most_averaged**3, order)
-    call sort_stably(corner, product(functions), order)
+    call sort_stably(corner, corners, order)
     g = 0
     do q = 1, size(order)
       if (is_new(q)) g = g + 1

@@ -18,6 +18,7 @@ module qsmpm_deck
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, once
   use qsmpm_keywords, only: make_table
   use qsmpm_card_check, only: check_card
+  use qsmpm_help_topics, only: is_topic, topic_text
   use qsmpm_renamed_words, only: renamed_keyword, by_converter
   use qsmpm_deck_bodies, only: give_points
   use qsmpm_deck_histories, only: give_units
@@ -176,10 +177,21 @@ contains
     sentence = renamed_keyword(keyword)
     if (len(sentence) > 0) then
       sentence = 'this keyword is now *'//sentence//by_converter
-    else
-      sentence = 'unknown keyword'//did_you_mean(keyword, names)
+      return
     end if
+    sentence = 'unknown keyword'
+    if (.not. is_topic(keyword)) sentence = sentence//did_you_mean(keyword, names)
+    if (index(sentence, '(') == 0 .and. len(topic_text(keyword)) > 0) sentence = sentence//': '// &
+      first_clause(topic_text(keyword))//'; see `qsmpm help '//keyword//'`'
   end function unknown_keyword
+
+  !> A text up to its first semicolon.
+  pure function first_clause(text) result(clause)
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: clause
+
+    clause = text(:index(text//';', ';') - 1)
+  end function first_clause
 
   !> Check one card and use it when it stands where it may.
   subroutine take_card(table, k, card, seen, state)

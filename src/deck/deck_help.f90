@@ -5,7 +5,7 @@ module qsmpm_deck_help
   use qsmpm_card_items, only: item_type, data_type, value_text, kind_flag
   use qsmpm_keyword_table, only: table_type, keyword_type, in_model, in_material, in_phase, many
   use qsmpm_keywords, only: make_table
-  use qsmpm_help_topics, only: topic_text
+  use qsmpm_help_topics, only: is_topic, topic_text
   use qsmpm_deck_reference_head, only: reference_head
   use qsmpm_renamed_words, only: renamed_text
   implicit none
@@ -45,7 +45,8 @@ contains
       text = explanation(table%keywords(k), '  ', '')
     else
       call table%names(names)
-      meant = did_you_mean(keyword, names)
+      meant = ''
+      if (.not. is_topic(keyword)) meant = did_you_mean(keyword, names)
       text = topic_text(keyword)
       found = len(text) > 0 .and. len(meant) == 0
       if (found) then

@@ -35,12 +35,15 @@ contains
   subroutine history_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    character(len=len(history_quantities%word)) :: words(size(history_quantities))
+    integer :: i
 
+    words = [(history_quantities(i)%word, i=1, size(words))]
     associate (history => deck%analysis%histories(deck%item))
       call fields%line(history%where)
       call fields%name('NAME', history%name, 'name of the column', required=.true.)
       if (fields%reading) history%quantity = 0
-      call fields%choice('QUANTITY', history%quantity, bar_list(history_quantities%word), 'what is recorded', &
+      call fields%choice('QUANTITY', history%quantity, bar_list(words), 'what is recorded', &
         required=.true.)
       call component_field(fields, history)
       call fields%name('UNIT', history%unit, 'unit in the header; made of *UNITS when not given')

@@ -1,105 +1,172 @@
-!> Words of geotechnics that are no keywords: which card does what they mean, or that nothing here does and what is
-!> nearest.
+!> Words of geotechnics, and cards of other programs, that are no keywords: which card does what they mean, or that
+!> nothing here does and what is nearest.
 !> The page docs/cannot.md is the same list of what is not there, with reasons.
 module qsmpm_help_topics
   use qsmpm_text, only: string_type, split
   implicit none
   private
 
-  public :: topic_text, topics_type, topics
+  public :: topic_text, is_topic, topics_type, topics
 
   !> A subject: words that ask for it, in capitals with commas between, and the answer.
   type :: topics_type
-    character(len=120) :: words = ''
+    character(len=140) :: words = ''
     character(len=330) :: answer = ''
   end type topics_type
 
 contains
 
-  !> The answer to a word in capitals; empty when there is none. A topic answers when the word holds one of its words.
+  !> The answer to a word in capitals; empty when there is none. A topic answers to one of its own words before others
+  !> do to words that hold one of theirs.
   pure function topic_text(word) result(text)
     character(len=*), intent(in) :: word
     character(len=:), allocatable :: text
     type(topics_type), allocatable :: known(:)
-    type(string_type), allocatable :: asked(:)
-    integer :: k, i
+    integer :: k
 
-    text = ''
     allocate (known, source=topics())
-    do k = 1, size(known)
-      call split(trim(known(k)%words), ',', asked)
+    k = topic_of(known, word, .true.)
+    if (k == 0) k = topic_of(known, word, .false.)
+    text = ''
+    if (k > 0) text = trim(known(k)%answer)
+  end function topic_text
+
+  !> Whether a word in capitals is itself one that a topic answers to.
+  pure logical function is_topic(word)
+    character(len=*), intent(in) :: word
+
+    is_topic = topic_of(topics(), word, .true.) > 0
+  end function is_topic
+
+  !> Number of the first topic that answers to a word, 0 for none.
+  pure integer function topic_of(known, word, whole) result(found)
+    type(topics_type), intent(in) :: known(:)
+    character(len=*), intent(in) :: word
+    !> The word is to be one of the topic's, not only to hold one.
+    logical, intent(in) :: whole
+    type(string_type), allocatable :: asked(:)
+    integer :: i
+
+    do found = 1, size(known)
+      call split(trim(known(found)%words), ',', asked)
       do i = 1, size(asked)
-        if (index(word, trim(adjustl(asked(i)%text))) > 0) then
-          text = trim(known(k)%answer)
-          return
-        end if
+        if (whole .and. word == asked(i)%text) return
+        if (.not. whole .and. index(word, trim(asked(i)%text)) > 0) return
       end do
     end do
-  end function topic_text
+    found = 0
+  end function topic_of
 
   !> All subjects: first what cards do under another name, then what is not there.
   pure function topics() result(known)
     type(topics_type), allocatable :: known(:)
 
-    allocate (known, source=[there(), missing()])
+    allocate (known, source=[workflow(), soil(), other_programs(), missing()])
   end function topics
 
-  !> What cards do.
-  pure function there() result(known)
+  !> The ground, its water and what is built.
+  pure function workflow() result(known)
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('FACTOR OF SAFETY,SAFETY FACTOR,STRENGTH REDUCTION,PHI-C,PHI C', &
+      topics_type('FACTOR OF SAFETY,SAFETY FACTOR,SLOPE STABILITY,STRENGTH REDUCTION,PHI-C,PHI C,FOS,SRF', &
         '*PHASE, TYPE=SAFETY with *SAFETY: c and tan(phi) are divided until no equilibrium is found; '// &
         'docs/methods/safety.md'), &
-      topics_type('EXCAVAT,DIG,EMBANKMENT,LIFT,FILL,STAGED,STAGE CONSTRUCTION,CONSTRUCTION', &
+      topics_type('LIFT,FILL', &
+        '*ACTIVATE of one *BODY a lift, a *PHASE each: with FILL=LEVEL it reaches down to the ground as that has '// &
+        'settled; docs/methods/stages.md'), &
+      topics_type('EXCAVAT,DIG,EMBANKMENT,STAGED,STAGE CONSTRUCTION,CONSTRUCTION,STAGE,MODEL CHANGE', &
         '*DEACTIVATE digs a body out, *ACTIVATE builds it, phase by phase; docs/methods/stages.md'), &
-      topics_type('GROUNDWATER,PHREATIC,WATER TABLE,PORE PRESSURE,BUOYANCY,DRAWDOWN,FLOOD', &
+      topics_type('DEWATER,DRAWDOWN,FLOOD,PUMPING,LOWERING', &
+        '*WATER LEVEL in a later *PHASE: the level moves evenly over the phase; free water on a surface goes with '// &
+        '*PRESSURE, LEVEL=; docs/methods/water.md'), &
+      topics_type('GROUNDWATER,PHREATIC,WATER TABLE,PORE PRESSURE,BUOYANCY,SUBMERGED', &
         '*WATER LEVEL gives the pore pressure at rest below a line, *PRESSURE with LEVEL= presses free '// &
         'water on a surface; docs/methods/water.md'), &
       topics_type('WATER', &
         '*WATER LEVEL for pore water, *PRESSURE with LEVEL= for free water; water that flows is not '// &
         'there: docs/methods/water.md, docs/cannot.md'), &
-      topics_type('FOOTING,FOUNDATION,SPUDCAN,PENETRAT,INDENT,PRESS IN', &
+      topics_type('FOOTING,FOUNDATION,SPUDCAN,PENETRAT,INDENT,PRESS IN,BEARING CAPACITY', &
         '*PRESCRIBE moves a node set and *MOVING MESH carries the grid with it: input/footing.inp, '// &
         'docs/methods/pushed_sets.md; bodies that touch and slip are not there yet'), &
-      topics_type('LAYER,SOIL PROFILE', &
+      topics_type('LAYER,SOIL PROFILE,STRATUM,BOREHOLE', &
         'a *BODY of its own material a layer; strength by depth by *STRENGTH PROFILE'), &
-      topics_type('INITIAL STRESS,GEOSTATIC,AT REST', &
+      topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION', &
         '*INITIAL, TYPE=K0 with *K0 of the materials, for level ground; else *GRAVITY and *RESET '// &
         'DISPLACEMENTS: docs/methods/initial_stresses.md'), &
-      topics_type('ROLLER,BOUNDARY,FIXITY,SUPPORTED', &
-        '*FIX holds node sets of the grid, *SUPPORT surfaces that cut it'), &
-      topics_type('SURCHARGE,LOAD', &
-        '*TRACTION is a dead load on a *SURFACE, *PRESSURE follows its normal, *GRAVITY is weight'), &
+      topics_type('SETTLEMENT,HEAVE,DEFLECTION,MONITORING', &
+        '*HISTORY, QUANTITY=DISPLACEMENT at a place; *RESET DISPLACEMENTS lets it count from a phase on'), &
+      topics_type('RUN-OUT,LANDSLIDE,DEBRIS,SLIDE', &
+        'a *PHASE that goes on past the limit load, or *SAFETY, RUNOUT=; *HISTORY, QUANTITY=RUNOUT tells how far'), &
+      topics_type('BEARING LOAD,LIMIT LOAD,FAILURE LOAD,COLLAPSE', &
+        '*CONTROLS, LIMIT COMPLIANCE= ends a phase at its limit load; docs/methods/limit_loads.md')])
+  end function workflow
+
+  !> Soil, laboratory, model.
+  pure function soil() result(known)
+    type(topics_type), allocatable :: known(:)
+
+    allocate (known, source=[ &
+      topics_type('COHESION,FRICTION ANGLE,DILATANCY,TENSION CUT,S_U,SHEAR STRENGTH', &
+        '*MOHR COULOMB: c, phi, psi and a tension cut-off; s_u is c with phi = 0, by depth in *STRENGTH PROFILE'), &
       topics_type('CLAY,SAND,TRESCA,VON MISES,MOHR,COULOMB', &
         '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *USER MATERIAL'), &
+      topics_type('DRAINED,DRAINAGE,EXCESS PRESSURE', &
+        '*UNDRAINED below a material, *DRAIN STATE in a phase; without them soil is drained; '// &
+        'docs/methods/undrained.md'), &
+      topics_type('YOUNG,POISSON,STIFFNESS,MODULUS', &
+        '*ELASTIC: E and nu, one for each material; by depth in *STRENGTH PROFILE, by stress in *HARDENING '// &
+        'SOIL and *CAM CLAY'), &
       topics_type('UMAT,UDSM,OWN LAW,USER MODEL', &
         '*USER MATERIAL calls a UMAT or a UDSM out of a library that tools/build-umat makes; '// &
         'docs/user_models.md'), &
       topics_type('TRIAXIAL,OEDOMETER,LABORATORY,SIMPLE SHEAR', &
         '*POINT TEST and *POINT STAGE in a deck of their own, run by qsmpm point; docs/point_tests.md'), &
-      topics_type('STEP,INCREMENT,CONVERGENCE', &
-        '*CONTROLS inside a *PHASE'), &
-      topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5', &
-        '*FIELD says how often pictures are written, *HISTORY which curves'), &
       topics_type('AXISYMMETR,PLANE STRAIN,SYMMETRY', &
         '*MODEL, TYPE=; AUTO finds the smallest model: docs/scene.md')])
-  end function there
+  end function soil
+
+  !> Cards and words of other programs.
+  pure function other_programs() result(known)
+    type(topics_type), allocatable :: known(:)
+
+    allocate (known, source=[ &
+      topics_type('DENSITY,SELF WEIGHT,DEAD WEIGHT', &
+        '*UNIT WEIGHT of the material, which *GRAVITY multiplies'), &
+      topics_type('ROLLER,BOUNDARY,FIXITY,SUPPORTED', &
+        '*FIX holds node sets of the grid, *SUPPORT surfaces that cut it'), &
+      topics_type('SURCHARGE,CLOAD,DLOAD,DSLOAD,LOAD', &
+        '*TRACTION is a dead load on a *SURFACE, *PRESSURE follows its normal, *GRAVITY is weight'), &
+      topics_type('AMPLITUDE', &
+        'loads grow evenly over a *PHASE, up to its LOAD FACTOR=: more phases make another course'), &
+      topics_type('SECTION,INSTANCE,ASSEMBLY', &
+        'a *BODY is of one *MATERIAL and fills a box, a polygon, a polyhedron or an element set of the mesh'), &
+      topics_type('STEP,INCREMENT,CONVERGENCE,STATIC,TOLERANCE', &
+        '*CONTROLS inside a *PHASE'), &
+      topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5', &
+        '*FIELD says how often pictures are written, *HISTORY which curves')])
+  end function other_programs
 
   !> What nothing here does.
   pure function missing() result(known)
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('CONTACT,INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SHEET,SLIDING,RIGID', &
+      topics_type('SHEET PILE,SHEETPILE,WALL,RETAINING,DIAPHRAGM,COFFERDAM', &
+        'walls that bend or slip along the soil are not there; nearest: a *BODY of stiff *ELASTIC a few cells '// &
+        'thick, *SUPPORT for a wall that holds or, smooth, lets slide, *TRACTION in place of its props: '// &
+        'docs/cannot.md'), &
+      topics_type('CONTACT,INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SLIDING,RIGID', &
         'rigid bodies that touch the soil, stick and slip are not there yet; nearest: *PRESCRIBE of a '// &
         'node set with *MOVING MESH (rough, no gap), *SUPPORT for a wall that holds or, with its friction '// &
         'free, rolls: docs/cannot.md'), &
-      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,TRUSS,STRUT,BEAM,PLATE,SHELL,LINING,WALL', &
+      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,TRUSS,STRUT,BEAM,PLATE,SHELL,LINING,TUNNEL', &
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, or '// &
         '*TRACTION in place of the force of an anchor: docs/cannot.md'), &
-      topics_type('SEEPAGE,CONSOLIDAT,DARCY,PERMEAB,FLOW', &
+      topics_type('CONSOLIDAT', &
+        'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
+        'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &
+      topics_type('SEEPAGE,DARCY,PERMEAB,FLOW,RAINFALL', &
         'water that flows is not there; nearest: *WATER LEVEL for its pressure, *UNDRAINED and *DRAIN '// &
         'STATE for soil before and after consolidation: docs/cannot.md'), &
       topics_type('EARTHQUAKE,DYNAMIC,WAVE,INERTIA,VELOCITY,IMPACT,SEISMIC', &

@@ -290,22 +290,24 @@ contains
     !> Something has left the mesh.
     type(error_type), allocatable, intent(out) :: error
 
-    call relocate(mesh, cell_size, state%points, 'material point', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%surface, 'surface point', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%tracers, 'tracer', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%watched, 'material in front of a prescribed set', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%inactive%points, 'material point that is not there', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%inactive%unloading, 'material point that is taken out', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%inactive%surface, 'surface point that is not there', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%inactive%unloading_surface, 'surface point that is taken out', error)
-    if (allocated(error)) return
-    call relocate(mesh, cell_size, state%inactive%feet, 'place under a body that comes', error)
+    call find(state%points, 'material point')
+    call find(state%surface, 'surface point')
+    call find(state%tracers, 'tracer')
+    call find(state%watched, 'material in front of a prescribed set')
+    call find(state%inactive%points, 'material point that is not there')
+    call find(state%inactive%unloading, 'material point that is taken out')
+    call find(state%inactive%surface, 'surface point that is not there')
+    call find(state%inactive%unloading_surface, 'surface point that is taken out')
+    call find(state%inactive%feet, 'place under a body that comes')
+
+  contains
+
+    !> Owner cells of some of it, unless something else has left the mesh.
+    subroutine find(carried, name)
+      class(carried_type), intent(inout) :: carried
+      character(len=*), intent(in) :: name
+
+      if (.not. allocated(error)) call relocate(mesh, cell_size, carried, name, error)
+    end subroutine find
   end subroutine find_again
 end module qsmpm_convection

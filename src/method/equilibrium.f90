@@ -161,10 +161,10 @@ contains
     end if
     if (step%failure%failed) then
       call give_up(step, 'the stress of a point could not be updated', solution)
-      return
+    else
+      call out_of_balance(step, goal, residual, solution)
+      call check_forces(step, residual, solution)
     end if
-    call out_of_balance(step, goal, residual, solution)
-    call check_forces(step, residual, solution)
   end subroutine evaluate_start
 
   !> Note why the solution is not to be used: what a term says of the last evaluation, or a sentence.
@@ -322,8 +322,7 @@ contains
       if (.not. step%failure%failed) then
         call out_of_balance(step, goal, residual, solution)
         if (.not. searched) exit
-        if (solution%out_of_balance <= (1.0_wp - least_descent*length)*before) exit
-        if (solution%out_of_balance <= goal%tolerance) exit
+        if (solution%out_of_balance <= max(goal%tolerance, (1.0_wp - least_descent*length)*before)) exit
       else if (whole .or. step%failure%unrecoverable) then
         exit
       end if
@@ -345,9 +344,9 @@ contains
 
     if (step%failure%failed) then
       call give_up(step, 'an element or point turns inside out', solution)
-      return
+    else
+      call check_forces(step, residual, solution)
     end if
-    call check_forces(step, residual, solution)
     if (allocated(solution%reason)) return
     if (frozen .and. solution%out_of_balance > divergence) then
       call give_up(step, 'the iteration diverges', solution)

@@ -55,8 +55,8 @@ module qsmpm_initialisation
     type(window_type) :: window
     !> What the outlines of cut bodies have shown so far; outlives the step.
     type(cut_cell_check_type) :: cut
-    !> Why the last try of the present step was rejected, as the log has been told; unallocated for a first try.
-    character(len=:), allocatable :: told
+    !> Why the last try of the present step was rejected, as it stands in the log; unallocated for a first try.
+    character(len=:), allocatable :: reported_reason
   end type step_type
 
 contains

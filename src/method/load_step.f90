@@ -77,7 +77,6 @@ contains
     type(attempt_type), intent(in) :: attempt
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable, intent(out) :: error
-    type(saved_places_type) :: before
     type(target_type) :: goal
     real(wp), allocatable :: force_before(:, :)
     logical :: undamped
@@ -93,9 +92,21 @@ contains
     if (solution%converged) call judge_length(model, step, controls, attempt, solution, error)
     if (allocated(error)) return
     call name_worst_node(model, solution)
-    if (.not. solution%converged) return
+    if (solution%converged) call carry_over(model, step, goal, attempt, force_before, solution, error)
+  end subroutine solve_step
 
-    ! Convective phase, section 3.3: eqs. 28, 29
+  !> Convective phase, section 3.3: eqs. 28, 29. Where it fails all places are those of before.
+  subroutine carry_over(model, step, goal, attempt, force_before, solution, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(target_type), intent(in) :: goal
+    type(attempt_type), intent(in) :: attempt
+    !> External force at the start of the step (components, nodes).
+    real(wp), intent(in) :: force_before(:, :)
+    type(solution_type), intent(inout) :: solution
+    type(error_type), allocatable, intent(out) :: error
+    type(saved_places_type) :: before
+
     call save_places(model, before)
     associate (d => model%mesh%dimension, n => model%space%node_count)
       solution%compliance = compliance_in(step%equations, goal%increment(:d, :n), solution%displacement(:d, :n))
@@ -122,7 +133,7 @@ contains
         progress%fraction = attempt%fraction
       end associate
     end if
-  end subroutine solve_step
+  end subroutine carry_over
 
   !> Equilibrium of the step, with the line search or without it (qsmpm_step_control). What has worked is tried first
   !> from then on.

@@ -25,10 +25,10 @@ module qsmpm_moving_mesh_check
   !> What has been seen and reported so far.
   type :: moving_mesh_check_type
     !> Number of empty cells last reported.
-    integer :: empty_told = 0
+    integer :: empty_reported = 0
     !> Points that have come into another cell, counted each time; whether that is reported.
     integer :: crossings = 0
-    logical :: crossings_told = .false.
+    logical :: crossings_reported = .false.
   end type moving_mesh_check_type
 
 contains
@@ -46,11 +46,13 @@ contains
     if (.not. model%analysis%moving_mesh%active) return
     call warn_of_empty_cells(model, activation, check, observer)
     associate (method => model%analysis%method)
-      if (method%basis /= basis_standard .or. method%integration /= integrate_points .or. check%crossings_told) return
+      if (check%crossings_reported) return
+      if (method%basis /= basis_standard .or. method%integration /= integrate_points) return
     end associate
     check%crossings = check%crossings + crossing_points(model%state%points, activation)
-    check%crossings_told = check%crossings > few_crossings*model%state%points%count
-    if (check%crossings_told) call observer%note('warning: material points come into other cells of *MOVING MESH, '// &
+    check%crossings_reported = check%crossings > few_crossings*model%state%points%count
+    if (check%crossings_reported) &
+      call observer%note('warning: material points come into other cells of *MOVING MESH, '// &
       'and with BASIS=STANDARD at points their stresses jump there: resistance may be far too low; take BASIS=GIMP '// &
       'or SPLINE2, or INTEGRATION=CELL')
   end subroutine check_moving_mesh
@@ -69,9 +71,9 @@ contains
     active = .false.
     active(model%state%points%cell) = .true.
     allocate (cells, source=empty_cells(model%mesh, model%analysis%moving_mesh%axis, active))
-    if (size(cells) < max(1, 2*check%empty_told)) return
+    if (size(cells) < max(1, 2*check%empty_reported)) return
     if (.not. any(activation%active_number(cells) > 0)) return
-    check%empty_told = size(cells)
+    check%empty_reported = size(cells)
     write (place, '(3es12.4)') centre_of(model%mesh, cells(1))
     call observer%note('warning: cells amid material that hold no material point: '//integer_text(size(cells))// &
       ', the first at'//trim(place)//'. Points stand farther apart than the rows of *MOVING MESH that pass them, '// &

@@ -50,6 +50,8 @@ module qsmpm_observer
     procedure :: mechanism => ignore_mechanism
     !> A sentence for the log (rejected step or re-equilibration, another solver, constant-load test, ...).
     procedure(note_interface), deferred :: note
+    !> What a phase was run for: limit load, factor of safety, stop. A sentence unless overridden.
+    procedure :: tell_result => note_result
     !> True when the run should stop after the current iteration (signal).
     procedure(stop_interface), deferred :: stop_requested
   end type observer_type
@@ -112,6 +114,14 @@ contains
     associate (unused => self, unused_model => model)
     end associate
   end subroutine ignore_mechanism
+
+  !> A result is a sentence.
+  subroutine note_result(self, text)
+    class(observer_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    call self%note(text)
+  end subroutine note_result
 
   !> Ignore an accepted step.
   subroutine silent_accepted(self, model, record, error)

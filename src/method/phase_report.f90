@@ -21,7 +21,7 @@ module qsmpm_phase_report
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_phase, warn_of_lag, &
-    warn_of_initial_strength, failure_text
+    warn_of_initial_strength, failure_text, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -106,28 +106,34 @@ contains
       report%stiff_steps = 0
       report%worst_share = 0.0_wp
       call end_cut_cell_check(phase%name, cut, observer)
-      if (progress%phase == 1) call report_start(progress, phase, observer)
+      if (progress%phase == 1 .and. has_start_move(progress)) &
+        call observer%note(start_text(progress, phase%name, model%analysis%length_unit))
     end associate
     call check_locking(model, observer)
   end subroutine report_phase
 
-  !> How far ground that began with K0 stresses has moved.
-  subroutine report_start(progress, phase, observer)
+  !> How far ground that began with K0 stresses has moved: a length, and a share of what its own weight would settle it.
+  pure function start_text(progress, phase, unit) result(text)
     type(progress_type), intent(in) :: progress
-    type(phase_type), intent(in) :: phase
-    class(observer_type), intent(inout) :: observer
+    !> Name of the phase, and of the unit of length, '-' where the deck has none.
+    character(len=*), intent(in) :: phase, unit
+    character(len=:), allocatable :: text, length, share
     character(len=8) :: figure
 
-    if (.not. has_start_move(progress)) return
-    write (figure, '(es8.1)') start_move(progress)
-    if (.not. start_move(progress) > still) then
-      call observer%note("phase '"//phase%name//"': the ground has moved by"//figure//' gamma H^2/M at the most')
-    else
-      call observer%note("warning: phase '"//phase%name//"': K0 stresses that are not quite in equilibrium have "// &
-        'moved the ground by'//figure//' gamma H^2/M, which is twice its settlement under its own weight; '// &
-        '*RESET DISPLACEMENTS in the next phase')
-    end if
-  end subroutine report_start
+    associate (move => start_move(progress))
+      write (figure, '(es8.1)') 2.0_wp*move*progress%own_settlement
+      length = trim(adjustl(figure))
+      if (unit /= '-') length = length//' '//unit
+      write (figure, '(es8.1)') 2.0_wp*move
+      share = trim(adjustl(figure))//' of the settlement that its own weight would cause'
+      if (.not. move > still) then
+        text = "phase '"//phase//"': the ground has moved by "//length//' at the most, '//share
+      else
+        text = "warning: phase '"//phase//"': K0 stresses that are not quite in equilibrium have moved the ground "// &
+          'by '//length//', '//share//'; *RESET DISPLACEMENTS in the next phase takes it out of the displacements'
+      end if
+    end associate
+  end function start_text
 
   !> Warn once in a phase of material that does not follow a prescribed set.
   subroutine warn_of_lag(warning, report, observer)

@@ -9,7 +9,7 @@ module qsmpm_phases
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
-  use qsmpm_limit_load, only: is_found, limit_loads, limit_text
+  use qsmpm_limit_load, only: is_found, limit_loads, limit_report
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
@@ -22,14 +22,14 @@ module qsmpm_phases
   use qsmpm_phase_tree, only: parent_of
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
-  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, show_mechanism, &
-    tell_factor
+  use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, share_note, &
+    show_mechanism, tell_factor
   use qsmpm_soil_points, only: inaccurate_points
   use qsmpm_step_control, only: outcome_type
   use qsmpm_phase_stop, only: step_before_type, remember_start, must_be_shorter, must_be_smaller, text_of_stop
   use qsmpm_step_length, only: cut_back, go_on, is_given_up, phase_is_complete, plan_step
   use qsmpm_step_solver, only: step_solver_type
-  use qsmpm_stepping, only: is_told, take_step
+  use qsmpm_stepping, only: is_reported, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
@@ -213,6 +213,9 @@ contains
         if (allocated(error)) return
         call warn_of_initial_strength(model, observer)
       end if
+      if (phase%kind == phase_safety) then
+        if (len(share_note(phase)) > 0) call observer%note(share_note(phase))
+      end if
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_begun(model, error)
@@ -245,9 +248,9 @@ contains
     if (.not. is_lost(model%state%progress)) call keep_phase(model)
     call report_phase(model, loop%step%cut, loop%report, observer)
     associate (progress => model%state%progress, phase => model%analysis%phases(model%state%progress%phase))
-      if (is_found(progress%limit)) call observer%note("phase '"//phase%name//"': "// &
-        limit_text(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
-      if (progress%stopped) call observer%note(text_of_stop(model, phase))
+      if (is_found(progress%limit)) call observer%tell_result("phase '"//phase%name//"': "// &
+        limit_report(limit_loads(progress%limit, progress%fraction, phase%load_factor)))
+      if (progress%stopped) call observer%tell_result(text_of_stop(model, phase))
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
@@ -294,7 +297,7 @@ contains
 
     accepted = .false.
     repeats = 0
-    if (allocated(loop%step%told)) deallocate (loop%step%told)
+    if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
     call remember_start(model, phase, before)
     do
       if (is_stopped(observer, error)) return
@@ -331,19 +334,19 @@ contains
     class(observer_type), intent(inout) :: observer
     character(len=*), intent(in) :: reason
     type(step_type), intent(inout) :: step
-    !> Cuts for the same reason that have not been told.
+    !> Cuts for the same reason that are not in the log.
     integer, intent(inout) :: repeats
 
-    if (is_told(step, reason)) then
+    if (is_reported(step, reason)) then
       repeats = repeats + 1
       return
     end if
     call note_repeats(observer, repeats)
     call observer%note('increment cut back: '//reason)
-    step%told = reason
+    step%reported_reason = reason
   end subroutine note_cut
 
-  !> Tell how often an increment was cut back again for the reason that was told.
+  !> Tell how often an increment was cut back again for the reason that is in the log.
   subroutine note_repeats(observer, repeats)
     class(observer_type), intent(inout) :: observer
     integer, intent(inout) :: repeats

@@ -24,7 +24,7 @@ module qsmpm_safety_search
   implicit none
   private
 
-  public :: find_stable_factor, end_search, tell_factor, show_mechanism, set_strength, runout_factor
+  public :: find_stable_factor, end_search, tell_factor, show_mechanism, set_strength, runout_factor, share_note
 
   !> Sub-steps that show a mechanism, at most.
   integer, parameter :: most_substeps = 20
@@ -76,6 +76,22 @@ contains
     outcome%accepted = .false.
   end subroutine find_stable_factor
 
+  !> What a search lets the stabilisation carry, where the deck gives it more; empty where it does not.
+  pure function share_note(phase) result(text)
+    type(phase_type), intent(in) :: phase
+    character(len=:), allocatable :: text
+
+    text = ''
+    if (.not. phase%controls%stabilisation_share > largest_share) return
+    text = "phase '"//phase%name//"': STABILISATION SHARE is "//factor_text(largest_share)//' in the search for '// &
+      'the factor, which more would raise; '//factor_text(phase%controls%stabilisation_share)
+    if (phase%safety%runout < huge(1.0_wp)) then
+      text = text//' in the run-out'
+    else
+      text = text//' of *CONTROLS has no effect'
+    end if
+  end function share_note
+
   !> Put a strength in force.
   subroutine set_strength(model, factor)
     type(model_type), intent(inout) :: model
@@ -110,7 +126,8 @@ contains
         return
       end if
       call tell_factor(model, phase, observer)
-      if (progress%bracket%lost > 0.0_wp) call observer%note('the factor is that of this grid, and coarser ones '// &
+      if (progress%bracket%lost > 0.0_wp) call observer%tell_result( &
+        'the factor is that of this grid, and coarser ones '// &
         'give higher factors: `qsmpm-verify study DECK --history F` tells it with its grid error')
       if (phase%safety%runout <= progress%bracket%stable) call observer%note("warning: phase '"//phase%name// &
         "': RUNOUT="//factor_text(phase%safety%runout)//' is no more than the stable factor: nothing runs out')
@@ -124,7 +141,7 @@ contains
     type(phase_type), intent(in) :: phase
     class(observer_type), intent(inout) :: observer
 
-    call observer%note("phase '"//phase%name//"': "//bracket_text(model%state%progress%bracket))
+    call observer%tell_result("phase '"//phase%name//"': "//bracket_text(model%state%progress%bracket))
     call add_factor(model%state%progress)
   end subroutine tell_factor
 

@@ -125,7 +125,7 @@ contains
     progress%step = progress%step + 1
     progress%phase_steps = progress%phase_steps + 1
     progress%next_step = length_after_step(controls, length, outcome)
-    call note_accepted(compliance, start, progress%fraction, progress%limit)
+    call note_accepted(compliance, controls%limit_compliance, start, progress%fraction, progress%limit)
   end subroutine go_on
 
   !> After a rejected step.

@@ -21,7 +21,7 @@ module qsmpm_stepping
   implicit none
   private
 
-  public :: take_step, is_told
+  public :: take_step, is_reported
 
 contains
 
@@ -70,7 +70,7 @@ contains
     if (allocated(error)) return
     if (.not. outcome%accepted) then
       if (.not. may_be_damped(model, controls, fraction, outcome)) return
-      if (.not. is_told(step, outcome%reason)) &
+      if (.not. is_reported(step, outcome%reason)) &
         call observer%note('static step rejected ('//outcome%reason//'); damped sub-steps')
       call take_substeps(model, step, solver, controls, fraction, record, outcome, error)
       if (allocated(error) .or. .not. outcome%accepted) return
@@ -78,14 +78,14 @@ contains
     call equilibrate_again(model, step, solver, controls, observer, record, outcome, error)
   end subroutine find_equilibrium
 
-  !> Whether the log has been told a reason at the last try of this step.
-  pure logical function is_told(step, reason)
+  !> Whether the log has a reason already at the last try of this step.
+  pure logical function is_reported(step, reason)
     type(step_type), intent(in) :: step
     character(len=*), intent(in) :: reason
 
-    is_told = .false.
-    if (allocated(step%told)) is_told = step%told == reason
-  end function is_told
+    is_reported = .false.
+    if (allocated(step%reported_reason)) is_reported = step%reported_reason == reason
+  end function is_reported
 
   !> One solve, what it adds to the record of the step, and whether the step may go on from it.
   subroutine solve(model, step, solver, controls, attempt, record, outcome, solution, error)

@@ -51,8 +51,10 @@ contains
     type(points_type) :: there
     integer :: i
 
-    call select_points(model%state%points, pack([(i, i=1, model%state%points%count)], &
-      model%analysis%bodies(model%state%points%body)%active), there)
+    associate (points => model%state%points, bodies => model%analysis%bodies)
+      call select_points(points, pack([(i, i=1, points%count)], [(bodies(points%body(i))%active, i=1, points%count)]), &
+        there)
+    end associate
     associate (surface => model%state%surface)
       do i = 1, surface%count
         associate (drawn => model%analysis%surfaces(surface%surface(i)))

@@ -6,7 +6,9 @@
 !> re-equilibrations. The first accepted step of the phase gives the reference; step control rejects a step whose C is
 !> more than LIMIT COMPLIANCE times that and bisects the load between the last accepted and the rejected one
 !> (qsmpm_step_control). The knee is where C, interpolated in its logarithm between the middles of these two steps, is
-!> LIMIT COMPLIANCE times the reference. Without LIMIT COMPLIANCE C is only measured. docs/methods/limit_loads.md
+!> LIMIT COMPLIANCE times the reference: that is the answer. How sure it is says the plateau, the loads of the steps
+!> that were more than half as compliant as allowed. Without LIMIT COMPLIANCE C is only measured.
+!> docs/methods/limit_loads.md
 module qsmpm_limit_load
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: real_text
@@ -14,7 +16,7 @@ module qsmpm_limit_load
   private
 
   public :: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, note_refused
-  public :: is_found, interpolate_knee, limit_loads, limit_text, relative_compliance
+  public :: is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance
 
   !> What the load increment of a step does.
   type :: compliance_type
@@ -30,9 +32,14 @@ module qsmpm_limit_load
     real(wp) :: middle = 0.0_wp
     !> Smallest load fraction that was rejected for its compliance, 0 for none; compliance and middle of that step.
     real(wp) :: refused = 0.0_wp, refused_compliance = 0.0_wp, refused_middle = 0.0_wp
+    !> Load fraction at the start of the first step of the plateau, 0 for none: it begins anew behind a stiffer step.
+    real(wp) :: plateau = 0.0_wp
     !> Load fraction at the knee, 0 until the limit load is found.
     real(wp) :: knee = 0.0_wp
   end type limit_load_type
+
+  !> Share of the compliance that is allowed from which a step belongs to the plateau.
+  real(wp), parameter :: flat = 0.5_wp
 
 contains
 
@@ -54,8 +61,10 @@ contains
   end function compliance_of
 
   !> Remember an accepted step.
-  pure subroutine note_accepted(step, start, last, limit)
+  pure subroutine note_accepted(step, allowed, start, last, limit)
     type(compliance_type), intent(in) :: step
+    !> LIMIT COMPLIANCE, 0 for none.
+    real(wp), intent(in) :: allowed
     !> Shares of the phase at its start and end.
     real(wp), intent(in) :: start, last
     type(limit_load_type), intent(inout) :: limit
@@ -63,6 +72,11 @@ contains
     limit%last = compliance_of(step)
     limit%middle = 0.5_wp*(start + last)
     if (.not. limit%first > 0.0_wp) limit%first = limit%last
+    if (.not. (allowed > 0.0_wp .and. limit%last > flat*allowed*limit%first)) then
+      limit%plateau = 0.0_wp
+    else if (.not. limit%plateau > 0.0_wp) then
+      limit%plateau = start
+    end if
   end subroutine note_accepted
 
   !> Remember a step rejected for its compliance.
@@ -95,26 +109,44 @@ contains
     limit%knee = limit%middle + share*(limit%refused_middle - limit%middle)
   end subroutine interpolate_knee
 
-  !> Load factors between which the limit load lies, carried and refused, and that of the knee; zeros until it is found.
+  !> Load factors between which the search ended, carried and refused, that of the knee and that from which on steps
+  !> belong to the plateau; zeros until it is found.
   pure function limit_loads(limit, fraction, load_factor) result(loads)
     type(limit_load_type), intent(in) :: limit
     !> Load fraction done, and load factor at the end of the phase.
     real(wp), intent(in) :: fraction, load_factor
-    real(wp) :: loads(3)
+    real(wp) :: loads(4), plateau
 
     loads = 0.0_wp
-    if (is_found(limit)) loads = load_factor*[fraction, limit%refused, limit%knee]
+    if (.not. is_found(limit)) return
+    ! A step that goes from stiff to refused has no plateau but itself.
+    plateau = fraction
+    if (limit%plateau > 0.0_wp) plateau = limit%plateau
+    loads = load_factor*[fraction, limit%refused, limit%knee, min(plateau, limit%knee)]
   end function limit_loads
 
   !> The limit load in words.
   pure function limit_text(loads) result(text)
-    !> As limit_loads gives them (3).
+    !> As limit_loads gives them (4).
     real(wp), intent(in) :: loads(:)
     character(len=:), allocatable :: text
 
-    text = 'limit load between '//six_digits(loads(1))//' and '//six_digits(loads(2))//', knee at '// &
-      six_digits(loads(3))
+    text = 'limit load '//six_digits(loads(3))
   end function limit_text
+
+  !> The limit load, whose it is and how far it is known.
+  pure function limit_report(loads) result(text)
+    !> As limit_loads gives them (4).
+    real(wp), intent(in) :: loads(:)
+    character(len=:), allocatable :: text
+    character(len=12) :: scatter
+
+    write (scatter, '(f12.1)') 100.0_wp*(loads(2) - loads(4))/loads(3)
+    text = limit_text(loads)//' of this grid (the knee), known to '//trim(adjustl(scatter))// &
+      ' %: its plateau begins at '//six_digits(loads(4))//', carried is '//six_digits(loads(1))//', refused '// &
+      six_digits(loads(2))// &
+      '; `qsmpm-verify study DECK --history load_factor` tells the error of the grid'
+  end function limit_report
 
   !> A number in six significant digits at the most.
   pure function six_digits(value) result(text)

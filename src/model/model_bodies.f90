@@ -52,7 +52,7 @@ contains
         else if (list%count == before) then
           call add_diagnostic(diagnostics, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
         else
-          call report_outside(model, model%shapes(b), body%name, sum(list%volume(before + 1:list%count)))
+          call report_outside(model, model%shapes(b), body%name, body%copies*sum(list%volume(before + 1:list%count)))
         end if
       end associate
     end do
@@ -77,7 +77,7 @@ contains
     type(model_type), intent(inout) :: model
     type(body_shape_type), intent(in) :: shape
     character(len=*), intent(in) :: name
-    !> Volume of its material points.
+    !> Volume of its material points, those of the scene where the model is a reduced one.
     real(wp), intent(in) :: held
     real(wp) :: drawn, high, low, middle(3)
     character(len=12) :: share
@@ -171,11 +171,13 @@ contains
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp) :: volumes(model%mesh%cell_count), held(model%mesh%cell_count)
+    logical :: active(size(model%analysis%bodies))
     integer :: last, p
 
     call cell_volumes(model%mesh, model%analysis%model == axisymmetric, volumes)
     last = size(model%analysis%bodies)
-    call hold_cells(model, model%analysis%bodies%active, held)
+    active = model%analysis%bodies%active
+    call hold_cells(model, active, held)
     if (any(held > overfull*volumes)) call add_diagnostic(diagnostics, model%analysis%bodies(last)%where, '*BODY', &
       'bodies overlap: an element holds more material than its volume')
     if (any(held > 0.0_wp .and. held < cut*volumes)) call report_inexact(model)

@@ -30,36 +30,22 @@ contains
     type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     logical :: occupied(model%mesh%cell_count)
-    integer, allocatable :: faces(:, :)
     integer :: s, k, before
 
     occupied = .false.
     associate (points => model%state%points)
-      occupied(pack(points%cell, model%analysis%bodies(points%body)%active)) = .true.
+      do k = 1, points%count
+        if (model%analysis%bodies(points%body(k))%active) occupied(points%cell(k)) = .true.
+      end do
     end associate
     do s = 1, size(model%analysis%surfaces)
       associate (surface => model%analysis%surfaces(s))
+        if (surface%selection == select_segment .and. model%mesh%dimension == 3) then
+          call add_diagnostic(diagnostics, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
+          cycle
+        end if
         before = list%count
-        select case (surface%selection)
-        case (select_box)
-          call faces_in_box(model%mesh, surface%box, faces)
-          call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
-          call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
-        case (select_segment)
-          if (model%mesh%dimension == 3) then
-            call add_diagnostic(diagnostics, surface%where, '*SURFACE', 'TYPE=SEGMENT is for plane models')
-            cycle
-          end if
-          do k = 1, size(surface%segments, 2)
-            call seed_segment(model%mesh, model%analysis%model == axisymmetric, occupied, &
-              .false., surface%segments(:, k), surface_degree(model), s, list)
-          end do
-        case (select_outline)
-          call outline_points(model, surface, s, list)
-        case (select_mesh)
-          call mesh_faces(model, surface%name, faces)
-          call seed_faces(model%mesh, model%analysis%model == axisymmetric, occupied, faces, s, list)
-        end select
+        call seed_surface(model, surface, s, occupied, list)
         if (list%count == before) call add_diagnostic(diagnostics, surface%where, '*SURFACE', &
           "surface '"//surface%name//"' touches no element that holds material")
       end associate
@@ -76,6 +62,38 @@ contains
     call choose_carrying_points(model)
     call check_planes(model, diagnostics)
   end subroutine make_surfaces
+
+  !> Points of one surface.
+  subroutine seed_surface(model, surface, number, occupied, list)
+    !> The model; gets notes.
+    type(model_type), intent(inout) :: model
+    type(surface_type), intent(in) :: surface
+    integer, intent(in) :: number
+    !> Cells that hold material (cell_count).
+    logical, intent(in) :: occupied(:)
+    type(seed_list_type), intent(inout) :: list
+    integer, allocatable :: faces(:, :)
+    logical :: revolved
+    integer :: k
+
+    revolved = model%analysis%model == axisymmetric
+    select case (surface%selection)
+    case (select_box)
+      call faces_in_box(model%mesh, surface%box, faces)
+      call seed_faces(model%mesh, revolved, occupied, faces, number, list)
+      call report_cut_faces(model, surface, cuts_faces(model%mesh, surface%box, occupied))
+    case (select_segment)
+      do k = 1, size(surface%segments, 2)
+        call seed_segment(model%mesh, revolved, occupied, .false., surface%segments(:, k), surface_degree(model), &
+          number, list)
+      end do
+    case (select_outline)
+      call outline_points(model, surface, number, list)
+    case (select_mesh)
+      call mesh_faces(model, surface%name, faces)
+      call seed_faces(model%mesh, revolved, occupied, faces, number, list)
+    end select
+  end subroutine seed_surface
 
   !> Note that a box ends within faces: it takes whole faces only, and its load is smaller than it looks.
   subroutine report_cut_faces(model, surface, cut)

@@ -29,8 +29,23 @@ contains
     call begin_list(shape%outline, whole)
     call pieces_in_convex(whole, corners, parts)
     if (parts%count /= 1) return
-    shape%outline = parts%vertices(:, :parts%first(2) - 1)
+    call without_doubles(parts%vertices(:, :parts%first(2) - 1), same_place*maxval(bounds(:, 2) - bounds(:, 1)), &
+      shape%outline)
   end subroutine trim_outline
+
+  !> Leave out vertices that are where the one before is: a corner on an end of the grid is there twice.
+  pure subroutine without_doubles(polygon, near, vertices)
+    !> (2, n)
+    real(wp), intent(in) :: polygon(:, :)
+    real(wp), intent(in) :: near
+    real(wp), allocatable, intent(out) :: vertices(:, :)
+    integer :: i, n
+
+    n = size(polygon, 2)
+    associate (gaps => norm2(polygon - cshift(polygon, -1, dim=2), dim=1))
+      vertices = polygon(:, pack([(i, i=1, n)], gaps > near))
+    end associate
+  end subroutine without_doubles
 
   !> Whether a part of a trimmed outline is an end of the grid and none of the body.
   pure logical function is_trimmed(bounds, shape, place)

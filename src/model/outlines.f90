@@ -37,7 +37,7 @@ module qsmpm_outlines
   implicit none
   private
 
-  public :: carry_outlines, find_bodies, lay_surfaces, seed_outlines
+  public :: carry_outlines, find_bodies, flows, lay_surfaces, seed_outlines
 
   !> Share of a cell that a body must leave free, or hold, to cut it.
   real(wp), parameter :: cut = 1.0e-6_wp

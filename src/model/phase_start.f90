@@ -195,27 +195,9 @@ contains
     type(phase_type), intent(in) :: phase
     !> Loads and constraints in force.
     type(loading_type), intent(inout) :: loading
-    integer :: i, s, c
+    integer :: i, s
 
-    loading%prescribed = 0.0_wp
-    do i = 1, size(phase%fixities)
-      s = find_set(model%mesh%node_sets, phase%fixities(i)%set)
-      do c = 1, model%mesh%dimension
-        loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
-          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
-      end do
-      do c = 1, model%mesh%dimension
-        loading%held(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
-          (any(phase%fixities(i)%fixed) .and. loading%held(c, model%mesh%node_sets(s)%items))
-      end do
-    end do
-    do i = 1, size(phase%prescriptions)
-      s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
-      c = phase%prescriptions(i)%component
-      loading%constrained(c, model%space%sets(s)%items) = .true.
-      loading%held(c, model%mesh%node_sets(s)%items) = .true.
-      loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
-    end do
+    call apply_constraints(model, phase, loading)
     loading%gravity_start = loading%gravity_final
     if (phase%gravity%given) loading%gravity_final = phase%load_factor*phase%gravity%vector
     loading%traction_start = loading%traction_final
@@ -243,6 +225,34 @@ contains
     loading%pressure_start = loading%pressure_final
     loading%water_start = loading%water_final
   end subroutine apply_phase
+
+  !> Components that one phase fixes, frees and prescribes.
+  subroutine apply_constraints(model, phase, loading)
+    type(model_type), intent(in) :: model
+    type(phase_type), intent(in) :: phase
+    type(loading_type), intent(inout) :: loading
+    integer :: i, s, c
+
+    loading%prescribed = 0.0_wp
+    do i = 1, size(phase%fixities)
+      s = find_set(model%mesh%node_sets, phase%fixities(i)%set)
+      do c = 1, model%mesh%dimension
+        loading%constrained(c, model%space%sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
+          (any(phase%fixities(i)%fixed) .and. loading%constrained(c, model%space%sets(s)%items))
+      end do
+      do c = 1, model%mesh%dimension
+        loading%held(c, model%mesh%node_sets(s)%items) = phase%fixities(i)%fixed(c) .or. &
+          (any(phase%fixities(i)%fixed) .and. loading%held(c, model%mesh%node_sets(s)%items))
+      end do
+    end do
+    do i = 1, size(phase%prescriptions)
+      s = find_set(model%mesh%node_sets, phase%prescriptions(i)%set)
+      c = phase%prescriptions(i)%component
+      loading%constrained(c, model%space%sets(s)%items) = .true.
+      loading%held(c, model%mesh%node_sets(s)%items) = .true.
+      loading%prescribed(c, model%space%sets(s)%items) = phase%load_factor*phase%prescriptions(i)%value
+    end do
+  end subroutine apply_constraints
 
   !> Pressure that a phase ends with on a surface.
   pure type(surface_pressure_type) function final_pressure(phase, number) result(pressure)

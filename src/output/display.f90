@@ -8,13 +8,14 @@ module qsmpm_display
   use qsmpm_observer, only: step_record_type
   use qsmpm_posix, only: terminal_width, write_descriptor
   use qsmpm_term_share, only: share_named, damping_share, stabilisation_share
+  use qsmpm_warning_list, only: keep_warnings
   implicit none
   private
 
-  public :: display_type, start_display, show_step, show_text, end_display, step_text
+  public :: display_type, start_display, show_step, show_text, show_result, end_display, step_text
 
-  !> How a run shows itself.
-  integer, parameter, public :: display_quiet = 0, display_plain = 1, display_terminal = 2
+  !> How a run shows itself: not at all, by lines, by a line that is refreshed, by its warnings and results alone.
+  integer, parameter, public :: display_none = 0, display_plain = 1, display_terminal = 2, display_quiet = 3
 
   !> Share of the run after which a plain line is due, and seconds; for long runs the seconds grow
   !> with the time gone, so that a day's run has a few hundred lines.
@@ -23,14 +24,14 @@ module qsmpm_display
   !> Seconds between two refreshments of a terminal's line.
   real(wp), parameter :: seconds_between_refreshments = 0.1_wp
 
-  integer, parameter :: standard_output = 1
+  integer, parameter :: standard_output = 1, error_output = 2
   character(len=1), parameter :: newline = new_line('a')
   !> Back to the start of the line and clear it.
   character(len=*), parameter :: clear_line = achar(13)//achar(27)//'[K'
 
   !> What is shown, and when it was.
   type :: display_type
-    integer :: kind = display_quiet
+    integer :: kind = display_none
     type(clock_type) :: clock
     !> Share of the run done at the start and at the last line, and when that was [s].
     real(wp) :: start_share = 0.0_wp
@@ -62,7 +63,7 @@ contains
     real(wp) :: seconds, share
     character(len=:), allocatable :: line
 
-    if (display%kind == display_quiet) return
+    if (display%kind == display_none .or. display%kind == display_quiet) return
     seconds = wall_seconds(display%clock)
     share = share_done(model)
     if (.not. is_due(display, seconds, share)) return
@@ -88,17 +89,32 @@ contains
     if (width > 0 .and. width < len(line)) part = line(:width)
   end function fitting
 
-  !> Show a sentence on a line of its own.
+  !> Show sentences on lines of their own; to those who want it quiet the warnings among them, as errors.
   subroutine show_text(display, text)
+    type(display_type), intent(inout) :: display
+    !> A sentence a line.
+    character(len=*), intent(in) :: text
+    character(len=:), allocatable :: warnings
+
+    if (display%kind == display_quiet) then
+      call keep_warnings(text, warnings)
+      if (len(warnings) > 0) call write_descriptor(error_output, warnings)
+    else
+      call show_result(display, text)
+    end if
+  end subroutine show_text
+
+  !> Show a result on a line of its own.
+  subroutine show_result(display, text)
     type(display_type), intent(inout) :: display
     !> The sentence.
     character(len=*), intent(in) :: text
 
-    if (display%kind == display_quiet) return
+    if (display%kind == display_none) return
     if (display%line_stands) call write_descriptor(standard_output, clear_line)
     display%line_stands = .false.
     call write_descriptor(standard_output, text//newline)
-  end subroutine show_text
+  end subroutine show_result
 
   !> Leave the last line where it stands.
   subroutine end_display(display)

@@ -9,9 +9,10 @@ module qsmpm_recorder
   use qsmpm_kinds, only: wp, long
   use qsmpm_clock, only: clock_type, cpu_seconds, wall_seconds
   use qsmpm_curves, only: begin_curves, continue_curves, append_row
-  use qsmpm_display, only: display_type, display_plain, start_display, show_step, show_text, &
+  use qsmpm_display, only: display_type, display_plain, start_display, show_step, show_text, show_result, &
     end_display, step_text
-  use qsmpm_error, only: error_type, error_other, fail
+  use qsmpm_earlier_run, only: remove_earlier_run
+  use qsmpm_error, only: error_type, error_other
   use qsmpm_fields, only: phase_time
   use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
     read_text, write_text
@@ -24,13 +25,13 @@ module qsmpm_recorder
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_picture_list, only: picture_list_type, add_picture, read_collection, write_collection
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
-  use qsmpm_posix, only: remove_file, remove_numbered, signal_received, system_message
+  use qsmpm_posix, only: signal_received
   use qsmpm_restart, only: write_restart
   use qsmpm_results, only: results_folder, write_mesh_results, write_results_index, &
     write_step_results
   use qsmpm_timing, only: timing_type, timing_file, read_timing, write_timing
   use qsmpm_safety_factors, only: has_factor
-  use qsmpm_safety_files, only: safety_file, mechanism_mesh, mechanism_points, write_mechanism, write_safety
+  use qsmpm_safety_files, only: safety_file, write_mechanism, write_safety
   use qsmpm_standard_terms, only: standard_shares
   use qsmpm_summary, only: limit_json, summary_file, summary_table, write_summary
   use qsmpm_warning_list, only: keep_warnings, repeated_warnings
@@ -91,6 +92,7 @@ module qsmpm_recorder
     procedure :: phase_done
     procedure :: mechanism
     procedure :: note
+    procedure :: tell_result
     procedure :: stop_requested
   end type recorder_type
 
@@ -100,6 +102,10 @@ module qsmpm_recorder
   !> Name of the limit load of a phase that has asked for one.
   character(len=*), parameter :: limit_file = 'limit_load.json'
   character(len=*), parameter :: finished_line = 'qsmpm: finished'
+  !> Files of a run beside the numbered ones.
+  character(len=*), parameter :: own_files(12) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
+    'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
+    profile_file, summary_file]
 
 contains
 
@@ -133,7 +139,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     associate (directory => recorder%directory, options => recorder%options)
-      if (.not. options%continued) call remove_earlier_run(directory, error)
+      if (.not. options%continued) call remove_earlier_run(directory, own_files, error)
       if (allocated(error)) return
       if (options%continued) call read_timing(directory, recorder%earlier)
       if (model%analysis%output%hdf5) call make_folder(directory//'/'//results_folder, error)
@@ -154,32 +160,6 @@ contains
     if (.not. allocated(error) .and. recorder%options%begun) call show_start(recorder, model, error)
     if (allocated(error)) call write_log(recorder, 'qsmpm: stopped: '//error%message)
   end subroutine begin_files
-
-  !> Remove what an earlier run left, so that nothing of it is taken for a result of this one.
-  subroutine remove_earlier_run(directory, error)
-    character(len=*), intent(in) :: directory
-    !> Set when a file cannot be removed.
-    type(error_type), allocatable, intent(out) :: error
-    character(len=*), parameter :: names(12) = [character(len=16) :: 'curves.csv', limit_file, safety_file, &
-      'points.pvd', 'mesh.pvd', 'results.h5', 'results/mesh.h5', 'restart.h5', 'job.log', timing_file, &
-      profile_file, summary_file]
-    integer :: i, status
-
-    status = remove_numbered(directory, 'points_', '.vtu')
-    if (status == 0) status = remove_numbered(directory, 'mesh_', '.vtu')
-    if (status == 0) status = remove_numbered(directory, mechanism_points, '.vtu')
-    if (status == 0) status = remove_numbered(directory, mechanism_mesh, '.vtu')
-    if (status == 0) status = remove_numbered(directory//'/'//results_folder, '', '.h5')
-    do i = 1, size(names)
-      if (status /= 0) exit
-      if (file_exists(directory//'/'//trim(names(i)))) then
-        status = remove_file(directory//'/'//trim(names(i)))
-      end if
-    end do
-    if (status == 0) return
-    call fail(error, error_other, "cannot remove the files of an earlier run from '"// &
-      directory//"': "//system_message())
-  end subroutine remove_earlier_run
 
   !> Open the log: anew, or behind what the continued run wrote.
   subroutine open_log(recorder, error)
@@ -355,7 +335,7 @@ contains
     !> Set when a file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
 
-    if (.not. model%analysis%output%vtk) return
+    if (.not. (model%analysis%output%vtk .or. model%analysis%output%hdf5)) return
     self%estimate_step = -1
     call measure(self, model)
     self%estimate_step = -1
@@ -365,6 +345,8 @@ contains
     else
       call write_mechanism(self%directory, model, self%estimate, error)
     end if
+    if (allocated(error) .or. .not. (model%analysis%output%hdf5 .and. allocated(self%pictures%steps))) return
+    call write_results_index(self%directory, self%pictures%steps, error, size(model%analysis%phases))
   end subroutine mechanism
 
   !> Estimated error of the stresses at the points of the scene.
@@ -407,6 +389,15 @@ contains
     call show_text(self%display, without_last_newline(text))
     call keep_warnings(text, self%warnings)
   end subroutine note
+
+  !> What a phase was run for.
+  subroutine tell_result(self, text)
+    class(recorder_type), intent(inout) :: self
+    character(len=*), intent(in) :: text
+
+    call write_log(self, text)
+    call show_result(self%display, text)
+  end subroutine tell_result
 
   !> Whether a signal has asked the run to stop.
   logical function stop_requested(self)
@@ -548,7 +539,7 @@ contains
       if (.not. model%analysis%output%hdf5) return
       call write_step_results(directory, model, estimate, error)
       if (allocated(error)) return
-      call write_results_index(directory, recorder%pictures%steps, error)
+      call write_results_index(directory, recorder%pictures%steps, error, size(model%analysis%phases))
     end associate
   end subroutine write_fields
 

@@ -198,6 +198,7 @@ contains
       call put_attribute(image, group, 'refused', limit%refused)
       call put_attribute(image, group, 'refused_compliance', limit%refused_compliance)
       call put_attribute(image, group, 'refused_middle', limit%refused_middle)
+      call put_attribute(image, group, 'plateau', limit%plateau)
       call put_attribute(image, group, 'knee', limit%knee)
     end associate
   end subroutine put_progress
@@ -343,6 +344,24 @@ contains
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
     type(state_type), intent(inout) :: state
+
+    call size_all_points(reader, group, model, state)
+    call get_carried(reader, group//'/points', state%points)
+    call get_carried(reader, group//'/inactive_points', state%inactive%points)
+    call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
+    call get_carried(reader, group//'/surface', state%surface)
+    call get_carried(reader, group//'/inactive_surface', state%inactive%surface)
+    call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
+    call get_carried(reader, group//'/feet', state%inactive%feet)
+  end subroutine get_points
+
+  !> Room for as many material and surface points as the file has.
+  subroutine size_all_points(reader, group, model, state)
+    type(reader_type), intent(inout) :: reader
+    !> Of the state, empty for the root.
+    character(len=*), intent(in) :: group
+    type(model_type), intent(in) :: model
+    type(state_type), intent(inout) :: state
     type(points_type) :: like
     integer :: left
 
@@ -357,13 +376,6 @@ contains
     call size_surface(group//'/surface', state%surface)
     call size_surface(group//'/inactive_surface', state%inactive%surface)
     call size_surface(group//'/unloading_surface', state%inactive%unloading_surface)
-    call get_carried(reader, group//'/points', state%points)
-    call get_carried(reader, group//'/inactive_points', state%inactive%points)
-    call get_carried(reader, group//'/unloading_points', state%inactive%unloading)
-    call get_carried(reader, group//'/surface', state%surface)
-    call get_carried(reader, group//'/inactive_surface', state%inactive%surface)
-    call get_carried(reader, group//'/unloading_surface', state%inactive%unloading_surface)
-    call get_carried(reader, group//'/feet', state%inactive%feet)
 
   contains
 
@@ -392,7 +404,7 @@ contains
       if (.not. allocated(cells)) return
       if (size(cells) /= points%count) call allocate_surface_points(points, size(like%position, 1), size(cells))
     end subroutine size_surface
-  end subroutine get_points
+  end subroutine size_all_points
 
   !> Note what is wrong, where something is and nothing was before.
   subroutine note_reason(reader, reason)
@@ -471,6 +483,7 @@ contains
       call get_attribute(reader, group, 'refused', limit%refused)
       call get_attribute(reader, group, 'refused_compliance', limit%refused_compliance)
       call get_attribute(reader, group, 'refused_middle', limit%refused_middle)
+      call get_attribute(reader, group, 'plateau', limit%plateau)
       call get_attribute(reader, group, 'knee', limit%knee)
     end associate
   end subroutine get_progress

@@ -1,4 +1,5 @@
-!> Results as numbers: `results.h5` with one group a picture under /steps and the mesh under /mesh.
+!> Results as numbers: `results.h5` with one group a picture under /steps, the way a body fails in a safety phase under
+!> /mechanisms by the number of the phase, and the mesh under /mesh.
 !>
 !> The group of each picture lives in a file of its own, `results/NNNNNN.h5`, and the mesh in
 !> `results/mesh.h5`; `results.h5` holds links to them, which every HDF5 reader follows. So each
@@ -9,6 +10,7 @@ module qsmpm_results
   use qsmpm_error, only: error_type
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results
+  use qsmpm_file, only: file_exists
   use qsmpm_hdf5_image, only: image_type, create_image, put_group, put_array, put_attribute, &
     put_link, save_image
   use qsmpm_element, only: vtk_type
@@ -18,10 +20,12 @@ module qsmpm_results
   implicit none
   private
 
-  public :: write_mesh_results, write_step_results, write_results_index
+  public :: write_mesh_results, write_step_results, write_mechanism_results, write_results_index
 
   !> Folder of the parts beside results.h5.
   character(len=*), parameter, public :: results_folder = 'results'
+  !> Before the number of the phase in the names of files of mechanisms.
+  character(len=*), parameter, public :: mechanism_part = 'mechanism_'
 
 contains
 
@@ -68,6 +72,29 @@ contains
     type(stress_error_type), intent(in) :: estimate
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+
+    call write_state(part_path(directory, numbered(model%state%progress%step)), model, estimate, error)
+  end subroutine write_step_results
+
+  !> Write the fields of the way a body fails: displacements and strains of the state are those of it.
+  subroutine write_mechanism_results(directory, model, estimate, error)
+    !> Where the results are.
+    character(len=*), intent(in) :: directory
+    type(model_type), intent(in) :: model
+    !> Estimated error of its stresses.
+    type(stress_error_type), intent(in) :: estimate
+    !> Set when the file is not whole under its name.
+    type(error_type), allocatable, intent(out) :: error
+
+    call write_state(part_path(directory, mechanism_part//numbered(model%state%progress%phase)), model, estimate, error)
+  end subroutine write_mechanism_results
+
+  !> Write the fields of a state.
+  subroutine write_state(path, model, estimate, error)
+    character(len=*), intent(in) :: path
+    type(model_type), intent(in) :: model
+    type(stress_error_type), intent(in) :: estimate
+    type(error_type), allocatable, intent(out) :: error
     type(image_type) :: image
     type(field_list_type) :: list
     integer :: i
@@ -86,9 +113,9 @@ contains
       do i = 1, list%count
         if (list%fields(i)%shown >= shown_in_results) call put_field(image, list%fields(i), model%state%points%count)
       end do
-      call save_image(image, part_path(directory, progress%step), error)
+      call save_image(image, path, error)
     end associate
-  end subroutine write_step_results
+  end subroutine write_state
 
   !> A field; none where the points do not carry it.
   subroutine put_field(image, field, points)
@@ -117,13 +144,15 @@ contains
   end subroutine put_field
 
   !> Write `results.h5`.
-  subroutine write_results_index(directory, steps, error)
+  subroutine write_results_index(directory, steps, error, phases)
     !> Where the results are.
     character(len=*), intent(in) :: directory
     !> Steps there are results of.
     integer, intent(in) :: steps(:)
     !> Set when the file is not whole under its name.
     type(error_type), allocatable, intent(out) :: error
+    !> Number of phases, of which some may have a mechanism.
+    integer, intent(in), optional :: phases
     type(image_type) :: image
     integer :: i
 
@@ -134,16 +163,34 @@ contains
       call put_link(image, '/steps/'//numbered(steps(i)), &
         results_folder//'/'//numbered(steps(i))//'.h5', '/step')
     end do
+    if (present(phases)) call put_mechanisms(image, directory, phases)
     call save_image(image, directory//'/results.h5', error)
   end subroutine write_results_index
 
-  !> File of one step.
-  pure function part_path(directory, step) result(path)
-    !> Where the results are.
+  !> Links to the mechanisms there are: a run that is continued finds those of the steps before.
+  subroutine put_mechanisms(image, directory, phases)
+    type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: directory
-    integer, intent(in) :: step
+    integer, intent(in) :: phases
+    logical :: any_yet
+    integer :: p
+
+    any_yet = .false.
+    do p = 1, phases
+      if (.not. file_exists(part_path(directory, mechanism_part//numbered(p)))) cycle
+      if (.not. any_yet) call put_group(image, '/mechanisms')
+      any_yet = .true.
+      call put_link(image, '/mechanisms/'//numbered(p), results_folder//'/'//mechanism_part//numbered(p)//'.h5', &
+        '/step')
+    end do
+  end subroutine put_mechanisms
+
+  !> File of one part.
+  pure function part_path(directory, name) result(path)
+    !> Where the results are.
+    character(len=*), intent(in) :: directory, name
     character(len=:), allocatable :: path
 
-    path = directory//'/'//results_folder//'/'//numbered(step)//'.h5'
+    path = directory//'/'//results_folder//'/'//name//'.h5'
   end function part_path
 end module qsmpm_results

@@ -7,6 +7,7 @@ module qsmpm_safety_files
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: integer_text, numbered, real_text
   use qsmpm_pictures, only: write_points_picture, write_mesh_picture
+  use qsmpm_results, only: write_mechanism_results
   use qsmpm_strength_factor, only: flow_words
   use qsmpm_stress_error, only: stress_error_type
   implicit none
@@ -62,7 +63,7 @@ contains
     end associate
   end function factor_json
 
-  !> Write the pictures of a mechanism.
+  !> Write the pictures and results of a mechanism.
   subroutine write_mechanism(directory, model, estimate, error)
     character(len=*), intent(in) :: directory
     type(model_type), intent(in) :: model
@@ -73,7 +74,11 @@ contains
     character(len=:), allocatable :: number
 
     number = numbered(model%state%progress%phase)
-    call write_points_picture(directory//'/'//mechanism_points//number//'.vtu', model, estimate, error)
-    if (.not. allocated(error)) call write_mesh_picture(directory//'/'//mechanism_mesh//number//'.vtu', model, error)
+    if (model%analysis%output%vtk) then
+      call write_points_picture(directory//'/'//mechanism_points//number//'.vtu', model, estimate, error)
+      if (.not. allocated(error)) call write_mesh_picture(directory//'/'//mechanism_mesh//number//'.vtu', model, error)
+    end if
+    if (model%analysis%output%hdf5 .and. .not. allocated(error)) &
+      call write_mechanism_results(directory, model, estimate, error)
   end subroutine write_mechanism
 end module qsmpm_safety_files

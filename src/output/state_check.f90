@@ -123,8 +123,8 @@ contains
     type(limit_load_type), intent(in) :: limit
 
     limit_good = finite([limit%first, limit%last, limit%refused_compliance]) .and. &
-      minval([limit%middle, limit%refused, limit%refused_middle, limit%knee]) >= 0.0_wp .and. &
-      maxval([limit%middle, limit%refused, limit%refused_middle, limit%knee]) <= 1.0_wp
+      minval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) >= 0.0_wp .and. &
+      maxval([limit%middle, limit%refused, limit%refused_middle, limit%plateau, limit%knee]) <= 1.0_wp
   end function limit_good
 
   !> Whether all fields are finite and the places in cells of the mesh.

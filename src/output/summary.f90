@@ -164,13 +164,13 @@ contains
   pure function limit_json(model) result(text)
     type(model_type), intent(in) :: model
     character(len=:), allocatable :: text
-    real(wp) :: loads(3)
+    real(wp) :: loads(4)
 
     associate (progress => model%state%progress)
       loads = limit_loads(progress%limit, progress%fraction, model%analysis%phases(progress%phase)%load_factor)
       text = '{'//newline//'  "phase": '//integer_text(progress%phase)//','//newline// &
         '  "carried": '//real_text(loads(1))//','//newline//'  "refused": '//real_text(loads(2))//','//newline// &
-        '  "knee": '//real_text(loads(3))//newline//'}'//newline
+        '  "knee": '//real_text(loads(3))//','//newline//'  "plateau": '//real_text(loads(4))//newline//'}'//newline
     end associate
   end function limit_json
 

@@ -174,6 +174,8 @@ module qsmpm_analysis
     integer :: points_per_element = 0
     !> It is there from the start; else a phase puts it in place.
     logical :: active = .true.
+    !> How often the scene as drawn holds what a reduced model does of the body.
+    real(wp) :: copies = 1.0_wp
   end type body_type
 
   !> Horizontal stress of a material at the start (qsmpm_stress_at_rest).

@@ -113,6 +113,7 @@ contains
     call move_sides(analysis, members)
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
+    analysis%bodies%copies = step%factor*analysis%bodies%copies
     analysis%mesh%axes(1)%lines = analysis%mesh%axes(1)%lines(:2)
   end subroutine make_column
 

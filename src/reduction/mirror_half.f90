@@ -211,6 +211,9 @@ contains
       call append(kept, analysis%bodies(b))
       own = [own, b]
       image = [image, body_partner(analysis, b, axis)]
+      ! A polygon goes through as much of z as the grid has.
+      if (image(size(image)) == b .and. .not. (axis == 3 .and. kept(size(kept))%kind == body_polygon)) &
+        kept(size(kept))%copies = 2.0_wp*kept(size(kept))%copies
     end do
     call move_alloc(kept, analysis%bodies)
     call drop_absent(analysis)

@@ -9,6 +9,7 @@ import numpy as np
 from qsmpm_verify.outlines import outline_of
 from qsmpm_verify.plane_picture import Body, Frame
 from qsmpm_verify.results import Array, Mesh, Points
+from qsmpm_verify.told import materials, units
 
 
 def is_flat(states: list[Points]) -> bool:
@@ -27,7 +28,10 @@ def frame_of(states: list[Points], values: list[Array], field: str, title: str, 
     everything = np.concatenate([p for points in states for p in (start_of(points), points.field("position"))])[:, :2]
     margin = 0.04 * float(np.ptp(everything, axis=0).max())
     least, most = ends or (min(v.min() for v in values), max(v.max() for v in values))
-    return Frame(everything.min(axis=0) - margin, everything.max(axis=0) + margin, least, most, field, title)
+    folder = states[0].path.parent
+    names = materials(folder) if field == "material" else {}
+    return Frame(everything.min(axis=0) - margin, everything.max(axis=0) + margin, least, most, field, title, names,
+                 units(folder).get("LENGTH", ""))
 
 
 def body_of(points: Points, values: Array, mesh: Mesh) -> Body:

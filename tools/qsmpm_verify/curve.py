@@ -1,4 +1,4 @@
-"""`curve`: a result against a formula of the library or a table, with norms of the error and a picture.
+"""`curve`: a result against a formula of the library or a table, with norms of the error and a picture; or by itself.
 
 The result is a run's folder, its curves.csv or any CSV with a line of headings `name [unit]`. A table is
 read the same way and taken linearly between its rows; the norms count the rows of the result it covers.
@@ -16,8 +16,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from qsmpm_verify.formula import Formula, read_formula, signed_column
-from qsmpm_verify.plots import first_history
+from qsmpm_verify.plots import first_history, save
 from qsmpm_verify.results import Array, Curves, ResultError, how_it_ended, read_curves
+from qsmpm_verify.told import read_phase
 from qsmpm_verify.trouble import Trouble
 from qsmpm_verify.units import kind_of, mismatch, wrong_kind
 
@@ -167,6 +168,37 @@ def compare(words: argparse.Namespace) -> Comparison:
     return Comparison(x_name, y_name, *units, x[covered], y[covered], reference[covered], int(np.sum(~covered)))
 
 
+def tell(words: argparse.Namespace) -> int:
+    """A result without a reference: its values at the end, the least and the largest."""
+    if words.json or words.tolerance is not None:
+        raise Trouble("--json and --tolerance are about an error: they want --against")
+    curves = open_result(words.result, words.unfinished)
+    rows = np.arange(len(curves)) if words.phase is None else curves.rows_of_phase(words.phase)
+    x_name = words.x or "load_factor"
+    y_name = words.y or first_history(curves, beside=_plain(x_name))
+    x = words.x_scale * _finite(signed_column(curves, x_name)[rows], f"{curves.path}: {x_name}")
+    y = words.scale * _finite(signed_column(curves, y_name)[rows], f"{curves.path}: {y_name}")
+    unit = curves.units.get(_plain(y_name), "") if words.scale == 1 else ""
+    print(f"{_scaled(y_name, words.scale)} of {words.result}" + (f" [{unit}]" if unit else "") + f", {len(y)} rows")
+    for what, place in (("end", len(y) - 1), ("least", int(np.argmin(y))), ("largest", int(np.argmax(y)))):
+        print(f"{what:10} {y[place]:.8g} at {_scaled(x_name, words.x_scale)} = {x[place]:.6g}")
+    if words.out:
+        print(draw_alone((x_name, y_name), x, y, curves, words))
+    return 0
+
+
+def draw_alone(names: tuple[str, str], x: Array, y: Array, curves: Curves, words: argparse.Namespace) -> Path:
+    """The curve by itself."""
+    figure, axes = plt.subplots(figsize=(6.4, 4.4))
+    axes.plot(x, y, "o-", ms=3, lw=1)
+    for set_label, name, scale in ((axes.set_xlabel, names[0], words.x_scale), (axes.set_ylabel, names[1], words.scale)):
+        unit = curves.units.get(_plain(name), "") if scale == 1 else ""
+        set_label(_scaled(name, scale) + (f" [{unit}]" if unit else ""))
+    axes.set_title(str(words.result), fontsize=10, loc="left")
+    axes.grid(alpha=0.3)
+    return save(figure, words.out)
+
+
 def draw(comparison: Comparison, words: argparse.Namespace) -> Path:
     """The two curves over each other, the difference below."""
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(6.4, 5.6), sharex=True, height_ratios=(3, 1))
@@ -181,11 +213,7 @@ def draw(comparison: Comparison, words: argparse.Namespace) -> Path:
     upper.legend(fontsize=7)
     for axes in (upper, lower):
         axes.grid(alpha=0.3)
-    words.out.parent.mkdir(parents=True, exist_ok=True)
-    figure.tight_layout()
-    figure.savefig(words.out, dpi=130)
-    plt.close(figure)
-    return words.out
+    return save(figure, words.out)
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
@@ -194,9 +222,9 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("result", type=Path, help="folder of a run, its curves.csv, or a CSV with headings `name [unit]`")
     verb.add_argument(
         "--against",
-        required=True,
         metavar="REFERENCE",
-        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names",
+        help="function:NAME(argument=value, argument=COLUMN), a CSV or a folder; `functions` lists names. Without it the "
+        "result is told by itself",
     )
     verb.add_argument("--x", help="column along x, -COLUMN for its negative; the formula's column, or load_factor")
     verb.add_argument("--y", help="column along y; the first history when not given")
@@ -204,7 +232,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("--x-scale", type=float, default=1.0, help="factor on x; settles its unit")
     verb.add_argument("--against-x", help="column of the table along x")
     verb.add_argument("--against-y", help="column of the table along y")
-    verb.add_argument("--phase", type=lambda t: int(t) if t.isdigit() else t, help="rows of a phase, by name or number")
+    verb.add_argument("--phase", type=read_phase, help="rows of a phase, by name or number")
     verb.add_argument("--any-unit", action="store_true", help="compare whatever the headings say")
     verb.add_argument("--unfinished", action="store_true", help="take a run that did not come to its end")
     verb.add_argument("--tolerance", type=float, help="exit code 1 when the largest error is a larger share than this")
@@ -217,6 +245,8 @@ def act(words: argparse.Namespace) -> int:
     """Compare, print, draw."""
     if words.out and words.out.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise Trouble(f"{words.out}: a picture is a .png, .svg or .pdf file")
+    if not words.against:
+        return tell(words)
     comparison = compare(words)
     norms = comparison.norms()
     unit = f" {comparison.y_unit}" if comparison.y_unit else ""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import numpy as np
 
 from qsmpm_verify.results import Array, Points, ResultError
+from qsmpm_verify.told import units
 
 AXES = {"x": 0, "y": 1, "z": 2}
 COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
@@ -55,15 +55,11 @@ def title_of(name: str) -> str:
 
 def unit_of(folder: Path, name: str) -> str:
     """Unit of a field, from *UNITS of the echoed deck in the folder; empty when it says none."""
-    for deck in folder.glob("*.echo.inp"):
-        hit = re.search(r"^\*UNITS(.*)$", deck.read_text(encoding="utf-8"), re.MULTILINE | re.IGNORECASE)
-        if not hit:
-            continue
-        words = {k.strip().upper(): v.strip() for k, _, v in (p.partition("=") for p in hit[1].split(",")) if v}
-        if name.startswith("displacement"):
-            return words.get("LENGTH", "")
-        if name == "stress_error":
-            return ""
-        if name.startswith(("stress", "pressure", "mises")) and {"LENGTH", "FORCE"} <= words.keys():
-            return f"{words['FORCE']}/{words['LENGTH']}2"
+    words = units(folder)
+    if name.startswith("displacement"):
+        return words.get("LENGTH", "")
+    if name == "stress_error":
+        return ""
+    if name.startswith(("stress", "pressure", "mises")) and {"LENGTH", "FORCE"} <= words.keys():
+        return f"{words['FORCE']}/{words['LENGTH']}2"
     return ""

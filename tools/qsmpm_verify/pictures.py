@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from qsmpm_verify import plots
+from qsmpm_verify.told import read_phase
 
 
 def add_words(verbs: argparse._SubParsersAction) -> None:
@@ -14,6 +15,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     plot.add_argument("results", nargs="+", type=Path, help="result folders of runs")
     plot.add_argument("--x", default="load_factor", help="column along x")
     plot.add_argument("--y", default=None, help="column along y; the first history when not given")
+    plot.add_argument("--phase", type=read_phase, help="rows of a phase alone, by name or number")
     plot.add_argument("--out", type=Path, default=Path("curves.png"), help="picture to write")
     plot.set_defaults(act=draw_columns)
     points = verbs.add_parser("points", help="draw the material points of the last state, coloured by displacement")
@@ -30,7 +32,7 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
 
 def draw_columns(words: argparse.Namespace) -> int:
     """One column over another."""
-    plots.plot_columns(words.results, words.x, words.y, words.out)
+    plots.plot_columns(words.results, words.x, words.y, words.out, words.phase)
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from dataclasses import field as field_of
 
 import matplotlib
 
@@ -17,14 +18,17 @@ from qsmpm_verify.outlines import CORNERS, Outline  # noqa: E402
 from qsmpm_verify.results import Array, Mesh  # noqa: E402
 
 # Fields of whole numbers: they have classes, and nothing between them.
-CLASSES = {"plastic": {0: "elastic", 1: "yields"}, "material": {}}
+CLASSES: dict[str, dict[int, str]] = {"plastic": {0: "elastic", 1: "yields"}, "material": {}}
 WIDTH = 9.6
 DOTS = 125
 
 
 @dataclass(frozen=True)
 class Frame:
-    """What the pictures of a series have in common: corners of the view, values at the ends of the colours, the field."""
+    """What the pictures of a series have in common: corners of the view, values at the ends of the colours, the field.
+
+    `names` are those of classes that only the run knows, `length` is the unit of the axes.
+    """
 
     low: Array
     high: Array
@@ -32,6 +36,8 @@ class Frame:
     most: float
     field: str
     title: str
+    names: dict[int, str] = field_of(default_factory=dict)
+    length: str = ""
 
     def classes(self) -> list[int]:
         """Numbers of the classes of a field that has them; none else."""
@@ -109,8 +115,16 @@ def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **pla
     shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label=frame.title, **place)
     classes = frame.classes()
     if classes:
-        shown.set_ticks(classes, labels=[CLASSES[frame.field].get(c, str(c)) for c in classes])
+        names = {**CLASSES[frame.field], **frame.names}
+        shown.set_ticks(classes, labels=[names.get(c, str(c)) for c in classes])
         shown.ax.tick_params(length=0)
+
+
+def label_axes(axes: plt.Axes, frame: Frame) -> None:
+    """Names of the axes with their unit, where it is known."""
+    if frame.length:
+        axes.set_xlabel(f"x [{frame.length}]", fontsize=8)
+        axes.set_ylabel(f"y [{frame.length}]", fontsize=8)
 
 
 def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, mesh: Mesh | None = None) -> Array:
@@ -123,6 +137,7 @@ def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, 
     draw_body(axes, body, frame, outline)
     axes.set_title(caption, fontsize=10, loc="left")
     axes.tick_params(labelsize=8)
+    label_axes(axes, frame)
     bar(figure, axes, frame, shrink=0.9, pad=0.01)
     figure.canvas.draw()
     pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()

@@ -12,10 +12,12 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
 from qsmpm_verify.bodies import body_of, frame_of  # noqa: E402
+from qsmpm_verify.fields import unit_of  # noqa: E402
 from qsmpm_verify.measures import column_stress_error  # noqa: E402
-from qsmpm_verify.plane_picture import bar, draw_body  # noqa: E402
+from qsmpm_verify.plane_picture import bar, draw_body, label_axes  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
 from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_mesh, read_points  # noqa: E402
+from qsmpm_verify.told import factor_text, phase_name, phase_number  # noqa: E402
 
 # Text stays text and the same figures give the same file.
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
@@ -51,15 +53,21 @@ def save(figure: plt.Figure, path: Path) -> Path:
     return path
 
 
-def plot_columns(results: list[Path], x: str, y: str | None, out: Path) -> Path:
-    """One column over another for several runs."""
+def plot_columns(results: list[Path], x: str, y: str | None, out: Path, phase: int | str | None = None) -> Path:
+    """One column over another for several runs, of all phases or of one."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     for folder in results:
         curves = read_curves(folder)
         name = y or first_history(curves)
-        axes.plot(curves.column(x), curves.column(name), label=folder.name)
+        rows = slice(None) if phase is None else curves.rows_of_phase(phase)
+        axes.plot(curves.column(x)[rows], curves.column(name)[rows], label=folder.name)
         axes.set_xlabel(label(curves, x))
         axes.set_ylabel(label(curves, name))
+    if phase is not None:
+        folder = read_curves(results[0]).path.parent
+        number = phase_number(folder, phase)
+        factor = factor_text(folder, number) if len(results) == 1 else ""
+        axes.set_title(", ".join(part for part in (f"phase {phase_name(folder, number)}", factor) if part), fontsize=10, loc="left")
     axes.grid(alpha=0.3)
     axes.legend()
     return save(figure, out)
@@ -70,14 +78,17 @@ def plot_points(results: list[Path], out: Path) -> Path:
     states = [read_points(folder) for folder in results]
     values = [np.linalg.norm(points.field("displacement"), axis=1) for points in states]
     bodies = [body_of(points, value, read_mesh(folder)) for points, value, folder in zip(states, values, results)]
-    frame = frame_of(states, values, "displacement", "displacement [m]")
+    unit = unit_of(results[0], "displacement")
+    frame = frame_of(states, values, "displacement", f"displacement [{unit}]" if unit else "displacement")
     size = frame.high - frame.low
     figure, rows = plt.subplots(len(results), 1, figsize=(8.0, len(results) * (6.6 * size[1] / size[0] + 0.45)), squeeze=False,
                                 sharex=True, layout="constrained")
     for axes, folder, points, body in zip(rows[:, 0], results, states, bodies):
         draw_body(axes, body, frame)
-        axes.set_title(f"{folder.name}: load factor {points.load_factor:.4g}", fontsize=9, loc="left")
+        phase = phase_name(folder, points.phase)
+        axes.set_title(f"{folder.name}: phase {phase}, load factor {points.load_factor:.4g}", fontsize=9, loc="left")
         axes.tick_params(labelsize=8)
+        label_axes(axes, frame)
     bar(figure, list(rows[:, 0]), frame, shrink=0.6, pad=0.01)
     return save(figure, out)
 

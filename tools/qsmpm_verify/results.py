@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from qsmpm_verify.told import phase_number
 from qsmpm_verify.trouble import Trouble
 
 Array = np.ndarray
@@ -50,7 +51,8 @@ class Curves:
                 phase = names[phase - 1]
             rows = [i for i, label in enumerate(labels) if label == phase]
         else:
-            rows = [i for i, number in enumerate(self.column("phase")) if number == phase]
+            wanted = phase_number(self.path.parent, phase)
+            rows = [i for i, number in enumerate(self.column("phase")) if number == wanted]
         if not rows:
             raise ResultError(f"{self.path}: no row of phase {phase!r}")
         return np.array(rows)
@@ -177,16 +179,46 @@ def read_mesh(path: Path) -> Mesh:
     return Mesh(nodes, np.split(labels, ends[1:-1]), types)
 
 
-def read_points(path: Path, step: int | None = None) -> Points:
-    """Read the points of a step from results.h5; without a number those of the last step written."""
+def phase_of_steps(path: Path) -> dict[int, int]:
+    """Number of the phase of every step whose points are in results.h5."""
     path = state_file(path)
     try:
         with h5py.File(path, "r") as file:
-            names = sorted(file.get("steps", {}))
-            wanted = names[-1:] if step is None else [n for n in names if int(n) == step]
+            return {int(name): int(np.ravel(group.attrs["phase"])[0]) for name, group in sorted(file.get("steps", {}).items())}
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+
+
+def written_mechanisms(path: Path) -> list[int]:
+    """Numbers of the phases whose way to fail is in results.h5, growing."""
+    path = state_file(path)
+    try:
+        with h5py.File(path, "r") as file:
+            return sorted(int(name) for name in file.get("mechanisms", {}))
+    except OSError as error:
+        raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
+
+
+def read_points(path: Path, step: int | None = None) -> Points:
+    """Read the points of a step from results.h5; without a number those of the last step written."""
+    return _read_group(path, "steps", "step", step)
+
+
+def read_mechanism(path: Path, phase: int | None = None) -> Points:
+    """Read the way the body fails in a safety phase; without a number that of the last one."""
+    return _read_group(path, "mechanisms", "mechanism of phase", phase)
+
+
+def _read_group(path: Path, folder: str, what: str, number: int | None) -> Points:
+    """Read the points of the group of a number, or of the last one."""
+    path = state_file(path)
+    try:
+        with h5py.File(path, "r") as file:
+            names = sorted(file.get(folder, {}))
+            wanted = names[-1:] if number is None else [n for n in names if int(n) == number]
             if not wanted:
-                raise ResultError(f"{path}: step {step} is not there; {len(names)} steps are")
-            group = file[f"steps/{wanted[0]}"]
+                raise ResultError(f"{path}: {what}{'' if number is None else f' {number}'} is not there; {len(names)} are")
+            group = file[f"{folder}/{wanted[0]}"]
             points = group["points"]
             count = points["volume"].shape[0]
             fields = {name: _rows_first(points[name][...], count) for name in points}

@@ -1,4 +1,8 @@
-"""`view`: a body coloured by a field of its material points, with its outline before and now; one step or all of them."""
+"""`view`: a body coloured by a field of its material points, with its outline before and now; one step or all of them.
+
+`--mechanism` shows the way it fails in a safety phase: how far it moves there says nothing, so fields of motion are shares of
+their largest value.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,10 @@ import numpy as np
 from qsmpm_verify.bodies import body_of, frame_of, is_flat, start_of
 from qsmpm_verify.fields import NAMES, scalar_field, title_of, unit_of
 from qsmpm_verify.plane_picture import plane_picture
-from qsmpm_verify.results import Array, Points, ResultError, read_mesh, read_points, written_steps
+from qsmpm_verify.results import (
+    Array, Points, ResultError, phase_of_steps, read_mechanism, read_mesh, read_points, written_mechanisms, written_steps,
+)
+from qsmpm_verify.told import factor_text, phase_name, phase_number, read_phase
 from qsmpm_verify.trouble import Trouble
 
 
@@ -23,6 +30,8 @@ def add_words(verbs: argparse._SubParsersAction) -> None:
     verb.add_argument("result", type=Path, help="folder of a run, or its results.h5")
     verb.add_argument("--field", default="displacement", help=f"one of {', '.join(NAMES)}; default displacement")
     verb.add_argument("--step", type=int, help="step to draw; the last one written when not given")
+    verb.add_argument("--phase", type=read_phase, help="the last step written of a phase, or its film; by name or number")
+    verb.add_argument("--mechanism", action="store_true", help="the way the body fails in the last safety phase, or in --phase")
     verb.add_argument("--film", action="store_true", help="all written steps, one after the other")
     verb.add_argument(
         "--range", nargs=2, type=float, metavar=("LEAST", "MOST"), help="values of the ends of the colours"
@@ -41,6 +50,11 @@ def chosen_steps(words: argparse.Namespace) -> list[int]:
     written = written_steps(words.result)
     if not written:
         raise ResultError(f"{words.result}: no step was written")
+    if words.phase is not None:
+        number = phase_number(folder_of(words.result), words.phase)
+        written = [step for step, phase in phase_of_steps(words.result).items() if phase == number]
+        if not written:
+            raise ResultError(f"{words.result}: no step of phase {words.phase} was written")
     if words.film:
         return written
     step = written[-1] if words.step is None else words.step
@@ -73,15 +87,19 @@ def plane_frames(states: list[Points], values: list[Array], title: str, words: a
     """Pictures of a plane body: the field filled out to its boundary."""
     frame, mesh = frame_of(states, values, words.field, title, words.range or ()), read_mesh(words.result)
     return [
-        plane_picture(body_of(points, value, mesh), frame, caption_of(job, points), not words.no_outline,
+        plane_picture(body_of(points, value, mesh), frame, caption_of(job, points, words), not words.no_outline,
                       mesh if words.mesh else None)
         for points, value in zip(states, values)
     ]  # fmt: skip
 
 
-def caption_of(job: str, points: Points) -> str:
+def caption_of(job: str, points: Points, words: argparse.Namespace) -> str:
     """What a picture shows."""
-    return f"{job}: phase {points.phase}, step {points.step}, load factor {points.load_factor:.4g}"
+    folder = folder_of(words.result)
+    state = f"step {points.step}, load factor {points.load_factor:.4g}"
+    parts = (f"{job}: phase {phase_name(folder, points.phase)}", "the way it fails" if words.mechanism else state,
+             factor_text(folder, points.phase))
+    return ", ".join(part for part in parts if part)
 
 
 def space_frames(states: list[Points], values: list[Array], title: str, words: argparse.Namespace, job: str) -> list[Array]:
@@ -100,20 +118,44 @@ def space_frames(states: list[Points], values: list[Array], title: str, words: a
     outline = None if words.no_outline else stage.hull(start, max(spacing, 1.2 * neighbours(start)))
     mesh = read_mesh(words.result) if words.mesh else None
     return [
-        stage.picture(look, place, value, spacing, f"{caption_of(job, points)}, {title}", outline, mesh)
+        stage.picture(look, place, value, spacing, f"{caption_of(job, points, words)}, {title}", outline, mesh)
         for points, place, value in zip(states, places, values)
     ]
+
+
+def folder_of(result: Path) -> Path:
+    """Folder of a run that is given by it or by its results.h5."""
+    return result if result.is_dir() else result.parent
 
 
 def frames(words: argparse.Namespace, steps: list[int]) -> list[Array]:
     """The pictures of the steps, all with the same colours and from the same place."""
     states = [read_points(words.result, step) for step in steps]
     values = [scalar_field(points, words.field) for points in states]
-    folder = words.result if words.result.is_dir() else words.result.parent
-    unit = unit_of(folder, words.field)
-    title = f"{title_of(words.field)} [{unit}]" if unit else title_of(words.field)
+    unit = unit_of(folder_of(words.result), words.field)
+    return drawn(states, values, f"{title_of(words.field)} [{unit}]" if unit else title_of(words.field), words)
+
+
+def drawn(states: list[Points], values: list[Array], title: str, words: argparse.Namespace) -> list[Array]:
+    """The pictures of states."""
     draw = plane_frames if is_flat(states) else space_frames
-    return draw(states, values, title, words, job_of(folder))
+    return draw(states, values, title, words, job_of(folder_of(words.result)))
+
+
+def mechanism(words: argparse.Namespace) -> Array:
+    """The picture of the way the body fails."""
+    there = written_mechanisms(words.result)
+    number = None if words.phase is None else phase_number(folder_of(words.result), words.phase)
+    if not there or number not in (None, *there):
+        known = ", ".join(phase_name(folder_of(words.result), n) for n in there) or "none"
+        raise ResultError(f"{words.result}: no mechanism of {'any phase' if number is None else f'phase {words.phase}'}; "
+                          f"there are: {known} (*PHASE, TYPE=SAFETY writes them)")
+    points = read_mechanism(words.result, number)
+    values = scalar_field(points, words.field)
+    title = title_of(words.field)
+    if "displacement" in words.field or "strain" in words.field:
+        values, title = values / max(float(np.abs(values).max()), 1e-300), f"{title} over its largest"
+    return drawn([points], [values], title, words)[0]
 
 
 def write_picture(picture: Array, out: Path) -> Path:
@@ -127,7 +169,7 @@ def write_picture(picture: Array, out: Path) -> Path:
 
 def last_state(result: Path, field: str, out: Path) -> Path:
     """The picture of the last state of a run with everything else as it comes."""
-    words = argparse.Namespace(result=result, field=field, range=None, no_outline=False, mesh=False)
+    words = argparse.Namespace(result=result, field=field, range=None, no_outline=False, mesh=False, mechanism=False)
     return write_picture(frames(words, written_steps(result)[-1:])[0], out)
 
 
@@ -161,7 +203,9 @@ def act(words: argparse.Namespace) -> int:
         raise Trouble("--rate is above zero")
     if words.range and not words.range[0] < words.range[1]:
         raise Trouble("--range gives the lower value first")
-    pictures = frames(words, chosen_steps(words))
+    if words.mechanism and (words.film or words.step is not None):
+        raise Trouble("--mechanism is one state of a phase: neither --film nor --step goes with it")
+    pictures = [mechanism(words)] if words.mechanism else frames(words, chosen_steps(words))
     if words.film:
         written = write_film(pictures, words.out, words.rate)
         if len(written) > 1 and words.out.suffix == ".mp4":

@@ -9,6 +9,7 @@ module scripted_solver
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type
+  use qsmpm_linear_system, only: begin_step
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: silent_observer_type, step_record_type
   use qsmpm_step_solver, only: step_solver_type, attempt_type
@@ -38,6 +39,8 @@ module scripted_solver
     !> The run must end.
     logical :: fatal = .false.
     integer :: cause = error_not_converged
+    !> Solvers of equations that have failed at its end; as before where negative.
+    integer :: failed_solvers = -1
   end type scripted_outcome_type
 
   !> The script; its last answer is given for ever.
@@ -87,6 +90,7 @@ contains
     call make_forces(model, step)
     associate (answer => self%answers(min(size(self%asked), size(self%answers))))
       if (answer%fatal) call fail(error, error_other, 'the script ends the run')
+      if (answer%failed_solvers >= 0) call begin_step(step%system, answer%failed_solvers)
       solution%converged = answer%converged
       solution%iterations = answer%iterations
       solution%out_of_balance = answer%residual

@@ -52,6 +52,7 @@ contains
     call check_worst_node(tests)
     call check_parts(tests)
     call check_tangents(tests)
+    call check_line_search(tests)
   end subroutine collect_equilibrium
 
   !> A block that cuts its grid, its first step prepared, and the target of its whole phase.
@@ -327,6 +328,7 @@ contains
     call check_one('pressed through the base', elastic, 18.0_wp, '*FIX|base, ALL|*PRESCRIBE|head, Y, -3', newton_full, &
       100, 'turns inside out', error_not_converged)
     call check_halved()
+    call check_start()
 
   contains
 
@@ -370,6 +372,26 @@ contains
       call tests%check('halved corrections lead to equilibrium', solution%converged)
       call end_system(step%system)
     end subroutine check_halved
+
+    !> A point that has no stress to begin with: there is no residual, and none is told.
+    subroutine check_start()
+      type(model_type) :: model
+      type(step_type) :: step
+      type(target_type) :: goal
+      real(wp), allocatable :: load(:, :)
+      type(solution_type) :: solution
+      type(controls_type) :: controls
+
+      call build('BASIS=STANDARD', elastic, 18.0_wp, fixed, model, step, goal, load)
+      model%state%points%state(1, 3) = -1.0_wp
+      call solve_equilibrium(model, step, goal, controls, solution)
+      call tests%check('a start without stress: not converged', .not. solution%converged .and. allocated(solution%reason))
+      if (allocated(solution%reason)) call tests%check('a start without stress: its reason ('//solution%reason//')', &
+        index(solution%reason, 'the stress of a point could not be updated') == 1)
+      call tests%check('a start without stress: no residual is told', solution%out_of_balance >= huge(1.0_wp) .and. &
+        solution%iterations == 0 .and. step%profile%evaluations == 1)
+      call end_system(step%system)
+    end subroutine check_start
   end subroutine check_reasons
 
   !> The worst node is the free one with the largest residual.
@@ -442,4 +464,40 @@ contains
     call tests%check('as quickly', int(step%profile%evaluations) - evaluations == evaluations)
     call end_system(step%system)
   end subroutine check_tangents
+
+  !> Trials that do not lower the residual are halved: more evaluations than iterations, to the same place.
+  subroutine check_line_search(tests)
+    type(tests_type), intent(inout) :: tests
+    type(solution_type) :: searched, free
+    integer :: evaluations(2)
+
+    call solve(.true., searched, evaluations(1))
+    call solve(.false., free, evaluations(2))
+    call tests%check('with and without a line search there is equilibrium', searched%converged .and. free%converged)
+    call tests%check('without, every iteration is evaluated once', evaluations(2) == free%iterations + 1)
+    call tests%check('with it, some are tried again', evaluations(1) > searched%iterations + 2)
+    call tests%close('both end in the same place', maxval(abs(searched%displacement - free%displacement)), 0.0_wp, &
+      1.0e-6_wp*free%largest_move)
+
+  contains
+
+    !> A step of a block that yields in most places.
+    subroutine solve(line_search, solution, count)
+      logical, intent(in) :: line_search
+      type(solution_type), intent(out) :: solution
+      integer, intent(out) :: count
+      type(model_type) :: model
+      type(step_type) :: step
+      type(target_type) :: goal
+      real(wp), allocatable :: load(:, :)
+      type(controls_type) :: controls
+
+      call build('BASIS=STANDARD', yielding, 36.0_wp, '*FIX|base, ALL|*GRAVITY|0, -1', model, step, goal, load)
+      controls%line_search = line_search
+      controls%max_iterations = 60
+      call solve_equilibrium(model, step, goal, controls, solution)
+      count = int(step%profile%evaluations)
+      call end_system(step%system)
+    end subroutine solve
+  end subroutine check_line_search
 end module test_equilibrium

@@ -25,9 +25,13 @@ contains
   subroutine words_of_engineers(tests)
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: asked(*) = [character(len=20) :: 'water', 'pile', 'Contact', 'excavate', &
-      'factor of safety', 'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c']
+      'factor of safety', 'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c', 'wall', 'sheet pile', 'stage', &
+      'K0 procedure', 'lift', 'dewatering', 'consolidation', 'settlement', 'cohesion', 'limit load', 'amplitude', &
+      'landslide', 'density', 'tunnel', 'young''s modulus', 'drainage']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', 'not there', 'not there', &
-      '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY']
+      '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
+      '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
+      'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*ELASTIC', '*ELASTIC', '*UNDRAINED']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k
@@ -36,6 +40,8 @@ contains
       call help_text(trim(asked(k)), text, found)
       call tests%check(trim(asked(k))//' is answered', found .and. index(text, trim(answer(k))) > 0)
     end do
+    call tests%check('a topic of its own goes before one that a word holds', index(topic_text('PILE'), 'rigid') > 0 .and. &
+      index(topic_text('SHEET PILE'), 'walls') > 0 .and. index(topic_text('SEEPAGE FLOW'), 'flows') > 0)
     call help_text('pudding', text, found)
     call tests%check('a word without an answer is unknown', .not. found .and. index(text, 'unknown') > 0)
     call help_text('GRAVTY', text, found)

@@ -10,6 +10,7 @@ module test_initial_stresses
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_phase_ends, only: has_start_move, start_move
+  use qsmpm_phase_report, only: start_text
   use qsmpm_posix, only: make_directory
   use qsmpm_reduction, only: reduce_column
   use qsmpm_results, only: write_mesh_results, write_step_results, write_results_index
@@ -286,6 +287,10 @@ contains
     progress%ends = [phase_end_type(ended_by_load, 1.0_wp, 3.0e-6_wp)]
     call tests%check('known behind it', has_start_move(progress))
     call tests%close('over twice the settlement', start_move(progress), 1.5e-4_wp, 1.0e-15_wp)
+    call tests%check('in words, as a length and a share: '//start_text(progress, 'rest', 'm'), &
+      index(start_text(progress, 'rest', 'm'), 'have moved the ground by 3.0E-06 m, 3.0E-04 of the settlement') > 0)
+    call tests%check('without a unit: '//start_text(progress, 'rest', '-'), &
+      index(start_text(progress, 'rest', '-'), 'the ground by 3.0E-06, 3.0E-04 of') > 0)
     progress%own_settlement = 0.0_wp
     call tests%check('none without K0 stresses', .not. has_start_move(progress))
   end subroutine check_start_move

@@ -2,7 +2,7 @@
 module test_limit_load
   use qsmpm_kinds, only: wp
   use qsmpm_limit_load, only: compliance_type, limit_load_type, add_compliance, compliance_of, note_accepted, &
-    note_refused, is_found, interpolate_knee, limit_loads, limit_text, relative_compliance
+    note_refused, is_found, interpolate_knee, limit_loads, limit_text, limit_report, relative_compliance
   use testing, only: tests_type
   implicit none
   private
@@ -20,6 +20,7 @@ contains
     call tests%start('limit_load')
     call check_compliance(tests)
     call check_knee(tests)
+    call check_plateau(tests)
     call check_words(tests)
   end subroutine collect_limit_load
 
@@ -41,8 +42,8 @@ contains
     type(limit_load_type) :: limit
 
     call tests%close('a phase begins without a compliance', relative_compliance(limit), 0.0_wp, 0.0_wp)
-    call note_accepted(compliance_type(3.0_wp, 1.0_wp), 0.0_wp, 0.1_wp, limit)
-    call note_accepted(compliance_type(12.0_wp, 1.0_wp), 0.2_wp, 0.4_wp, limit)
+    call note_accepted(compliance_type(3.0_wp, 1.0_wp), 10.0_wp, 0.0_wp, 0.1_wp, limit)
+    call note_accepted(compliance_type(12.0_wp, 1.0_wp), 10.0_wp, 0.2_wp, 0.4_wp, limit)
     call tests%close('the first step stays the reference', relative_compliance(limit), 4.0_wp, rounding)
     call note_refused(compliance_type(75.0_wp, 1.0_wp), 0.4_wp, 0.8_wp, limit)
     call tests%check('a load that was rejected is no limit load yet', .not. is_found(limit) .and. &
@@ -53,18 +54,41 @@ contains
     call tests%check('and the limit load is found', is_found(limit))
   end subroutine check_knee
 
+  !> The plateau begins with the first of the soft steps in a row at the end.
+  subroutine check_plateau(tests)
+    type(tests_type), intent(inout) :: tests
+    type(limit_load_type) :: limit
+    real(wp), parameter :: compliance(7) = [1.0_wp, 6.0_wp, 4.9_wp, 5.1_wp, 7.0_wp, 9.0_wp, 8.0_wp]
+    integer :: i
+
+    do i = 1, size(compliance)
+      call note_accepted(compliance_type(compliance(i), 1.0_wp), 10.0_wp, 0.1_wp*(i - 1), 0.1_wp*i, limit)
+    end do
+    call tests%close('half of what is allowed is soft, a stiff step begins anew', limit%plateau, 0.3_wp, rounding)
+    call note_accepted(compliance_type(8.0_wp, 1.0_wp), 0.0_wp, 0.7_wp, 0.8_wp, limit)
+    call tests%close('there is none where no limit load is looked for', limit%plateau, 0.0_wp, 0.0_wp)
+  end subroutine check_plateau
+
   !> What is told.
   subroutine check_words(tests)
     type(tests_type), intent(inout) :: tests
     type(limit_load_type) :: limit
-    real(wp) :: loads(3)
+    real(wp) :: loads(4)
 
     limit%refused = 0.5_wp
     limit%knee = 1.0_wp/3.0_wp
+    limit%plateau = 0.2_wp
     loads = limit_loads(limit, 0.25_wp, 80.0_wp)
-    call tests%check('the loads are those carried and refused, and the knee', all(abs(loads - [20.0_wp, 40.0_wp, &
-      80.0_wp/3.0_wp]) <= 1.0e-12_wp))
-    call tests%check('in words: '//limit_text(loads), limit_text(loads) == &
-      'limit load between 20 and 40, knee at 26.6667')
+    call tests%check('the loads are those carried and refused, the knee and the start of the plateau', &
+      all(abs(loads - [20.0_wp, 40.0_wp, 80.0_wp/3.0_wp, 16.0_wp]) <= 1.0e-12_wp))
+    call tests%check('in words: '//limit_report(loads), index(limit_report(loads), 'limit load 26.6667 of this grid '// &
+      '(the knee), known to 90.0 %: its plateau begins at 16, carried is 20, refused 40; `qsmpm-verify study') == 1)
+    call tests%check('in short', limit_text(loads) == 'limit load 26.6667')
+    limit%plateau = 0.0_wp
+    loads = limit_loads(limit, 0.25_wp, 80.0_wp)
+    call tests%close('without soft steps the plateau is the refused one', loads(4), 20.0_wp, 1.0e-12_wp)
+    limit%plateau = 0.5_wp
+    loads = limit_loads(limit, 0.25_wp, 80.0_wp)
+    call tests%close('the knee is on the plateau', loads(4), 80.0_wp/3.0_wp, 1.0e-12_wp)
   end subroutine check_words
 end module test_limit_load

@@ -5,6 +5,7 @@ module test_outlines
   use qsmpm_analysis, only: analysis_type
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_carried_outline, only: divide_polygon, divide_facets, part_sizes
+  use qsmpm_cut_cell_check, only: end_cut_cell_check, level_of, level_none, level_note, level_warning, warn_of_cut_cells
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
   use qsmpm_point_location, only: relocate
@@ -20,7 +21,10 @@ module test_outlines
   use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: shape_values_type
+  use qsmpm_body_shape, only: body_shape_type
+  use qsmpm_outline_trim, only: trim_outline
   use deck_samples, only: joined
+  use scripted_solver, only: test_observer_type
   use testing, only: tests_type
   implicit none
   private
@@ -56,6 +60,7 @@ contains
     call check_divergence(tests, '3D', 'TET10', 4, 'BASIS=STANDARD', rounding)
     call check_divergence(tests, '3D', 'HEX8', 8, 'BASIS=GIMP', rounding)
     call check_points(tests)
+    call check_end_corner(tests)
     call check_soil(tests)
     call check_part(tests)
     call check_uncut(tests)
@@ -270,6 +275,7 @@ contains
   !> Points of a deformed block are off the divergence theorem by what they are told to be; before, by nothing.
   subroutine check_points(tests)
     type(tests_type), intent(inout) :: tests
+    type(test_observer_type) :: observer
     type(model_type) :: model
     type(step_type), target :: step
 
@@ -279,6 +285,9 @@ contains
     call prepare(model, step)
     call tests%check('points of a deformed block are off the divergence theorem', step%cut%share > 0.02_wp .and. &
       step%cut%share < 0.5_wp)
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call tests%check('an elastic body has a remedy: '//observer%text, index(observer%text, 'warning: the integration') == 1 &
+      .and. index(observer%text, 'take INTEGRATION=CELL') > 0)
     call tests%check('most at a node beside the outline', norm2(step%cut%place - [1.1_wp, 0.4_wp]) < 1.2_wp .and. &
       norm2(step%cut%place - [1.1_wp, 0.4_wp]) > 0.2_wp)
     model%state%points%position = model%state%points%initial_position
@@ -289,6 +298,18 @@ contains
     call prepare(model, step)
     call tests%check('and not in the block as it was', step%cut%share <= rounding)
   end subroutine check_points
+
+  !> A corner that lies on an end of the grid is one corner of what is left of an outline.
+  subroutine check_end_corner(tests)
+    type(tests_type), intent(inout) :: tests
+    type(body_shape_type) :: shape
+    real(wp), parameter :: bounds(2, 2) = reshape([0.0_wp, 0.0_wp, 4.0_wp, 1.5_wp], [2, 2])
+
+    shape%outline = reshape([0.0_wp, -1.0_wp, 2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp], [2, 5])
+    call trim_outline(bounds, shape)
+    call tests%check('an outline trimmed at a corner has four', size(shape%outline, 2) == 4)
+    call tests%close('and the area above', polygon_area(shape%outline), 1.5_wp, rounding)
+  end subroutine check_end_corner
 
   !> A surface on one side of the block: resultant and moment of a pressure on it are those of the deformed side.
   subroutine check_part(tests)
@@ -318,6 +339,7 @@ contains
   subroutine check_soil(tests)
     type(tests_type), intent(inout) :: tests
     character(len=*), parameter :: soil = '*MOHR COULOMB|1e6, 20, 0|'
+    type(test_observer_type) :: observer
     type(model_type) :: model
     type(step_type), target :: step
 
@@ -327,6 +349,19 @@ contains
     model%state%points%stress(:3, :) = -7.0_wp
     call prepare(model, step)
     call tests%check('it tells how far the integration is off', step%cut%share > 0.02_wp .and. step%cut%share < 1.0_wp)
+    step%cut%share = 0.019_wp
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call tests%check('little is told once, and what makes it less: '//observer%text, index(observer%text, &
+      'the integration of cells that a body cuts is 1.9 % off') == 1 .and. index(observer%text, 'cells of half the size', &
+      back=.true.) == index(observer%text, 'cells of half the size') .and. index(observer%text, 'warning') == 0)
+    step%cut%share = 0.03_wp
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call end_cut_cell_check('load', step%cut, observer)
+    call tests%check('much is a warning: '//observer%text, index(observer%text, '|warning: the integration') > 0 .and. &
+      index(observer%text, "|warning: phase 'load': the integration of cells that a body cuts is 3") > 0)
+    call tests%check('little of an elastic body is one too', level_of(0.005_wp, .true.) == level_warning .and. &
+      level_of(0.005_wp, .false.) == level_note .and. level_of(0.0039_wp, .true.) == level_none)
     call deformed('PLANE STRAIN', 'TRI6', 6, 'BASIS=STANDARD, INTEGRATION=POINTS', '', '', model, step)
     call tests%check('with points that of any body only tells', .not. allocated(step%bodies) .and. &
       size(model%outlines) == 1)

@@ -1,12 +1,13 @@
 !> Tests of src/output on a mesh of four squares with three points: what is written is read back.
 module test_output
+  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_term_share, only: step_share_type
   use testing, only: tests_type
   use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: plane_strain, quantity_stress, quantity_displacement
   use qsmpm_clock, only: start_clock
-  use qsmpm_display, only: display_quiet
+  use qsmpm_display, only: display_none
   use qsmpm_element, only: quad4
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_file, only: read_text, file_exists
@@ -27,6 +28,16 @@ module test_output
   public :: collect_output, make_model, make_record
 
   character(len=1), parameter :: newline = new_line('a')
+
+  interface
+    !> What of HDF5 is open, in all files where `file` is that of `types` for all.
+    function open_objects(file, types) bind(c, name='H5Fget_obj_count')
+      import :: c_int, c_int64_t, c_size_t
+      integer(c_int64_t), intent(in), value :: file
+      integer(c_int), intent(in), value :: types
+      integer(c_size_t) :: open_objects
+    end function open_objects
+  end interface
 
 contains
 
@@ -117,6 +128,8 @@ contains
     call tests%check('a missing restart file is an error', allocated(error))
     call write_restart(directory//'/no/such/folder.h5', model, mark, error)
     call tests%check('a folder that is not there is an error', allocated(error))
+    ! Files, datasets, groups and attributes.
+    call tests%check('nothing of HDF5 stays open', open_objects(31_c_int64_t, 23_c_int) == 0)
   end subroutine test_restart
 
   !> Compare two states bit for bit.
@@ -277,7 +290,7 @@ contains
     type(error_type), allocatable :: outcome
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     options%begun = .true.
     call start_clock(options%clock)
@@ -300,7 +313,7 @@ contains
     character(len=:), allocatable :: text
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     call start_clock(options%clock)
     model%analysis%phases(1)%load_factor = 8.0_wp
@@ -314,7 +327,8 @@ contains
     call tests%check('the limit load is a file', .not. allocated(error))
     if (allocated(error)) return
     call tests%check('with the loads and the knee', text == '{'//newline//'  "phase": 1,'//newline// &
-      '  "carried": 2,'//newline//'  "refused": 4,'//newline//'  "knee": 3'//newline//'}'//newline)
+      '  "carried": 2,'//newline//'  "refused": 4,'//newline//'  "knee": 3,'//newline//'  "plateau": 2'// &
+      newline//'}'//newline)
     call run_steps(model, directory, 6, .false., error)
     call tests%check('which the next run removes', .not. file_exists(directory//'/limit_load.json'))
   end subroutine test_limit_file
@@ -333,7 +347,7 @@ contains
     type(error_type), allocatable :: outcome
 
     call make_model(model)
-    options%display = display_quiet
+    options%display = display_none
     options%fingerprint = [3, 4]
     options%continued = .true.
     call start_clock(options%clock)

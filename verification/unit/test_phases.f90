@@ -50,6 +50,7 @@ contains
     call check_constant_load_test(tests)
     call check_lost_set(tests)
     call check_summary(tests)
+    call check_window(tests)
   end subroutine collect_phases
 
   !> A phase that *STOP ends: the next one begins with the loads and the released forces that were left.
@@ -70,6 +71,21 @@ contains
       rounding)
     call tests%check('it has not stopped', .not. run%model%state%progress%stopped)
   end subroutine check_stop_card
+
+  !> A window that has changed is told with its cells.
+  subroutine check_window(tests)
+    type(tests_type), intent(inout) :: tests
+    type(run_type) :: run
+
+    run = new_run([scripted_outcome_type()], '')
+    run%loop%report%window%last = 99
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('a window that has changed is told: '//run%observer%text, index(run%observer%text, &
+      'active window rebuilt around the material: 8 cells of the grid, from cell (1, 1) to (4, 2)|') > 0)
+    run%observer%text = ''
+    call advance_step_loop(run%model, run%loop, run%observer, run%error)
+    call tests%check('and only then', index(run%observer%text, 'active window') == 0)
+  end subroutine check_window
 
   !> A run of two phases, four steps to load factor 8 and two steps to 3.
   function new_run(answers, controls) result(run)
@@ -303,7 +319,8 @@ contains
       run%observer%phases == 1 .and. is_finished(run%model, run%loop))
     ! Compliance 5 in the middle of 0.5 and 0.625, 12 in that of 0.625 and 0.6875: ten times the first at 5.0938.
     call tests%check('the limit load and its knee are told: '//run%observer%text, index(run%observer%text, &
-      "phase 'first': limit load between 5 and 5.5, knee at 5.09381|") > 0)
+      "phase 'first': limit load 5.09381 of this grid (the knee), known to 9.8 %: its plateau begins at 5, carried "// &
+      'is 5, refused 5.5; ') > 0)
     call tests%close('as a share of the phase', run%model%state%progress%limit%knee, 0.5625_wp + &
       0.09375_wp*log(2.0_wp)/log(2.4_wp), rounding)
 
@@ -311,14 +328,15 @@ contains
     call run%to_end()
     call tests%check('a phase that needs the load ends the run', run%error%code == error_not_converged)
     call tests%check('and names it: '//run%error%message, run%error%message == "phase 'first' has ended at its "// &
-      'limit load between 5 and 5.5, knee at 5.09381, and these phases behind it were not run: ''second''')
+      'limit load 5.09381, and these phases behind it were not run: ''second''')
     call tests%check('its own end is told', run%observer%phases == 1)
 
     run = new_run([compliant(course(:3)), lost()], ', LIMIT COMPLIANCE=10')
     run%model%analysis%phases = run%model%analysis%phases(:1)
     call run%to_end()
     call tests%check('equilibrium lost before the refused load ends the bisection', .not. allocated(run%error) .and. &
-      run%reached([0.25_wp, 0.5_wp]) .and. index(run%observer%text, 'limit load between 4 and 6, knee at 3.79588|') > 0)
+      run%reached([0.25_wp, 0.5_wp]) .and. index(run%observer%text, 'limit load 3.79588 of this grid') > 0 &
+      .and. index(run%observer%text, 'carried is 4, refused 6;') > 0)
 
     run = new_run([compliant(course(:2)), lost()], ', LIMIT COMPLIANCE=10')
     call run%to_end()

@@ -12,6 +12,7 @@ module test_safety_search
     leave_lost_phase
   use qsmpm_restart, only: read_restart, write_restart
   use qsmpm_run_profile, only: run_profile_type
+  use qsmpm_safety_search, only: share_note
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
@@ -225,6 +226,13 @@ contains
     run%model%analysis%phases(2)%controls%stabilisation_share = 0.02_wp
     call search(run)
     call tests%check('what the stabilisation holds is lost, whatever the deck allows a run-out', allocated(run%error))
+    call tests%check('and the search says so: '//run%observer%text, index(run%observer%text, &
+      "phase 'factor': STABILISATION SHARE is 0.005 in the search") > 0 .and. index(run%observer%text, &
+      '0.02 of *CONTROLS has no effect|') > 0)
+    run%model%analysis%phases(2)%safety%runout = 1.5_wp
+    call tests%check('a run-out has more', index(share_note(run%model%analysis%phases(2)), '0.02 in the run-out') > 0)
+    run%model%analysis%phases(2)%controls%stabilisation_share = 0.005_wp
+    call tests%check('nothing is said of the usual share', len(share_note(run%model%analysis%phases(2))) == 0)
   end subroutine check_never
 
   !> The strength goes on to that of the run-out, with the places.

@@ -5,10 +5,13 @@ module test_scene
   use qsmpm_analysis, only: analysis_type, mesh_file
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
   use qsmpm_prismatic, only: require_prismatic
-  use qsmpm_reduction, only: reduce_prismatic, reduce_revolved, reduce_column, reduce_mirror
+  use qsmpm_reduction, only: expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, reduce_column, &
+    reduce_mirror
   use deck_samples, only: joined
-  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, turned_facets, &
+  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, reduced, turned_facets, &
     write_stl, figure_file
   use testing, only: tests_type
   implicit none
@@ -31,7 +34,50 @@ contains
     call check_reasons_against(tests)
     call check_revolved(tests)
     call check_refused_by_user(tests)
+    call check_outside(tests)
   end subroutine collect_scene
+
+  !> What of a body lies outside of the grid is told of the scene, not of what is left of it.
+  subroutine check_outside(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: box = ' 3, 5, 0, 1|', slope = '0, 0| 2, 0| 1, 1| 0, 1|'
+
+    call tests%check('a column of layers of which one is wider than the grid: '//outside_of(layers_deck()), &
+      outside_of(layers_deck()) == "body 'upper': 33.3 %|")
+    call tests%check('half of a body across the plane: '//outside_of(twin_deck()), outside_of(twin_deck()) == '')
+    call tests%check('that reaches below the grid', outside_of(changed(twin_deck(), box, ' 3, 5, -1, 1|')) == &
+      "body 'middle': 50.0 %|")
+    call tests%check('a slice', outside_of(slice_deck()) == '')
+    call tests%check('a slice of a slope that reaches below the grid', outside_of(changed(slice_deck(), slope, &
+      '0, -1| 2, -1| 2, 0| 1, 1| 0, 1|')) == "body 'slope': 57.1 %|")
+  end subroutine check_outside
+
+  !> Bodies of which the model of a deck says that a part lies outside, and how much.
+  function outside_of(deck) result(text)
+    character(len=*), intent(in) :: deck
+    character(len=:), allocatable :: text
+    character(len=*), parameter :: start = 'warning: ', rest = ' of it lies outside'
+    type(analysis_type) :: analysis
+    type(expansion_type) :: expansion
+    type(reduction_check_type), allocatable :: checks(:)
+    type(model_type) :: model
+    type(error_type), allocatable :: error
+    integer :: at
+
+    call reduced(deck, analysis, expansion, checks)
+    call build_model(analysis, model, error)
+    text = ''
+    if (allocated(error)) then
+      text = error%message
+      return
+    end if
+    at = index(model%notes, rest)
+    do while (at > 0)
+      text = text//model%notes(index(model%notes(:at), start, back=.true.) + len(start):at - 1)//'|'
+      model%notes = model%notes(at + len(rest):)
+      at = index(model%notes, rest)
+    end do
+  end function outside_of
 
   !> Check a verdict.
   subroutine expect(tests, deck, kind, axis, words)

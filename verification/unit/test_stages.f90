@@ -3,11 +3,19 @@
 module test_stages
   use qsmpm, only: wp, error_type, problem_type, simulation_type
   use qsmpm_active_bodies, only: bodies_active
+  use qsmpm_convection, only: convect
+  use qsmpm_element, only: node_count
+  use qsmpm_element_shape, only: shape_functions
   use qsmpm_lift_feet, only: lift_feet_type, stretch_over, height_over
   use qsmpm_phase_start, only: start_phase
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
+  use qsmpm_mesh, only: mesh_type
+  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_model, only: state_type
+  use qsmpm_points, only: carried_type
+  use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term_sums, only: set_loads, discard_terms
   use testing, only: tests_type
@@ -35,6 +43,8 @@ contains
     call check_stretch(tests)
     call check_overlap(tests)
     call check_lift(tests)
+    call check_ride(tests)
+    call check_losses(tests)
     call check_material(tests)
     call check_early_end(tests)
   end subroutine collect_stages
@@ -56,6 +66,8 @@ contains
       '1.8, 2.7'//nl//'2.2, 1.3'//nl//'*BODY, NAME=lift, MATERIAL=soil, SHAPE=BOX, ACTIVE=NO'//nl//'0, 1.8, 2.7, 3.2'// &
       nl//'*SURFACE, NAME=edge, TYPE=OUTLINE, BODY=pit, BOX'//nl//'2.9, 3.6, 2.6, 2.8'//nl//'*METHOD, '//method// &
       nl//'*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y'//nl//'0.9, 3.2'//nl// &
+      '*HISTORY, NAME=pit, QUANTITY=DISPLACEMENT, COMPONENT=Y'//nl//'3, 2'//nl// &
+      '*HISTORY, NAME=bank, QUANTITY=DISPLACEMENT, COMPONENT=Y'//nl//'1.1, 0.8'//nl// &
       '*PHASE, NAME=weight'//nl//'*FIX'//nl//'base, ALL'//nl//'left, X'//nl//'right, X'//nl//'*GRAVITY'//nl//'0, -1'// &
       nl//'*TRACTION, SURFACE=edge'//nl//'0, -5'//nl//'*CONTROLS, STEPS=1, TOLERANCE=1e-9, MAX ITERATIONS=40'//nl// &
       '*END PHASE'//nl//phases, 'bank', error)
@@ -210,6 +222,7 @@ contains
         call tests%check('an overlap is refused', allocated(error))
         if (allocated(error)) call tests%check('with its volume', index(error%message, &
           "body 'lift' overlaps the ground by a volume of") == 1)
+        if (allocated(error)) call check_volume()
       else
         call tests%check('but not where the lift is put on the ground', .not. allocated(error))
         call tests%check('whose volume is less then', sum(run%model%state%points%volume, &
@@ -217,6 +230,20 @@ contains
       end if
       call run%destroy()
     end do
+
+  contains
+
+    !> The volume that is told: that between the ground as it is and as it was drawn, under the lift.
+    subroutine check_volume()
+      real(wp) :: told, heave
+      integer :: status
+
+      read (error%message(index(error%message, 'volume of ') + 10:index(error%message, ' of 0.9')), *, iostat=status) told
+      associate (feet => run%model%state%inactive%feet)
+        heave = 1.8_wp*sum(feet%position(2, :) - 2.7_wp)/feet%count
+      end associate
+      call tests%close('which is that of the heave', merge(told, 0.0_wp, status == 0), heave, 0.05_wp*heave)
+    end subroutine check_volume
   end subroutine check_overlap
 
   !> A lift has no stress and no weight when it comes, all of it at the end, and displacements count from its place.
@@ -253,6 +280,139 @@ contains
     end associate
     call run%destroy()
   end subroutine check_lift
+
+  !> An excavation while a lift waits, its step prepared and evaluated at a displacement of x by -0.1 (x - 2), y by 0.1 y.
+  subroutine begin_pit(run, step, u)
+    type(simulation_type), intent(inout) :: run
+    type(step_type), intent(out) :: step
+    !> (components, nodes)
+    real(wp), allocatable, intent(out) :: u(:, :)
+    type(error_type), allocatable :: error
+    integer :: a
+
+    call begin(run, 'BASIS=STANDARD', phase('*DEACTIVATE'//nl//'pit'))
+    call finish_phase(run, error)
+    run%model%state%progress%phase = 2
+    call start_phase(run%model)
+    if (.not. allocated(error)) call initialise_step(run%model, step, error)
+    if (allocated(error)) error stop 'an excavation of the suite of stages cannot begin'
+    allocate (u(2, run%model%space%node_count))
+    do a = 1, size(u, 2)
+      u(:, a) = squeeze(node_position(run%model%space, run%model%mesh, a))
+    end do
+    call evaluate_step(run%model, step, u, tangent_none)
+  end subroutine begin_pit
+
+  !> Displacement of a place.
+  pure function squeeze(x) result(u)
+    real(wp), intent(in) :: x(2)
+    real(wp) :: u(2)
+
+    u = [-0.1_wp*(x(1) - 2.0_wp), 0.1_wp*x(2)]
+  end function squeeze
+
+  !> What is there and what is taken out ride on the mesh, each once, and are found again; a body that waits stays.
+  subroutine check_ride(tests)
+    type(tests_type), intent(inout) :: tests
+    type(simulation_type) :: run
+    type(step_type), target :: step
+    type(state_type) :: before
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+
+    call begin_pit(run, step, u)
+    before = run%model%state
+    call convect(run%model, step, u, error)
+    call tests%check('a step of an excavation is taken', .not. allocated(error))
+    associate (state => run%model%state)
+      call check_one('points', before%points, state%points, 1, before%points%count)
+      call check_one('points that are taken out', before%inactive%unloading, state%inactive%unloading, 1, &
+        before%inactive%unloading%count)
+      call check_one('surface points that are taken out', before%inactive%unloading_surface, &
+        state%inactive%unloading_surface, 1, before%inactive%unloading_surface%count)
+      call check_one('tracers of what is taken out and of what is there', before%tracers, state%tracers, 2, 3)
+      call tests%check('a tracer of a body that waits stays', all(abs(state%tracers%position(:, 1) &
+        - before%tracers%position(:, 1)) <= 0.0_wp) .and. all(state%tracers%cell == before%tracers%cell .or. &
+        [.false., .true., .true.]))
+      call tests%check('and so do its points', state%inactive%points%count > 0 .and. &
+        all(abs(state%inactive%points%position - before%inactive%points%position) <= 0.0_wp))
+    end associate
+    call discard_terms(step%terms)
+    call end_system(step%system)
+    call run%destroy()
+
+  contains
+
+    !> Places moved as the nodes say, and their cells.
+    subroutine check_one(what, old, new, first, last)
+      character(len=*), intent(in) :: what
+      class(carried_type), intent(in) :: old, new
+      integer, intent(in) :: first, last
+      real(wp) :: off, lost
+      integer :: i
+
+      off = 0.0_wp
+      lost = 0.0_wp
+      do i = first, last
+        associate (x => old%position(:, i), y => new%position(:, i))
+          off = max(off, maxval(abs(y - x - squeeze(x))))
+          lost = max(lost, maxval(abs(y - place_in(run%model%mesh, new%cell(i), new%local(:, i)))))
+        end associate
+      end do
+      call tests%check(what//': there are some, in other cells', last >= first .and. any(old%cell /= new%cell))
+      call tests%close(what//' ride on the mesh', off, 0.0_wp, 1.0e-12_wp)
+      call tests%close(what//' are found where they are', lost, 0.0_wp, 1.0e-12_wp)
+    end subroutine check_one
+  end subroutine check_ride
+
+  !> Place of local coordinates in a cell.
+  function place_in(mesh, cell, local) result(x)
+    type(mesh_type), intent(in) :: mesh
+    integer, intent(in) :: cell
+    real(wp), intent(in) :: local(:)
+    real(wp) :: x(size(local)), functions(node_count(mesh%cell_kind(cell)))
+
+    call shape_functions(mesh%cell_kind(cell), local, functions)
+    x = interpolate(mesh, cell, functions, mesh%coordinates)
+  end function place_in
+
+  !> Whatever leaves the mesh while bodies come and go is an error that names it.
+  subroutine check_losses(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: names(6) = [character(len=40) :: 'material point', 'tracer', &
+      'material point that is not there', 'material point that is taken out', 'surface point that is taken out', &
+      'place under a body that comes']
+    type(simulation_type) :: run
+    type(step_type), target :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    integer :: i
+
+    do i = 1, size(names)
+      call begin_pit(run, step, u)
+      select case (i)
+      case (1)
+        run%model%state%points%position(1, 2) = -9.0_wp
+      case (2)
+        run%model%state%tracers%position(1, 2) = -9.0_wp
+      case (3)
+        run%model%state%inactive%points%position(1, 2) = -9.0_wp
+      case (4)
+        run%model%state%inactive%unloading%position(1, 2) = -9.0_wp
+      case (5)
+        run%model%state%inactive%unloading_surface%position(1, 2) = -9.0_wp
+      case (6)
+        run%model%state%inactive%feet%position(1, 2) = -9.0_wp
+      end select
+      call convect(run%model, step, u, error)
+      call tests%check(trim(names(i))//' outside the mesh: an error', allocated(error))
+      if (allocated(error)) call tests%check(trim(names(i))//' outside the mesh: its name', &
+        index(error%message, trim(names(i))//' 2 left the mesh') == 1)
+      call discard_terms(step%terms)
+      call end_system(step%system)
+      call run%destroy()
+    end do
+  end subroutine check_losses
 
   !> Numbers of the points of a body.
   pure function pack_body(body, number) result(points)

@@ -9,6 +9,7 @@ module test_stepping
   use qsmpm_error, only: error_type, error_not_converged, error_singular, error_user_material
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
+  use qsmpm_linear_system, only: failures
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_observer, only: step_record_type
@@ -63,6 +64,7 @@ contains
     call check_lost_reequilibrations(tests)
     call check_compliance(tests)
     call check_fatal(tests)
+    call check_failed_solvers(tests)
     call tests%put_off_traps()
     call check_not_numbers(tests)
     call tests%trap_again()
@@ -139,6 +141,26 @@ contains
     if (present(iterations)) damped%iterations = iterations
     if (present(move)) damped%move = move
   end function damped
+
+  !> What solvers have failed is the state's when a step is accepted, and the state's when one begins.
+  subroutine check_failed_solvers(tests)
+    type(tests_type), intent(inout) :: tests
+    type(trial_type) :: it
+
+    it = trial()
+    call it%go([scripted_outcome_type(failed_solvers=1)])
+    call tests%check('a solver that failed is remembered with the step', it%outcome%accepted .and. &
+      it%model%state%progress%failed_solvers == 1)
+    it = trial()
+    it%model%state%progress%failed_solvers = 2
+    call it%go([scripted_outcome_type()])
+    call tests%check('a run that is continued begins with what had failed', failures(it%step%system) == 2 .and. &
+      it%model%state%progress%failed_solvers == 2)
+    it = trial()
+    call it%go([scripted_outcome_type(converged=.false., residual=0.5_wp, undamped=huge(1.0_wp), failed_solvers=3)])
+    call tests%check('of a step that is lost nothing is remembered', it%is_restored() .and. &
+      it%model%state%progress%failed_solvers == 0)
+  end subroutine check_failed_solvers
 
   !> The static step converges.
   subroutine check_converged(tests)

@@ -44,7 +44,6 @@ contains
       call start_point(model, rate, batch%gradient(:, p), batch%stress_start(:, p), modulus, increment, inverse, det, &
         batch%status(p))
       if (batch%status(p) /= status_ok) cycle
-      principal = .not. model%hookean
       batch%plastic(p) = 0
       if (.not. model%elastic) then
         call spectral(increment%trial, trial, n)
@@ -52,10 +51,10 @@ contains
         call model%update(modulus, trial, batch%state_start(1:, p), cell_size, tangent /= tangent_none, result)
         batch%plastic(p) = merge(1, 0, result%yields)
         if (model%state_count > 0 .or. result%status /= status_ok) call keep_update(model, result, &
-        batch%state_start(1:, p), batch%state(1:, p), batch%status(p), batch%message)
+          batch%state_start(1:, p), batch%state(1:, p), batch%status(p), batch%message)
         if (batch%status(p) /= status_ok) cycle
-        principal = principal .or. result%yields
       end if
+      principal = batch%plastic(p) == 1 .or. .not. model%hookean
       if (principal .and. increment%turns) n = product_of(increment%rotation, n)
       call end_stress(increment, principal, result%stress, n, stress)
       batch%stress(:, p) = packed(stress)

@@ -104,6 +104,25 @@ class Curve(unittest.TestCase):
         self.assertIn("<svg", picture.read_text()[:500])
         self.assertIn("max error  2 kPa", out)
 
+    def test_without_a_reference_the_values_themselves_are_told(self) -> None:
+        picture = self.folder / "alone.svg"
+        code, out, err = self.call("--y=-stress", "--x", "strain", "--out", str(picture))
+        self.assertEqual(code, 0, err)
+        self.assertEqual(out.splitlines()[1:4], ["end        8 at strain = 0.5", "least      2.5 at strain = 0.2",
+                                                 "largest    8 at strain = 0.5"])
+        self.assertIn("-stress [kPa]", picture.read_text())
+        self.refused("want --against", "--tolerance", "0.1")
+
+    def test_a_phase_is_named_as_the_deck_names_it(self) -> None:
+        self.curves.write_text("phase,step,load_factor,strain [-],stress [kPa]\n1,1,1,0.2,-2.5\n2,2,2,0.5,-8\n")
+        (self.run_folder / "summary.json").write_text('{"phases": [{"name": "rest"}, {"name": "push"}]}')
+        self.assertIn("end        -2.5", self.call("--phase", "rest", "--y", "stress")[1])
+        self.assertIn("end        -8", self.call("--phase", "push", "--y", "stress")[1])
+        self.refused("no phase 'pull'; there are rest, push", "--phase", "pull")
+        out = self.folder / "phase.svg"
+        self.assertEqual(main(["plot", str(self.run_folder), "--phase", "push", "--y", "stress", "--out", str(out)]), 0)
+        self.assertIn("phase 'push'", out.read_text())
+
     def test_a_tolerance_decides_the_exit_code(self) -> None:
         self.assertEqual(self.call(*self.FORMULA, "--tolerance", "0.21")[0], 0)
         self.assertEqual(self.call(*self.FORMULA, "--tolerance", "0.19")[0], 1)

@@ -2,10 +2,12 @@
 
 import contextlib
 import io
+import json
 import math
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -13,6 +15,7 @@ from PIL import Image
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.fields import mises, scalar_field, unit_of
+from qsmpm_verify.plane_picture import plane_picture
 from qsmpm_verify.results import Points, ResultError, read_mesh, written_steps
 
 
@@ -35,7 +38,18 @@ def write_state(folder: Path, steps: tuple[int, ...]) -> None:
             points["position"], points["displacement"], points["stress"] = start + moved, moved, stress
             points["volume"] = points["initial_volume"] = np.full(8, 0.25)
             points["plastic"] = np.arange(8) % 2
-    (folder / "block.echo.inp").write_text("*UNITS, LENGTH=m, FORCE=kN\n")
+            points["material"] = np.ones(8, dtype=int)
+    (folder / "block.echo.inp").write_text('*UNITS, LENGTH=m, FORCE=kN\n*MATERIAL, NAME="soft clay"\n')
+
+
+def write_safety(folder: Path) -> None:
+    """Step 5 is the last one of a safety phase, which has a mechanism, and the phases have names."""
+    with h5py.File(folder / "results.h5", "a") as file:
+        file["steps/000005"].attrs["phase"] = 2
+        file.copy("steps/000005", "mechanisms/000002")
+        file["mechanisms/000002/points/displacement"][...] = np.outer(np.arange(8), [1e-3, 0.0, 0.0])
+    phases = [{"name": "built"}, {"name": "weaker", "factor": [1.25, 1.26]}]
+    (folder / "summary.json").write_text(json.dumps({"phases": phases}))
 
 
 class Fields(unittest.TestCase):
@@ -120,6 +134,48 @@ class View(unittest.TestCase):
         code, said = self.call("--field", "stress_xx", "--film", "--out", str(self.folder / "s.png"))
         self.assertEqual((code, len(list(self.folder.glob("s_*.png")))), (0, 3))
         self.assertIn("s_0000.png to s_0002.png", said)
+
+    def test_the_way_a_body_fails_is_drawn_as_a_share_with_its_factor(self) -> None:
+        write_safety(self.folder)
+        out = self.folder / "m.png"
+        with mock.patch("qsmpm_verify.view.plane_picture", wraps=plane_picture) as drawn:
+            self.assertEqual(self.call("--mechanism", "--out", str(out))[0], 0)
+        body, frame, caption = drawn.call_args.args[:3]
+        self.assertEqual(caption, "block: phase 'weaker', the way it fails, factor of safety 1.25 to 1.26")
+        np.testing.assert_allclose(body.values, np.arange(8) / 7)
+        self.assertEqual((frame.title, frame.most, frame.length), ("displacement over its largest", 1.0, "m"))
+        self.assertEqual(self.call("--mechanism", "--phase", "weaker", "--out", str(out))[0], 0)
+        for words, text in ((("--phase", "built"), "no mechanism of phase built; there are: 'weaker'"),
+                            (("--film",), "neither --film nor --step"), (("--phase", "built up"), "no phase 'built up'")):
+            code, said = self.call("--mechanism", *words)
+            self.assertEqual(code, 2, words)
+            self.assertIn(text, said)
+
+    def test_without_a_safety_phase_there_is_no_mechanism(self) -> None:
+        code, said = self.call("--mechanism")
+        self.assertEqual(code, 2)
+        self.assertIn("no mechanism of any phase; there are: none", said)
+
+    def test_a_phase_is_named_by_name_or_number_and_told_in_the_title(self) -> None:
+        write_safety(self.folder)
+        for phase, step, name in (("built", 2, "'built', step 2, load factor 2"), ("1", 2, "'built'"),
+                                  ("weaker", 5, "'weaker', step 5, load factor 5, factor of safety 1.25 to 1.26")):
+            with mock.patch("qsmpm_verify.view.plane_picture", wraps=plane_picture) as drawn:
+                self.assertEqual(self.call("--phase", phase, "--out", str(self.folder / "p.png"))[0], 0)
+            self.assertIn(f"phase {name}", drawn.call_args.args[2])
+        self.assertIn("no step of phase 3 was written", self.call("--phase", "3")[1])
+
+    def test_materials_are_named_and_one_class_alone_has_its_bar(self) -> None:
+        with mock.patch("matplotlib.colorbar.Colorbar.set_ticks") as ticks:
+            self.assertEqual(self.call("--field", "material", "--out", str(self.folder / "c.png"))[0], 0)
+        self.assertEqual((ticks.call_args.args, ticks.call_args.kwargs), (([1],), {"labels": ["soft clay"]}))
+
+    def test_a_picture_for_paraview_is_refused(self) -> None:
+        for name in ("points_000005.vtu", "points.pvd"):
+            out, err = io.StringIO(), io.StringIO()
+            with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+                self.assertEqual(main(["view", str(self.folder / name)]), 2)
+            self.assertIn("open this file in ParaView", err.getvalue())
 
     def test_what_is_not_there_is_told_with_code_2(self) -> None:
         for words, text in (

@@ -1,0 +1,78 @@
+"""What a run tells of itself beside its numbers: names of phases and materials, units, factors of safety.
+
+Names of materials and units are those of the echoed deck, phases and factors those of summary.json; what a folder does not
+have is not told.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+from qsmpm_verify.trouble import Trouble
+
+
+def echoed(folder: Path) -> str:
+    """The echoed deck of a folder; empty without one."""
+    decks = sorted(folder.glob("*.echo.inp"))
+    return decks[0].read_text(encoding="utf-8") if decks else ""
+
+
+def units(folder: Path) -> dict[str, str]:
+    """Words of *UNITS: LENGTH and FORCE; empty when the deck has none."""
+    hit = re.search(r"^\*UNITS(.*)$", echoed(folder), re.MULTILINE | re.IGNORECASE)
+    parts = (part.partition("=") for part in hit[1].split(",")) if hit else ()
+    return {word.strip().upper(): value.strip() for word, _, value in parts if value}
+
+
+def materials(folder: Path) -> dict[int, str]:
+    """Names of the materials by their numbers, from 1."""
+    cards = re.findall(r"^\*MATERIAL,(.*)$", echoed(folder), re.MULTILINE | re.IGNORECASE)
+    names = (re.search(r'NAME\s*=\s*("[^"]*"|[^,]*)', card, re.IGNORECASE) for card in cards)
+    return {number: hit[1].strip().strip('"') for number, hit in enumerate(names, 1) if hit}
+
+
+def _phases(folder: Path) -> list[dict]:
+    """The phases of summary.json; none without one."""
+    try:
+        return list(json.loads((folder / "summary.json").read_text(encoding="utf-8"))["phases"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+
+
+def phase_name(folder: Path, number: int) -> str:
+    """A phase in words: its name in quotes, or its number where no name is told."""
+    phases = _phases(folder)
+    return f"'{phases[number - 1]['name']}'" if 1 <= number <= len(phases) else str(number)
+
+
+def phase_number(folder: Path, phase: int | str) -> int:
+    """Number of a phase that is given by its number, from 1, or its name."""
+    if isinstance(phase, int):
+        return phase
+    names = [str(told["name"]) for told in _phases(folder)]
+    if phase not in names:
+        raise Trouble(f"{folder}: no phase '{phase}'; there are {', '.join(names) or 'no names'}")
+    return names.index(phase) + 1
+
+
+def factor(folder: Path, number: int) -> tuple[float, float] | None:
+    """Factor of safety of a phase, stable and lost (0: not lost); None where it has none."""
+    phases = _phases(folder)
+    found = phases[number - 1].get("factor") if 1 <= number <= len(phases) else None
+    return (float(found[0]), float(found[1])) if found else None
+
+
+def factor_text(folder: Path, number: int) -> str:
+    """Factor of safety of a phase in words; empty where it has none."""
+    found = factor(folder, number)
+    if found is None:
+        return ""
+    stable, lost = found
+    return f"factor of safety {stable:.4g} to {lost:.4g}" if lost > 0 else f"factor of safety above {stable:.4g}"
+
+
+def read_phase(word: str) -> int | str:
+    """A phase as the command line gives it: a number where it is one, else a name."""
+    return int(word) if word.isdigit() else word
