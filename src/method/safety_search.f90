@@ -113,9 +113,11 @@ contains
   end function runout_factor
 
   !> The bracket is found: tell it, and end the phase unless a run-out follows.
-  subroutine end_search(model, phase, observer, error)
+  subroutine end_search(model, phase, outcome, observer, error)
     type(model_type), intent(inout) :: model
     type(phase_type), intent(in) :: phase
+    !> Of the last try.
+    type(outcome_type), intent(in) :: outcome
     class(observer_type), intent(inout) :: observer
     !> error_not_converged: there is no equilibrium at any factor.
     type(error_type), allocatable, intent(out) :: error
@@ -123,6 +125,7 @@ contains
     associate (progress => model%state%progress)
       if (.not. progress%bracket%stable > 0.0_wp) then
         call fail(error, error_not_converged, "phase '"//phase%name//"': "//bracket_text(progress%bracket))
+        if (allocated(outcome%reason)) error%message = error%message//': '//outcome%reason
         return
       end if
       call tell_factor(model, phase, observer)

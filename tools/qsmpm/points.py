@@ -41,7 +41,7 @@ class Points:
         shape = (columns.value, rows.value)
         if not place:
             return np.zeros(shape)
-        address = ctypes.cast(place, ctypes.c_void_p).value
+        address = ctypes.addressof(place.contents)
         return np.asarray(_Memory(run._handle, address, shape))
 
     @property

@@ -44,7 +44,7 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
     """One horizontal bar a name, cut into parts."""
     figure, axes = plt.subplots(figsize=(7.0, 0.45 * len(names) + 1.5), layout="constrained")
     left = [0.0] * len(names)
-    colours = [*plt.get_cmap("tab10").colors, "black"]
+    colours = [*(f"C{i}" for i in range(10)), "black"]
     for number, (part, values) in enumerate(parts.items()):
         axes.barh(names, values, left=left, label=part, color=colours[number % len(colours)])
         left = [start + value for start, value in zip(left, values)]

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from qsmpm_bench.decks import TOP
@@ -44,8 +45,7 @@ class Bench:
         jobs: dict[str, Callable[[], Sample]] = {}
         for deck in decks:
             jobs[deck.name] = self.job(deck)
-            jobs[f"{deck.name} against"] = lambda deck=deck: run_deck(deck, other, self.root / "against", 1,
-                                                                      profile=profile)
+            jobs[f"{deck.name} against"] = partial(run_deck, deck, other, self.root / "against", 1, profile=profile)
         return interleave(jobs, self.repeat, self.tell)
 
     def help(self, keyword: str) -> str:

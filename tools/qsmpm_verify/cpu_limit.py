@@ -80,13 +80,13 @@ def run_limited(
             guard.cancel()
         child.returncode = os.waitstatus_to_exitcode(status)
         end_group(child.pid)
-        streams = [stream.read().decode("utf-8", "replace") for stream in (out, err) if stream.seek(0) == 0]
+        said, told = (stream.read().decode("utf-8", "replace") for stream in (out, err) if stream.seek(0) == 0)
     cpu = usage.ru_utime + usage.ru_stime
     if late.is_set():
-        return Ended(None, cpu, *streams, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
+        return Ended(None, cpu, said, told, f"stopped after {wall:g} s by the clock, {cpu:.1f} CPU s")
     if child.returncode == -signal.SIGXCPU or (child.returncode == -signal.SIGKILL and cpu > 0.9 * whole):
-        return Ended(None, cpu, *streams, f"stopped after {whole} CPU s")
-    return Ended(child.returncode, cpu, *streams)
+        return Ended(None, cpu, said, told, f"stopped after {whole} CPU s")
+    return Ended(child.returncode, cpu, said, told)
 
 
 def end_group(leader: int) -> None:

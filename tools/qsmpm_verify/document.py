@@ -172,11 +172,15 @@ def study_part() -> str:
     """Studies of the user's own decks that lie in output/study; nothing when there is none."""
     parts = []
     for path in sorted((TOP / "output" / "study").glob("*/figures.json")):
-        told = json.loads(path.read_text(encoding="utf-8"))
+        try:
+            told = json.loads(path.read_text(encoding="utf-8"))
+            deck, history, lines = str(told["deck"]), str(told["history"]), [str(line) for line in told["told"]]
+        except (ValueError, KeyError, TypeError) as error:
+            raise Trouble(f"{path}: cut, or not the figures of a study ({error!r})") from error
         picture = path.with_name("study.svg")
-        shown = figure(inline_svg(picture), f"{told['deck']}: error over CPU seconds") if picture.is_file() else ""
-        lines = "".join(f"<li>{text(line)}</li>" for line in told["told"])
-        parts.append(f"<h3>{text(told['deck'])}: {text(told['history'])}</h3>\n<ul>{lines}</ul>\n{shown}")
+        shown = figure(inline_svg(picture), f"{deck}: error over CPU seconds") if picture.is_file() else ""
+        items = "".join(f"<li>{text(line)}</li>" for line in lines)
+        parts.append(f"<h3>{text(deck)}: {text(history)}</h3>\n<ul>{items}</ul>\n{shown}")
     return "<h2 id=studies>Your scenes</h2>\n" + "".join(parts) if parts else ""
 
 
@@ -227,7 +231,7 @@ def act(words: Namespace) -> int:
 
     case_page = or_gap("Verification cases", cases, gaps)
     parts = [
-        or_gap("Error against cost", charts, gaps), study_part(),
+        or_gap("Error against cost", charts, gaps), or_gap("Your scenes", study_part, gaps),
         or_gap("No more model than the scene needs", lambda: scene_part(words), gaps),
         or_gap("Where methods fail", lambda: map_part(words), gaps), view_part(words, found), case_page,
     ]  # fmt: skip

@@ -96,7 +96,7 @@ def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> 
         at = to_share.transform(axes.transData.transform((x, y)))
         height = max(at[1], heights[-1] + LINE if heights else 0.0)
         heights.append(height)
-        axes.annotate(name, at, (1.02, height), "axes fraction", "axes fraction", fontsize=7.5, color=colour, va="center",
+        axes.annotate(name, (at[0], at[1]), (1.02, height), "axes fraction", "axes fraction", fontsize=7.5, color=colour, va="center",
                       arrowprops={"arrowstyle": "-", "relpos": (0.0, 0.5), "color": colour, "lw": 0.4, "alpha": 0.6},
                       annotation_clip=False)  # fmt: skip
 

@@ -65,7 +65,7 @@ class Outline:
         for corners in self.polygons:
             found |= MplPath(corners).contains_points(places)
         if self.cells is not None and self.filled is not None:
-            cell = self.cells(*places.T)
+            cell = np.asarray(self.cells(*places.T), dtype=int)
             found |= (cell >= 0) & self.filled[cell]
         return found
 
@@ -86,8 +86,8 @@ def _of_cells(mesh: Mesh, start: Array) -> Outline:
     if not len(fans):
         return NOTHING
     owner = np.repeat(np.arange(len(cells)), [len(c) - 2 for c in cells])
-    finder = tri.Triangulation(*mesh.nodes[:, :2].T, fans).get_trifinder()
-    found = finder(*start.T)
+    finder = tri.Triangulation(mesh.nodes[:, 0], mesh.nodes[:, 1], fans).get_trifinder()
+    found = np.asarray(finder(*start.T), dtype=int)
     filled = np.zeros(len(cells), dtype=bool)
     filled[owner[found[found >= 0]]] = True
     edges = np.array([(cells[c][i - 1], cells[c][i]) for c in np.flatnonzero(filled) for i in range(len(cells[c]))])

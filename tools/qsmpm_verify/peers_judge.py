@@ -120,8 +120,8 @@ def chart_point(scene: Scene, point: Point, outcomes: dict[str, Outcome]) -> dic
         if outcome.trouble:
             raise ValueError(outcome.trouble)
         value = figure(outcome, point.quantity)
-    except ValueError as error:
-        return {**entry, "note": f"{point.note} {error}".strip()}
+    except ValueError as trouble:
+        return {**entry, "note": f"{point.note} {trouble}".strip()}
     error = value if point.reference is None else abs(value - point.reference) / abs(point.reference)
     return {**entry, "error": error, "seconds": outcome.cpu_seconds}
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from dataclasses import field as field_of
+from typing import Any, cast
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
 from matplotlib.collections import LineCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm, Normalize  # noqa: E402
 
@@ -68,12 +70,13 @@ def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
 def _fill(axes: plt.Axes, net: Net, values: Array, frame: Frame) -> None:
     """The field on a net: smooth, or one class a triangle."""
     colours, norm = _colours(frame)
-    look = {"cmap": colours, "norm": norm, "rasterized": True}
+    look: dict[str, Any] = {"cmap": colours, "norm": norm, "rasterized": True}
+    x, y = net.now.T
     if frame.classes():
         mean = np.median(values[net.source][net.triangles], axis=1)
-        axes.tripcolor(*net.now.T, net.triangles, facecolors=mean, shading="flat", **look)
+        axes.tripcolor(x, y, triangles=net.triangles, facecolors=mean, shading="flat", **look)
     else:
-        axes.tripcolor(*net.now.T, net.triangles, values[net.source], shading="gouraud", **look)
+        axes.tripcolor(x, y, values[net.source], triangles=net.triangles, shading="gouraud", **look)
 
 
 def _lines(axes: plt.Axes, places: Array, pairs: Array, colour: str, width: float, order: float) -> None:
@@ -92,7 +95,8 @@ def draw_body(axes: plt.Axes, body: Body, frame: Frame, outline: bool = True) ->
             _lines(axes, net.before, net.outline, "0.45", 0.9, 3)
             _lines(axes, net.now, net.outline, "black", 1.1, 4)
     alone = np.array(sorted(set(range(len(body.place))) - inside), dtype=int)
-    axes.scatter(*body.place[alone].T, c=body.values[alone], s=6, cmap=colours, norm=norm, linewidths=0, zorder=2)
+    x, y = body.place[alone].T
+    axes.scatter(x, y, c=body.values[alone], s=6, cmap=colours, norm=norm, linewidths=0, zorder=2)
     axes.set_xlim(frame.low[0], frame.high[0])
     axes.set_ylim(frame.low[1], frame.high[1])
     axes.set_aspect("equal")
@@ -109,7 +113,7 @@ def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
         _lines(axes, mesh.nodes[:, :2], edges, "0.6", 0.35, 2.5)
 
 
-def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **place: float) -> None:
+def bar(figure: plt.Figure, axes: plt.Axes | list[plt.Axes], frame: Frame, **place: Any) -> None:
     """The colours with their values, or the names of their classes."""
     colours, norm = _colours(frame)
     shown = figure.colorbar(plt.cm.ScalarMappable(norm, colours), ax=axes, label=frame.title, **place)
@@ -140,7 +144,8 @@ def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, 
     label_axes(axes, frame)
     bar(figure, axes, frame, shrink=0.9, pad=0.01)
     figure.canvas.draw()
-    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+    # The canvas is Agg's: matplotlib.use above.
+    pixels = np.asarray(cast(FigureCanvasAgg, figure.canvas).buffer_rgba())[..., :3].copy()
     plt.close(figure)
     # Films by MPEG want even numbers of pixels.
     return pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2]

@@ -89,6 +89,16 @@ class Wheel:
         call(self.bin / "build-umat", TOP / "verification/plugins/elastic_umat.f", "-o", "libelastic.so", cwd=self.work)
         call(self.bin / "convert-deck", "--stdout", "block.inp", cwd=self.work)
 
+    def answers(self) -> None:
+        """`qsmpm` of the environment explains keywords and other words, checks a deck, and tells what is wrong with one."""
+        text = call(self.bin / "qsmpm", "help", "gravity", cwd=self.work) + call(self.bin / "qsmpm", "help", "sheet", "pile", cwd=self.work)
+        expect(text.startswith("*GRAVITY") and "SHEET PILE is no keyword: walls" in text, text)
+        text = call(self.bin / "qsmpm", "check", "block.inp", cwd=self.work)
+        expect("material points" in text, text)
+        (self.work / "wrong.inp").write_text("*PLATE\n" + (self.work / "block.inp").read_text())
+        done = subprocess.run([self.bin / "qsmpm", "check", "wrong.inp"], cwd=self.work, env=ENVIRONMENT, capture_output=True, text=True)
+        expect(done.returncode == 2 and done.stderr.startswith("wrong.inp:1: *PLATE: unknown keyword: structural elements"), done.stderr)
+
     def is_free(self) -> None:
         """Without the GPL parts the library says so and links none of them."""
         text = call(self.python, "-c", "import qsmpm; print(qsmpm.has('suitesparse'), qsmpm.library_path())", cwd=self.work)
@@ -105,7 +115,8 @@ def main() -> int:
     passed = failed = 0
     with tempfile.TemporaryDirectory(prefix="qsmpm-wheel-") as folder:
         wheel = Wheel(pathlib.Path(folder))
-        uses = [("uses", wheel.finds_its_library), ("runs", wheel.runs), ("programs", wheel.brings_its_programs)]
+        uses = [("uses", wheel.finds_its_library), ("runs", wheel.runs), ("answers", wheel.answers),
+                ("programs", wheel.brings_its_programs)]
         tests = [("make", lambda: wheel.make(given.build.resolve())), *uses]
         if given.long:
             tests = [("pip install", wheel.make_all), *uses,

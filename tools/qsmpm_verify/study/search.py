@@ -75,7 +75,7 @@ class Wish:
 def figure_of(folder: Path, wish: Wish) -> float:
     """The column of a run at the place asked for."""
     values = read_curves(folder).column(wish.history)
-    return float({"last": lambda v: v[-1], "max": max, "min": min}[wish.place](values))
+    return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place])
 
 
 def run_trial(deck: Deck, trial: Trial, wish: Wish, limit: float) -> tuple[Trial, float]:

@@ -7,6 +7,7 @@ cells can be halved and every line that a node set stands on stays a line of the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +55,7 @@ def methods_of(deck: Deck) -> list[Method]:
     grid, own = deck.find("GRID"), deck.find("METHOD")
     if grid is None:
         return [OWN]
-    others = PLANE_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else SPACE_METHODS
+    others: tuple[Method, ...] = PLANE_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else SPACE_METHODS
     if deck.find("MOVING MESH"):
         others = MOVING_METHODS if grid.value("ELEMENT") in PLANE_ELEMENTS else ()
     return [OWN, *(m for m in others if not same_method(m, grid, own))]
@@ -183,23 +184,56 @@ def _places_of_sets(deck: Deck, axis: str) -> list[float]:
     return found
 
 
+# Width of the bracket of a search for a factor of safety that the program takes, and the narrowest it allows.
+BRACKET, NARROWEST = 0.005, 1e-4
+
+
 def with_steps(deck: Deck, factor: int) -> Deck:
-    """Every phase in so many times the steps; steps by their error take the share that belongs to it."""
+    """Every phase in so many times the steps; steps by their error take the share that belongs to it.
+
+    A search for a factor of safety has no steps of its own: its bracket becomes narrower by the factor. Its STEPS are those of
+    the run-out, where there is one.
+    """
     cards: list[Card] = []
-    told = True
-    for card in deck.cards:
-        if card.keyword == "PHASE":
-            told = False
-        if card.keyword == "CONTROLS":
-            told = True
-            card = card.with_value("STEPS", str(factor * int(card.value("STEPS") or 10)))
-            share = float(card.value("STEP ERROR") or 0.0)
-            if share > 0:
-                card = card.with_value("STEP ERROR", f"{share / factor**2:.6g}")
-        if card.keyword == "END PHASE" and not told:
-            cards.append(Card("CONTROLS", (("STEPS", str(10 * factor)),)))
-        cards.append(card)
+    for phase in _phases(deck.cards):
+        cards += _searched(phase, factor) if phase[0].value("TYPE") == "SAFETY" else _stepped(phase, factor)
     return deck.with_cards(cards)
+
+
+def _phases(cards: Sequence[Card]) -> list[list[Card]]:
+    """The cards cut before each *PHASE; those of the model come first."""
+    parts: list[list[Card]] = []
+    for card in cards:
+        if card.keyword == "PHASE" or not parts:
+            parts.append([])
+        parts[-1].append(card)
+    return parts
+
+
+def _stepped(phase: list[Card], factor: int) -> list[Card]:
+    """A phase in so many times the steps; the cards of the model as they are."""
+    cards = [_more_steps(card, factor) if card.keyword == "CONTROLS" else card for card in phase]
+    if phase[0].keyword == "PHASE" and all(card.keyword != "CONTROLS" for card in phase):
+        end = next((i for i, card in enumerate(phase) if card.keyword == "END PHASE"), len(phase))
+        cards.insert(end, Card("CONTROLS", (("STEPS", str(10 * factor)),)))
+    return cards
+
+
+def _more_steps(controls: Card, factor: int) -> Card:
+    """*CONTROLS of so many times the steps."""
+    card = controls.with_value("STEPS", str(factor * int(controls.value("STEPS") or 10)))
+    share = float(controls.value("STEP ERROR") or 0.0)
+    return card.with_value("STEP ERROR", f"{share / factor**2:.6g}") if share > 0 else card
+
+
+def _searched(phase: list[Card], factor: int) -> list[Card]:
+    """A safety phase with a narrower bracket; its run-out in so many times the steps."""
+    own = next((card for card in phase if card.keyword == "SAFETY"), None)
+    safety = own or Card("SAFETY")
+    width = max(float(safety.value("TOLERANCE") or BRACKET) / factor, NARROWEST)
+    narrower = safety.with_value("TOLERANCE", f"{width:.6g}")
+    cards = [narrower if card is own else card for card in phase] if own else [phase[0], narrower, *phase[1:]]
+    return _stepped(cards, factor) if safety.value("RUNOUT") not in (None, "NO") else cards
 
 
 def dimension(deck: Deck) -> int:

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import re
 import tempfile
 import unittest
@@ -162,6 +163,24 @@ class Report(unittest.TestCase):
         part = document.view_part(words, {document.VIEWS[1][0]: run})
         self.assertIn("data:image/png;base64,iVBOR", part)
         self.assertEqual(document.view_part(words, {}), "")
+
+    def test_studies_of_the_users_own_scenes_are_in_the_page(self) -> None:
+        with mock.patch.object(document, "TOP", self.folder):
+            self.assertEqual(document.study_part(), "")
+            study = self.folder / "output" / "study" / "dam"
+            study.mkdir(parents=True)
+            told = {"deck": "a<b.inp", "history": "F", "told": ["F = 1.2 +- 0.1", "cheapest within 1 %: GIMP & more"]}
+            (study / "figures.json").write_text(json.dumps(told))
+            part = document.study_part()
+            self.assertIn("<h2 id=studies>", part)
+            self.assertIn("<h3>a&lt;b.inp: F</h3>\n<ul><li>F = 1.2 +- 0.1</li><li>cheapest within 1 %: GIMP &amp; more</li></ul>", part)
+            self.assertNotIn("<svg", part)
+            (study / "study.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><g/></svg>')
+            self.assertIn("<svg", document.study_part())
+            (study / "figures.json").write_text("{")
+            gaps: list[str] = []
+            self.assertIn("This part is missing: ", document.or_gap("Your scenes", document.study_part, gaps))
+            self.assertEqual(gaps, ["Your scenes"])
 
     def test_the_machine_is_described(self) -> None:
         facts = dict(describe(Path("/bin/true"), TOP))

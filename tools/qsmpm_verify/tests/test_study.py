@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.machinery
+import importlib.util
 import io
 import json
 import math
 import subprocess
+import sys
 import tempfile
 import unittest
 from pathlib import Path
+from unittest import mock
 
 from qsmpm_verify.cli import main
 from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.study.band import SAFETY, agreed, of_grids, of_steps, of_three, of_two
-from qsmpm_verify.study.cards import Deck, read_deck
+from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
-from qsmpm_verify.study.search import Search, Trial, Wish
-from qsmpm_verify.study.variants import at_level, axis_lines, dimension, levels_of, methods_of, with_method, with_steps
+from qsmpm_verify.study.search import NOISE, Search, Trial, Wish
+from qsmpm_verify.study.variants import (
+    PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
+)
 from qsmpm_verify.study.verb import seconds, share
 from qsmpm_verify.trouble import Trouble
 
@@ -77,6 +83,18 @@ class TestCards(unittest.TestCase):
             with self.assertRaisesRegex(Trouble, "own folder"):
                 read_deck(path)
 
+    def test_words_are_cut_as_the_converter_of_decks_cuts_them(self) -> None:
+        """That one stands alone where the program is installed without Python packages."""
+        loader = importlib.machinery.SourceFileLoader("convert_deck_alone", str(TOP / "tools" / "convert-deck"))
+        spec = importlib.util.spec_from_loader(loader.name, loader)
+        assert spec is not None
+        converter = importlib.util.module_from_spec(spec)
+        with mock.patch.object(sys, "dont_write_bytecode", True):
+            loader.exec_module(converter)
+        for line in ('*BODY, NAME="a, b" , SHAPE=BOX', "1, ,3,", "", '"open, 2', "* mohr   coulomb ,x"):
+            self.assertEqual(items(line), [item.strip() for item in converter.items(line)])
+            self.assertEqual(plain(line), converter.plain(line))
+
     def test_a_comma_at_the_end_of_a_line_goes_on(self) -> None:
         deck = deck_of("*GRID, ELEMENT=QUAD4\nX, LINES, 0,\n 1, 3\n")
         self.assertEqual(list(axis_lines(deck, "X")), [0, 1, 3])
@@ -129,6 +147,28 @@ class TestVariants(unittest.TestCase):
         cards = with_steps(deck_of(DECK), 2).all("CONTROLS")
         self.assertEqual([c.value("STEPS") for c in cards], ["80", "20"])
         self.assertEqual(cards[0].value("STEP ERROR"), "0.01")
+
+
+    def test_a_search_for_a_factor_has_no_steps_but_a_bracket(self) -> None:
+        deck = deck_of("*PHASE, NAME=weight\n*CONTROLS, STEPS=5\n*END PHASE\n*PHASE, NAME=a, TYPE=SAFETY\n*SAFETY, TOLERANCE=0.01\n"
+                       "*CONTROLS, STEPS=5\n*END PHASE\n*PHASE, NAME=b, TYPE=SAFETY, PARENT=weight\n*END PHASE\n"
+                       "*PHASE, NAME=c, TYPE=SAFETY, PARENT=weight\n*SAFETY, RUNOUT=1.5, TOLERANCE=1.5E-4\n*CONTROLS, STEPS=7\n*END PHASE\n")
+        twice = with_steps(deck, 2)
+        self.assertEqual([c.value("STEPS") for c in twice.all("CONTROLS")], ["10", "5", "14"])
+        self.assertEqual([c.value("TOLERANCE") for c in twice.all("SAFETY")], ["0.005", "0.0025", "0.0001"])
+        self.assertEqual([c.keyword for c in twice.cards].count("CONTROLS"), 3, "a search needs none")
+
+    def test_a_deck_without_a_method_has_the_recommended_one(self) -> None:
+        text = DECK.replace("*METHOD, BASIS=STANDARD, INTEGRATION=CELL, KINEMATICS=JAUMANN\n", "").replace("ELEMENT=TRI6", "ELEMENT=QUAD4")
+        for own in ("", "*METHOD, KINEMATICS=JAUMANN\n", "*METHOD, BASIS=AUTO\n"):
+            deck = deck_of(text.replace("*PHASE, NAME=first", own + "*PHASE, NAME=first"))
+            self.assertEqual([m.label for m in methods_of(deck)], ["as the deck says", "SPLINE2 CELL", "GIMP", "TRI6 CELL"], own)
+        grid, tri = deck_of(text).find("GRID"), deck_of(DECK).find("GRID")
+        assert grid is not None and tri is not None
+        spline, gimp = PLANE_METHODS[0], PLANE_METHODS[2]
+        self.assertEqual([same_method(spline, grid, None), same_method(gimp, grid, None), same_method(spline, tri, None)],
+                         [True, False, False])
+        self.assertFalse(same_method(spline, grid, Card("METHOD", (("BASIS", "SPLINE2G"), ("INTEGRATION", "POINTS")))))
 
 
 class TestBand(unittest.TestCase):
@@ -233,6 +273,18 @@ class TestJudgement(unittest.TestCase):
         soft = DECK.replace("1, 25, 0\n", "1, 25, 25\n*SOFTENING, REGULARISATION=NONE\n0, 25, 25, 0.1\n")
         self.assertIn("REGULARISATION", warnings_of(deck_of(soft))[0])
         self.assertEqual(warnings_of(deck_of(DECK.replace("1, 25, 0", "1, 25, 25"))), [])
+
+    def test_associated_flow_of_a_search_needs_no_warning(self) -> None:
+        for flow, count in (("DAVIS A", 0), ("davis b", 0), ("MATERIAL", 1)):
+            deck = deck_of(DECK + f"*PHASE, NAME=factor, TYPE=SAFETY\n*SAFETY, FLOW={flow}\n*END PHASE\n")
+            self.assertEqual(len(warnings_of(deck)), count, flow)
+
+    def test_runs_below_the_noise_are_not_told_apart(self) -> None:
+        self.assertEqual([trial("a", 0, 1.0, s).cost for s in (0.01, NOISE, 0.5)], [NOISE, NOISE, 0.5])
+        two = [trial("a", 0, 1.02, 0.29), trial("a", 1, 1.005, 0.2), trial("a", 2, 1.00125, 0.1)]
+        choice = choice_of(two, answer_of(two), 0.05)
+        assert choice is not None
+        self.assertEqual(choice.level, 0, "the coarsest grid, not the run that was quickest by chance")
 
 
 class Told:
