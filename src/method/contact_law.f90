@@ -5,8 +5,8 @@
 !>   t* = t_0 - eps s,   |t| <= mu p + a              s   mean slip in the step, t_0 shear of the step before
 !>
 !> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
-!> penalty is. A contact with tension keeps p as it comes. docs/methods/contact.md; the augmented Lagrangian form of friction is
-!> that of Simo and Laursen (1992).
+!> penalty is. A contact with tension keeps p as it comes. docs/methods/contact.md; the augmented Lagrangian form
+!> of friction is that of Simo and Laursen (1992).
 module qsmpm_contact_law
   use qsmpm_kinds, only: wp
   use qsmpm_model, only: contact_pair_type
