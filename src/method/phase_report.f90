@@ -4,6 +4,7 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
+  use qsmpm_error, only: error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
   use qsmpm_initial_strength, only: count_beyond_strength
@@ -17,11 +18,12 @@ module qsmpm_phase_report
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
   use qsmpm_text, only: integer_text
+  use qsmpm_user_material, only: interface_umat, model_tangent_auto, model_tangent_numerical
   implicit none
   private
 
   public :: phase_report_type, report_step, report_stabilisation, report_phase, warn_of_lag, &
-    warn_of_initial_strength, failure_text, start_text
+    warn_of_initial_strength, advise_on_tangent, failure_text, start_text
 
   !> A stabilisation that carries more than this is warned of, whatever the deck allows.
   real(wp), parameter :: much = 5.0e-2_wp
@@ -32,6 +34,8 @@ module qsmpm_phase_report
   type :: phase_report_type
     !> Warned that the material does not follow a set of the present phase.
     logical :: lag_warned = .false.
+    !> Told that the tangent of a user material may be why increments are cut back.
+    logical :: tangent_told = .false.
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
     integer :: stiff_steps = 0
     real(wp) :: worst_share = 0.0_wp, worst_load_factor = 0.0_wp
@@ -147,6 +151,30 @@ contains
     call observer%note(warning)
     report%lag_warned = .true.
   end subroutine warn_of_lag
+
+  !> Tell once, where an increment is cut back for want of convergence, that the tangent a user material returns may be
+  !> the reason.
+  subroutine advise_on_tangent(model, cause, report, observer)
+    type(model_type), intent(in) :: model
+    !> Why the increment is cut back, one of the error codes.
+    integer, intent(in) :: cause
+    type(phase_report_type), intent(inout) :: report
+    class(observer_type), intent(inout) :: observer
+    integer :: m
+
+    if (report%tangent_told .or. cause /= error_not_converged) return
+    do m = 1, size(model%analysis%materials)
+      associate (material => model%analysis%materials(m), user => model%analysis%materials(m)%user)
+        if (.not. user%given .or. user%tangent == model_tangent_numerical) cycle
+        ! AUTO differentiates a UDSM that has no tangent.
+        if (user%interface /= interface_umat .and. user%tangent == model_tangent_auto) cycle
+        call observer%note("material '"//material%name//"': if its tangent is not the derivative of its stress, "// &
+          'increments are cut back for that alone; TANGENT=NUMERICAL of *USER MATERIAL differentiates the stress, '// &
+          "'qsmpm point --tangent' compares the two")
+        report%tangent_told = .true.
+      end associate
+    end do
+  end subroutine advise_on_tangent
 
   !> Warn of initial stresses that the soil cannot carry.
   subroutine warn_of_initial_strength(model, observer)

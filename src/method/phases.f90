@@ -15,8 +15,8 @@ module qsmpm_phases
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
-  use qsmpm_phase_report, only: phase_report_type, failure_text, report_phase, report_stabilisation, report_step, &
-    warn_of_initial_strength, warn_of_lag
+  use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
+    report_stabilisation, report_step, warn_of_initial_strength, warn_of_lag
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_phase_tree, only: parent_of
@@ -321,6 +321,7 @@ contains
         return
       end if
       call note_cut(observer, outcome%reason, loop%step, repeats)
+      call advise_on_tangent(model, outcome%cause, loop%report, observer)
     end do
     accepted = .true.
     call note_repeats(observer, repeats)

@@ -11,6 +11,7 @@ module test_phases
   use qsmpm_run_profile, only: run_profile_type
   use scripted_solver, only: scripted_outcome_type, script_type, test_observer_type
   use state_samples, only: state_differences
+  use qsmpm_user_material, only: interface_udsm, model_tangent_auto, model_tangent_consistent, model_tangent_numerical
   use testing, only: tests_type
   implicit none
   private
@@ -51,6 +52,7 @@ contains
     call check_lost_set(tests)
     call check_summary(tests)
     call check_window(tests)
+    call check_tangent_advice(tests)
   end subroutine collect_phases
 
   !> A phase that *STOP ends: the next one begins with the loads and the released forces that were left.
@@ -71,6 +73,44 @@ contains
       rounding)
     call tests%check('it has not stopped', .not. run%model%state%progress%stopped)
   end subroutine check_stop_card
+
+  !> Where increments are cut back under a user material that returns its own tangent, the log says once that this may be
+  !> why.
+  subroutine check_tangent_advice(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%check('a UMAT that loses steps: its tangent may be why, told once', told(.true., 1, model_tangent_auto) == 1)
+    call tests%check('not where its stress is differentiated', told(.true., 1, model_tangent_numerical) == 0)
+    call tests%check('nor for a material of the program', told(.false., 1, model_tangent_auto) == 0)
+    call tests%check('nor for a UDSM that is left to itself', told(.true., interface_udsm, model_tangent_auto) == 0)
+    call tests%check('but for one whose tangent is asked for', &
+      told(.true., interface_udsm, model_tangent_consistent) == 1)
+
+  contains
+
+    !> How often it is told in a run that loses two steps.
+    integer function told(given, interface, tangent)
+      logical, intent(in) :: given
+      integer, intent(in) :: interface, tangent
+      character(len=*), parameter :: words = "material 'soil': if its tangent is not the derivative of its stress"
+      type(run_type) :: run
+      integer :: at
+
+      run = new_run([lost(), scripted_outcome_type(iterations=9), lost(), scripted_outcome_type(iterations=9)], '')
+      associate (user => run%model%analysis%materials(1)%user)
+        user%given = given
+        user%interface = interface
+        user%tangent = tangent
+      end associate
+      call run%to_end()
+      told = 0
+      at = 1
+      do while (index(run%observer%text(at:), words) > 0)
+        told = told + 1
+        at = at + index(run%observer%text(at:), words)
+      end do
+    end function told
+  end subroutine check_tangent_advice
 
   !> A window that has changed is told with its cells.
   subroutine check_window(tests)
