@@ -18,16 +18,16 @@ module qsmpm_initial_balance
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_analysis, only: phase_type, initial_k0
   use qsmpm_initial_stress, only: reaches_above, measure_slope
+  use qsmpm_initial_correction, only: correction_type, correct_stresses, elastic_moves
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_elastic
-  use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
   use qsmpm_soil_points, only: soil_type, soil_of, integration_of
   use qsmpm_space, only: node_position
   use qsmpm_stress_force, only: internal_force
   use qsmpm_step_evaluation, only: evaluate_step
-  use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
+  use qsmpm_term_sums, only: set_loads, discard_terms
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -40,8 +40,8 @@ module qsmpm_initial_balance
   real(wp), parameter :: steepest = 1.0e-3_wp
   !> The level is that of the bodies up to this share of the height.
   real(wp), parameter :: same_level = 1.0e-9_wp
-  !> Residual that an iterated solution may leave.
-  real(wp), parameter :: digits = 1.0e-6_wp
+  !> K0 stresses that would move the ground by no more are left as they are.
+  real(wp), parameter :: exact = 1.0e-6_wp
 
   character(len=*), parameter :: advice = 'Start from a phase with *GRAVITY alone, without *INITIAL, TYPE=K0, and '// &
     'begin the next one with *RESET DISPLACEMENTS'
@@ -69,8 +69,8 @@ contains
     !> error_not_converged when they are not; failures of the initialisation.
     type(error_type), allocatable, intent(out) :: error
     type(balance_type) :: balance
+    type(correction_type) :: correction
     character(len=240) :: text
-    character(len=:), allocatable :: kind
 
     if (phase%initial%kind == initial_k0) call warn_of_material_above(model, phase, observer)
     if (phase%initial%kind == initial_k0) call check_slope(model, phase, error)
@@ -79,21 +79,75 @@ contains
     if (allocated(error)) return
     call measure_balance(model, step, balance)
     call discard_terms(step%terms)
-    if (phase%initial%kind == initial_k0) model%state%progress%own_settlement = balance%settlement
-    write (text, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
-      ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
+    if (phase%initial%kind == initial_k0) then
+      model%state%progress%own_settlement = balance%settlement
+      call correct_balance(model, step, balance, observer, correction, error)
+      if (allocated(error)) return
+    end if
     if (.not. balance%move > refused) then
-      kind = ''
-      if (balance%move > warned_from) kind = 'warning: '
-      call observer%note(kind//stresses_of(phase)//': '//trim(text))
+      call observer%note(kind_of(balance%move)//stresses_of(phase)//': '//balance_text(balance))
       return
     end if
-    write (text(len_trim(text) + 1:), '(a,3(1x,es11.4))') ', most at', balance%position
+    write (text, '(a,3(1x,es11.4))') ', most at', balance%position
     call fail(error, error_not_converged, "phase '"//phase%name//"': the "//stresses_of(phase)// &
-      ' are not in equilibrium, '//trim(text)//': the ground or a layer of it is not level, *INITIAL gives another '// &
-      'level, a load of the phase is not in them, or too few points integrate the cells (*METHOD, '// &
-      'INTEGRATION=CELL). '//advice)
+      ' are not in equilibrium, '//balance_text(balance)//trim(text)//': '//cause_of(correction))
   end subroutine check_initial_balance
+
+  !> Correct K0 stresses for the grid where it does not hold them; what is out of balance is then what is left.
+  subroutine correct_balance(model, step, balance, observer, correction, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    type(balance_type), intent(inout) :: balance
+    class(observer_type), intent(inout) :: observer
+    type(correction_type), intent(out) :: correction
+    type(error_type), allocatable, intent(out) :: error
+    character(len=12) :: change
+
+    call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
+    if (allocated(error) .or. .not. correction%change > 0.0_wp) return
+    write (change, '(es7.1)') correction%change
+    call observer%note(kind_of(correction%before)//'K0 stresses: '//balance_text(balance)//'; corrected for the '// &
+      'cells of the grid, by '//trim(change)//' of the largest stress at the most')
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    call measure_balance(model, step, balance, any(model%laws%pressure_factor > 0.0_wp))
+    call discard_terms(step%terms)
+  end subroutine correct_balance
+
+  !> What is out of balance, as a sentence.
+  function balance_text(balance) result(text)
+    type(balance_type), intent(in) :: balance
+    character(len=:), allocatable :: text
+    character(len=240) :: buffer
+
+    write (buffer, '(a,es7.1,a,es7.1,a)') 'out of balance by ', balance%residual, &
+      ' of the loads, which moves the ground by ', balance%move, ' of its settlement under its own weight'
+    text = trim(buffer)
+  end function balance_text
+
+  !> Whether a move is worth a warning.
+  pure function kind_of(move) result(words)
+    real(wp), intent(in) :: move
+    character(len=:), allocatable :: words
+
+    words = ''
+    if (move > warned_from) words = 'warning: '
+  end function kind_of
+
+  !> Why stresses may be out of balance by much, and what to do. Where elastic ground would hardly move, it is the soil
+  !> that is soft where its stress is low.
+  pure function cause_of(correction) result(words)
+    type(correction_type), intent(in) :: correction
+    character(len=:), allocatable :: words
+
+    if (correction%before > 0.0_wp .and. correction%before <= refused) then
+      words = 'the stiffness of a soil falls with its stress to next to nothing at the surface, and the cells '// &
+        'there are too coarse for that. Take smaller cells, or let the grid end where the ground does'
+    else
+      words = 'the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase is not '// &
+        'in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '//advice
+    end if
+  end function cause_of
 
   !> Warn of material above the level of the ground.
   subroutine warn_of_material_above(model, phase, observer)
@@ -136,11 +190,13 @@ contains
 
   !> Out-of-balance of the stresses of the material points with the loads at the start of the phase. No move is found
   !> where the equations cannot be solved: the first step tells why.
-  subroutine measure_balance(model, step, balance)
+  subroutine measure_balance(model, step, balance, by_law)
     type(model_type), intent(in) :: model
     !> Scratch of the step, initialised.
     type(step_type), intent(inout) :: step
     type(balance_type), intent(out) :: balance
+    !> The force of the soil is that of the laws, as the first step will have it; not when absent.
+    logical, intent(in), optional :: by_law
     type(error_type), allocatable :: error
     real(wp), dimension(size(step%forces%internal, 1), size(step%forces%internal, 2)) :: move
     real(wp), dimension(model%mesh%dimension, model%space%node_count) :: load, resistance
@@ -156,6 +212,9 @@ contains
     residual = 0.0_wp
     call gather(step%equations, load, weight)
     call force_before_law(model, step, resistance)
+    if (present(by_law)) then
+      if (by_law) resistance = step%forces%internal(:size(load, 1), :size(load, 2))
+    end if
     call gather(step%equations, load - resistance, residual)
     if (.not. norm2(weight) > 0.0_wp) then
       ! Without a load nothing but the stresses themselves says what is much.
@@ -164,10 +223,7 @@ contains
       return
     end if
     balance%residual = norm2(residual)/norm2(weight)
-    call add_all_blocks(step%terms, move, step%equations, step%matrix)
-    call factorise_system(step%system, step%matrix, error)
-    if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
-    if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
+    call elastic_moves(step, weight, residual, by_weight, by_residual, error)
     if (allocated(error)) return
     call scatter(step%equations, by_residual, move)
     balance%settlement = maxval(abs(by_weight), mask=step%field_of == 1)

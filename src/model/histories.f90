@@ -2,9 +2,11 @@
 module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
-    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure
+    quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
+    plane_strain
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
+  use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
   use qsmpm_strain, only: logarithmic_strain
   implicit none
   private
@@ -30,7 +32,7 @@ contains
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
     real(wp) :: value
-    real(wp) :: strain(size(model%state%points%stress, 1))
+    real(wp), dimension(size(model%state%points%stress, 1)) :: strain, stress
     integer :: place
 
     value = 0.0_wp
@@ -45,7 +47,8 @@ contains
       case (quantity_position)
         value = tracers%position(history%component, place)
       case (quantity_stress)
-        value = model%state%points%stress(history%component, model%history_point(i))
+        stress = smooth_in_pressure(model, model%history_point(i))
+        value = stress(history%component)
       case (quantity_state)
         value = model%state%points%state(model%history_state(i), model%history_point(i))
       case (quantity_strain)
@@ -62,6 +65,33 @@ contains
       end select
     end associate
   end function history_value
+
+  !> Stress of a material point. Where its cell has one pressure the pressure is that of the smooth stress of its
+  !> material (qsmpm_smooth_stress): that of the point is right in the middle of the cell only.
+  function smooth_in_pressure(model, point) result(stress)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: point
+    real(wp) :: stress(size(model%state%points%stress, 1)), smooth(size(model%state%points%stress, 1))
+    type(patches_type) :: patches
+    type(smooth_stress_type) :: field
+    integer, parameter :: linear = 1
+
+    associate (points => model%state%points)
+      stress = points%stress(:, point)
+      if (.not. model%laws(points%material(point))%pressure_factor > 0.0_wp) return
+      call make_patches(model%mesh, points, patches)
+      call fit_smooth_stress(model%mesh, model%state%coordinates, patches, points, points%material(point), linear, &
+        field)
+      call smooth_stress_at(field, model%mesh, points%cell(point), points%local(:, point), points%position(:, point), &
+        smooth)
+    end associate
+    if (model%analysis%model == plane_strain) then
+      stress(:2) = stress(:2) + 0.5_wp*sum(smooth(:2) - stress(:2))
+      stress(3) = smooth(3)
+    else
+      stress(:3) = stress(:3) + sum(smooth(:3) - stress(:3))/3.0_wp
+    end if
+  end function smooth_in_pressure
 
   !> Sum of the reactions of a node set, or of the forces of the support of a surface.
   pure real(wp) function reaction_of(model, history) result(value)

@@ -19,7 +19,7 @@ module qsmpm_initial_stress
   implicit none
   private
 
-  public :: set_initial_stresses, vertical_axis, reaches_above, measure_slope
+  public :: set_initial_stresses, start_states, vertical_axis, reaches_above, measure_slope
 
   !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
@@ -30,7 +30,6 @@ contains
   subroutine set_initial_stresses(model, initial)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
-    integer :: p
 
     select case (initial%kind)
     case (initial_k0)
@@ -38,16 +37,24 @@ contains
     case (initial_isotropic, initial_given)
       call set_given_stresses(model, initial)
     end select
+    model%state%points%initial_volume = model%state%points%volume
+    call start_states(model)
+    if (allocated(initial%state_names)) call take_states(model, initial)
+  end subroutine set_initial_stresses
+
+  !> States of the laws that belong to the stresses of the points.
+  subroutine start_states(model)
+    type(model_type), intent(inout) :: model
+    integer :: p
+
     associate (points => model%state%points)
       do p = 1, points%count
-        points%initial_volume(p) = points%volume(p)
         associate (law => model%laws(points%material(p))%law)
           call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
         end associate
       end do
     end associate
-    if (allocated(initial%state_names)) call take_states(model, initial)
-  end subroutine set_initial_stresses
+  end subroutine start_states
 
   !> Stresses of a table or, the nearest, of a list of places.
   subroutine set_given_stresses(model, initial)

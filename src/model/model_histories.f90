@@ -2,7 +2,8 @@
 !> the nearest material point for each stress, strain and state variable.
 module qsmpm_model_histories
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, history_type
+  use qsmpm_analysis, only: quantity_reaction, quantity_state, quantity_strain, quantity_pore_pressure, &
+    quantity_stress, quantity_runout, history_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_history_quantities, only: is_taken_at, at_point, at_tracer
   use qsmpm_model, only: model_type
@@ -12,11 +13,14 @@ module qsmpm_model_histories
   use qsmpm_element, only: inside_distance, face_count
   use qsmpm_mesh_sets, only: find_set
   use qsmpm_carried_basis, only: nearest_point
-  use qsmpm_text, only: upper
+  use qsmpm_text, only: upper, real_text
   implicit none
   private
 
   public :: make_histories
+
+  !> A body reaches the side of the mesh from this share of its length on.
+  real(wp), parameter :: on_side = 1.0e-3_wp
 
 contains
 
@@ -49,6 +53,7 @@ contains
           call add_diagnostic(diagnostics, histories(i)%where, '*HISTORY', 'there is no water: neither *WATER '// &
           'LEVEL nor *UNDRAINED')
         if (histories(i)%quantity == quantity_state) call find_state(model, i, diagnostics)
+        if (histories(i)%quantity == quantity_runout) call check_front(model, histories(i))
         if (.not. traced(i)) cycle
         n = n + 1
         model%history_tracer(i) = n
@@ -146,6 +151,34 @@ contains
 
     write (line, '(3a,i0,a,3(1x,es12.5))') "history '", history%name, "' reads material point ", point, ' at', &
       model%state%points%position(:, point)
-    model%notes = model%notes//trim(line)//new_line('a')
+    model%notes = model%notes//trim(line)
+    associate (material => model%state%points%material(point))
+      if (history%quantity == quantity_stress .and. model%laws(material)%pressure_factor > 0.0_wp) &
+        model%notes = model%notes//"; cells of material '"//model%analysis%materials(material)%name// &
+        "' have one pressure each, and the history takes the smooth one of the cells around"
+    end associate
+    model%notes = model%notes//new_line('a')
   end subroutine note_point
+
+  !> Warn of a front that cannot move: the body reaches the side of the mesh that it is to run out to.
+  subroutine check_front(model, history)
+    type(model_type), intent(inout) :: model
+    type(history_type), intent(in) :: history
+    real(wp) :: gap
+    integer :: b, c, p
+
+    c = history%component
+    gap = huge(gap)
+    associate (points => model%state%points, side => model%mesh%bounds(c, merge(1, 2, history%smallest)))
+      do p = 1, points%count
+        b = points%body(p)
+        if (len(history%body) > 0 .and. model%analysis%bodies(b)%name /= history%body) cycle
+        gap = min(gap, abs(side - points%position(c, p)) - points%half_size(c, p))
+      end do
+      if (gap > on_side*(model%mesh%bounds(c, 2) - model%mesh%bounds(c, 1))) return
+      model%notes = model%notes//"warning: history '"//history%name//"' (RUNOUT): the body reaches the side of the "// &
+        'mesh at '//real_text(side)//', where its outermost material point stays; let BODY= name what slides, '// &
+        'drawn as a body of its own, apart from the ground in front of it'//new_line('a')
+    end associate
+  end subroutine check_front
 end module qsmpm_model_histories

@@ -7,6 +7,7 @@ module qsmpm_water_check
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: traction_type, water_level_type
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_flooded_pits, only: warn_of_flooded_pits
   use qsmpm_model, only: model_type
   use qsmpm_overburden, only: overburden_type, make_overburden, ground_over, body_holds, facet_places
   use qsmpm_phase_tree, only: lineage
@@ -25,15 +26,18 @@ contains
 
   !> All checks, phase by phase.
   subroutine check_water_levels(model, diagnostics)
-    type(model_type), intent(in) :: model
+    !> Its notes get warnings.
+    type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     type(overburden_type) :: ground
     type(water_table_type), allocatable :: tables(:)
     real(wp) :: none(size(model%shapes))
+    character(len=:), allocatable :: notes
     integer :: p, i
 
     if (.not. has_water(model%analysis)) return
     none = 0.0_wp
+    notes = ''
     call make_overburden(model%mesh, model%shapes, none, vertical_of(model%analysis), ground)
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
@@ -46,7 +50,9 @@ contains
         if (size(phase%water_levels) > 0) call check_neighbours(model, ground, p, tables, diagnostics)
         call check_pressures(model, ground, p, tables, diagnostics)
       end associate
+      call warn_of_flooded_pits(model, ground, p, tables, [same_height, hair]*mesh_height(model, ground%axis), notes)
     end do
+    model%notes = model%notes//notes
   end subroutine check_water_levels
 
   !> Levels at the end of a phase.

@@ -29,6 +29,8 @@ contains
     call check_forces(tests, model)
     call check_fronts(tests, model)
     call check_volumes(tests, model)
+    call check_reach(tests, model)
+    call check_smooth(tests)
   end subroutine collect_histories
 
   !> Two blocks side by side, each held by a surface; two cells wide, one point in the middle of each quarter of a cell.
@@ -55,6 +57,49 @@ contains
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'the deck of the suite of histories is broken'
   end subroutine make_model
+
+  !> A front at the side of the mesh is warned of: that of all bodies where x is smallest, and of no other.
+  subroutine check_reach(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(in) :: model
+
+    call tests%check('the body that reaches the side', index(model%notes, "history 'e' (RUNOUT): the body reaches "// &
+      'the side of the mesh at 0,') > 0)
+    call tests%check('those that do not', index(model%notes, "history 'd' (RUNOUT)") == 0 .and. &
+      index(model%notes, "history 'f' (RUNOUT)") == 0 .and. index(model%notes, "history 'g' (RUNOUT)") == 0)
+  end subroutine check_reach
+
+  !> Stress at a point of a cell of one pressure: the pressure is the linear one of which each cell has the mean, the rest
+  !> of the tensor that of the point.
+  subroutine check_smooth(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    real(wp) :: depth
+    integer :: p
+
+    call parse_deck('cells.inp', joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4|'// &
+      'X, 0, 1, 1|Y, 0, 8, 8|*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|'// &
+      '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE|*UNIT WEIGHT|18|*BODY, NAME=all, MATERIAL=soil, SHAPE=BOX|'// &
+      '0, 1, 0, 8|*HISTORY, NAME=y, QUANTITY=STRESS, COMPONENT=YY|0.25, 4.75|*HISTORY, NAME=x, QUANTITY=STRESS, '// &
+      'COMPONENT=XX|0.25, 4.75|*HISTORY, NAME=xy, QUANTITY=STRESS, COMPONENT=XY|0.25, 4.75|'// &
+      '*PHASE, NAME=load|*FIX|base, ALL|*GRAVITY|0, -1|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'the second deck of the suite of histories is broken'
+    associate (points => model%state%points)
+      do p = 1, points%count
+        depth = 8.0_wp - (points%cell(p) - 0.5_wp)
+        points%stress(:, p) = -depth*[0.6_wp, 1.0_wp, 0.7_wp, 0.0_wp] + [0.2_wp, -0.2_wp, 0.0_wp, 0.3_wp]
+      end do
+    end associate
+    call tests%check('it is told', index(model%notes, "cells of material 'soil' have one pressure each") > 0)
+    call tests%close('the mean of the plane is that of the depth of the point, along y', value_of(model, 1), &
+      -3.5_wp - 0.2_wp + 0.8_wp*0.25_wp, 1.0e-9_wp)
+    call tests%close('and along x', value_of(model, 2), -0.6_wp*3.5_wp + 0.2_wp + 0.8_wp*0.25_wp, 1.0e-9_wp)
+    call tests%close('the shear is that of the point', value_of(model, 3), 0.3_wp, rounding)
+  end subroutine check_smooth
 
   !> One history.
   real(wp) function value_of(model, number)

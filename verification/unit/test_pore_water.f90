@@ -55,6 +55,7 @@ contains
     call check_pressure(tests)
     call check_reductions(tests)
     call check_cut(tests)
+    call check_pits(tests)
     call check_reached(tests)
   end subroutine collect_pore_water
 
@@ -336,6 +337,35 @@ contains
     call tests%close('a pressure reached', maxval(abs(pressure_at(reached_pressure(one, two, 0.3_wp), y) &
       - 0.7_wp*pressure_at(one, y) - 0.3_wp*pressure_at(two, y))), 0.0_wp, rounding*10)
   end subroutine check_reached
+
+  !> A pit below a level that stays is warned of with the depth of its water; one that the level leaves, or whose floor
+  !> is above it, is not.
+  subroutine check_pits(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%check('a flooded pit', index(pit_notes('0, 3.5', ''), "*DEACTIVATE: where body 'pit' is taken out "// &
+      'water stands 1.500 deep') > 0)
+    call tests%check('a level below its floor', len(pit_notes('0, 1.5', '')) == 0)
+    call tests%check('one that is lowered in the same phase', len(pit_notes('0, 3.5', &
+      '*WATER LEVEL, UNIT WEIGHT=10| 0, 1.5|')) == 0)
+  end subroutine check_pits
+
+  !> Warnings of a pit of 2 m in 4 m of ground.
+  function pit_notes(level, water) result(text)
+    !> First level, and cards of the second phase.
+    character(len=*), intent(in) :: level, water
+    character(len=:), allocatable :: text
+    type(model_type) :: model
+
+    call make(joined('*MODEL, TYPE=PLANE STRAIN|*METHOD, BASIS=STANDARD|*GRID, ELEMENT=QUAD4| X, 0, 8, 8| Y, 0, 5, 5|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*MATERIAL, NAME=soil|*ELASTIC| 1e4, 0.3|*UNIT WEIGHT| 18, 20|'// &
+      '*BODY, NAME=ground, MATERIAL=soil, SHAPE=POLYGON| 0, 0| 8, 0| 8, 4| 3, 4| 3, 2| 0, 2|'// &
+      '*BODY, NAME=pit, MATERIAL=soil, SHAPE=BOX| 0, 3, 2, 4|*PHASE, NAME=start|*FIX| base, ALL|*GRAVITY| 0, -1|'// &
+      '*WATER LEVEL, UNIT WEIGHT=10| '//level//'|*END PHASE|*PHASE, NAME=dig|*DEACTIVATE| pit|'//water// &
+      '*END PHASE|'), model)
+    text = ''
+    if (index(model%notes, 'taken out') > 0) text = model%notes
+  end function pit_notes
 
   !> A stage that moves a level does not end before its time; pressures that vary with height do.
   subroutine check_cut(tests)

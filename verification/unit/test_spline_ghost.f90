@@ -83,22 +83,33 @@ contains
     call build(mesh, space, points, domains, kind, stabilisation)
   end subroutine thin_body
 
-  !> Terms for a body.
-  subroutine build(mesh, space, points, domains, kind, stabilisation)
+  !> Terms for a body; beyond a line along x its modulus is a thousand times that of the rest.
+  subroutine build(mesh, space, points, domains, kind, stabilisation, stiff_from)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     type(points_type), intent(in) :: points
     type(domains_type), intent(in) :: domains
     integer, intent(in) :: kind
     type(penalty_matrices_type), intent(out) :: stabilisation
+    !> Where it begins.
+    real(wp), intent(in), optional :: stiff_from
     type(activation_type) :: activation
     real(wp) :: volumes(mesh%cell_count)
     real(wp), allocatable :: stiffness(:)
+    integer :: g
 
     call cell_volumes(mesh, .false., volumes)
     call activate(mesh, volumes, points, activation)
     call touch_cells(space, domains, activation%touched)
     allocate (stiffness(activation%active_count), source=young)
+    if (present(stiff_from)) then
+      do g = 1, activation%active_count
+        associate (c => activation%active_cell(g))
+          if (minval(mesh%coordinates(1, mesh%cell_nodes(mesh%cell_first(c):mesh%cell_first(c + 1) - 1))) >= &
+            stiff_from) stiffness(g) = 1.0e3_wp*young
+        end associate
+      end do
+    end if
     call build_penalty(mesh, space, activation, kind, factor, stiffness, volumes, stabilisation)
   end subroutine build
 
@@ -346,6 +357,10 @@ contains
       factor*young*(0.5_wp*1.2_wp)**3*4.0_wp*0.5_wp, rounding)
     call one_axis(space, 2, 1, along_axis(space, 1, lines_x(4), .true.), field)
     call tests%close('a jump at the edge of the body is free', energy(stabilisation, field), 0.0_wp, rounding)
+    call build(mesh, space, points, domains, stabilise_ghost, stabilisation, lines_x(2))
+    call one_axis(space, 2, 1, along_axis(space, 1, lines_x(2), .true.), field)
+    call tests%close('a jump beside a stiff body is penalised by the modulus of the soft one', &
+      energy(stabilisation, field), factor*young*(0.5_wp*1.2_wp)**3*4.0_wp*0.5_wp, rounding)
   end subroutine check_faces
 
   !> A cell that only domains reach into has faces; a cell that nothing reaches has none.

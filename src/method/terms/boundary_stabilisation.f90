@@ -92,32 +92,40 @@ contains
     end select
   end subroutine build_penalty
 
-  !> Largest Young's modulus in each active cell: of its points, else, where an outline has been carried into a cell
-  !> before a point of its body, of those that the parts of it take their states from.
+  !> Smallest Young's modulus in each active cell: of its points, else, where an outline has been carried into a cell
+  !> before a point of its body, of those that the parts of it take their states from. In a cell that a thin stiff body
+  !> shares with soil the larger one would resist what the soil does beside it.
   subroutine stiffness_of_cells(model, configuration, stiffness)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     !> (active_count)
     real(wp), intent(out) :: stiffness(:)
-    integer :: g, p
+    integer :: g
 
     associate (activation => configuration%activation)
       do g = 1, activation%active_count
-        stiffness(g) = 0.0_wp
-        do p = activation%first(g), activation%first(g + 1) - 1
-          stiffness(g) = max(stiffness(g), &
-            model%laws(model%state%points%material(activation%point(p)))%law%stiffness_scale)
-        end do
+        stiffness(g) = smallest_modulus(model, activation%point(activation%first(g):activation%first(g + 1) - 1))
         if (stiffness(g) > 0.0_wp .or. .not. allocated(configuration%bodies)) cycle
         associate (bodies => configuration%bodies, c => activation%active_cell(g))
-          do p = bodies%first(c), bodies%first(c + 1) - 1
-            stiffness(g) = max(stiffness(g), &
-              model%laws(model%state%points%material(bodies%source(p)))%law%stiffness_scale)
-          end do
+          stiffness(g) = smallest_modulus(model, bodies%source(bodies%first(c):bodies%first(c + 1) - 1))
         end associate
       end do
     end associate
   end subroutine stiffness_of_cells
+
+  !> Smallest Young's modulus of some points, 0 of none.
+  pure real(wp) function smallest_modulus(model, points) result(modulus)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: points(:)
+    integer :: i
+
+    modulus = 0.0_wp
+    if (size(points) == 0) return
+    modulus = huge(modulus)
+    do i = 1, size(points)
+      modulus = min(modulus, model%laws(model%state%points%material(points(i)))%law%stiffness_scale)
+    end do
+  end function smallest_modulus
 
   !> The nodes of the penalty.
   subroutine couple(self, configuration, connectivity)

@@ -1,7 +1,7 @@
 !> Ghost penalty of element meshes:
 !>   g E h_F int_F [d_n N_a][d_n N_b] dF  (+ g E h_F^3 [d_nn][d_nn] on quadratic elements)
-!> over the faces F of boundary cells between active cells, h_F = (|K1| + |K2|)/|F|. On quadratic
-!> elements neither term suffices alone.
+!> over the faces F of boundary cells between active cells, h_F = (|K1| + |K2|)/|F|, E that of the softer cell
+!> (qsmpm_spline_ghost). On quadratic elements neither term suffices alone.
 module qsmpm_element_ghost
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: element_geometry, element_order, face_rule, face_area_vector, &
@@ -45,7 +45,7 @@ contains
       one = activation%active_number(mesh%interior_face(1, i))
       two = activation%active_number(mesh%interior_face(3, i))
       call face_penalty(mesh, mesh%interior_face(:, i), volumes, &
-        factor*max(stiffness(one), stiffness(two)), &
+        factor*min(stiffness(one), stiffness(two)), &
         stabilisation%connectivity%nodes(stabilisation%connectivity%first(k): &
           stabilisation%connectivity%first(k + 1) - 1), &
         stabilisation%matrix(:, :, k))

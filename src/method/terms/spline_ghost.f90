@@ -2,7 +2,8 @@
 !>   sum over k of  g E h^(2k-1) int_F [d_n^k N_a][d_n^k N_b] dF
 !> over the faces F between touched cells of which one lies at the boundary; k runs from the first
 !> derivative that jumps to the degree: the degree itself at a simple knot, from one at a reduced knot. A face is
-!> a product of a jump along its normal and mass matrices along its sides.
+!> a product of a jump along its normal and mass matrices along its sides. E is that of the softer cell: beside a body
+!> of concrete the displacement of soil has a kink, which the modulus of concrete would hold against the soil.
 !>
 !> Cells that only the domain of a point reaches into take part: their functions have equations and
 !> little else to hold them. There is no face between a cell and an untouched one, so nothing couples
@@ -59,7 +60,7 @@ contains
     allocate (stabilisation%matrix(n, n, size(faces)), source=0.0_wp)
     do i = 1, size(faces)
       associate (one => mesh%interior_face(1, faces(i)), two => mesh%interior_face(3, faces(i)))
-        call face_penalty(mesh, space, one, two, factor*max(young(one), young(two)), &
+        call face_penalty(mesh, space, one, two, factor*min(young(one), young(two)), &
           stabilisation%matrix(:, :, i))
       end associate
     end do

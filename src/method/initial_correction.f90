@@ -1,0 +1,212 @@
+!> K0 stresses made to balance the loads on the grid there is.
+!>
+!> The stress of a point stands for its domain. Where points are integrated, in the row of cells that the ground ends
+!> in, functions of second degree want the variation of the stress inside of the domain too, and cells under one
+!> pressure have none inside of the cell: K0 stresses of level ground are then out of balance by a little. It is found
+!> with an elastic material in the place of each,
+!>
+!>   r = f_load - sum V sigma grad N,   u = K^-1 r,   sigma := sigma + D grad u         until max|u| is next to nothing
+!>
+!> in proportion to the modulus that scales the stabilisation. That of the law itself would not do: soil whose stiffness
+!> falls with its stress has next to none at the surface, where r is. Places stay and no displacement is left. What is
+!> no matter of the grid is not for it: ground that slopes, loads that the stresses do not hold (qsmpm_initial_balance).
+module qsmpm_initial_correction
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: three_dimensional
+  use qsmpm_equations, only: gather, scatter
+  use qsmpm_error, only: error_type
+  use qsmpm_initial_stress, only: start_states
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_law, only: law_slot_type, tangent_elastic, tangent_none
+  use qsmpm_law_factory, only: new_law, kinematics_jaumann, rate_midpoint
+  use qsmpm_linear_system, only: factorise_system, solve_system
+  use qsmpm_material_parameters, only: material_parameters_type
+  use qsmpm_model, only: model_type
+  use qsmpm_soil_points, only: soil_type, soil_of, find_point_results
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_term_sums, only: add_all_blocks, set_loads, discard_terms
+  implicit none
+  private
+
+  public :: correction_type, correct_stresses, elastic_moves
+
+  !> Largest move, as a share of that under the weight, that is one of the grid, and the one that may be left.
+  real(wp), parameter :: largest_of_grid = 1.0e-2_wp
+  real(wp), parameter :: enough = 1.0e-9_wp
+  integer, parameter :: most_passes = 12
+  !> Residual that an iterated solution may leave.
+  real(wp), parameter :: digits = 1.0e-6_wp
+  !> Poisson's ratio of the elastic materials, and how much stiffer they are than those that they stand for, so that
+  !> nothing is left of what is of second order in the strains.
+  real(wp), parameter :: ratio = 0.3_wp, stiffer = 100.0_wp
+
+  !> What was out of balance.
+  type :: correction_type
+    !> Move of elastic ground as a share of that under its weight, before and after.
+    real(wp) :: before = 0.0_wp, after = 0.0_wp
+    !> Largest change of a component of the stress over the largest stress; 0 where nothing was corrected.
+    real(wp) :: change = 0.0_wp
+  end type correction_type
+
+contains
+
+  !> Correct the stresses of the points where they move elastic ground by more than `from` and by no more than grids do.
+  !> The states of the laws follow.
+  subroutine correct_stresses(model, step, from, correction, error)
+    type(model_type), intent(inout) :: model
+    !> Scratch of the step.
+    type(step_type), intent(inout) :: step
+    !> Share of the settlement under the own weight.
+    real(wp), intent(in) :: from
+    type(correction_type), intent(out) :: correction
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+    type(law_slot_type), allocatable :: own(:)
+    real(wp), allocatable :: move(:, :), given(:, :)
+
+    allocate (given, source=model%state%points%stress)
+    call take_elastic_laws(model, own)
+    call find_move(model, step, move, correction%before, error)
+    correction%after = correction%before
+    if (.not. allocated(error) .and. correction%before > from .and. correction%before <= largest_of_grid) then
+      call repeat_correction(model, step, move, correction%after)
+      associate (stress => model%state%points%stress)
+        correction%change = maxval(abs(stress - given))/max(maxval(abs(given)), tiny(1.0_wp))
+      end associate
+    end if
+    call move_alloc(own, model%laws)
+    if (correction%change > 0.0_wp) call start_states(model)
+  end subroutine correct_stresses
+
+  !> Correct the stresses as long as they get better.
+  subroutine repeat_correction(model, step, move, share)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> Move of the elastic ground (components, nodes), and its share.
+    real(wp), allocatable, intent(inout) :: move(:, :)
+    real(wp), intent(inout) :: share
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: best(:, :)
+    real(wp) :: present_share
+    integer :: pass
+
+    allocate (best, source=model%state%points%stress)
+    do pass = 1, most_passes
+      call add_elastic_stress(model, step, move, error)
+      if (.not. allocated(error)) call find_move(model, step, move, present_share, error)
+      if (allocated(error)) exit
+      if (.not. present_share < share) exit
+      share = present_share
+      best = model%state%points%stress
+      if (share <= enough) exit
+    end do
+    model%state%points%stress = best
+  end subroutine repeat_correction
+
+  !> Put elastic laws in the place of the materials' own.
+  subroutine take_elastic_laws(model, own)
+    type(model_type), intent(inout) :: model
+    !> Those of the materials.
+    type(law_slot_type), allocatable, intent(out) :: own(:)
+    type(error_type), allocatable :: error
+    integer :: m
+
+    call move_alloc(model%laws, own)
+    allocate (model%laws(size(own)))
+    do m = 1, size(own)
+      call new_law(material_parameters_type(young=stiffer*own(m)%law%stiffness_scale, poisson=ratio), &
+        merge(3, 2, model%analysis%model == three_dimensional), kinematics_jaumann, rate_midpoint, model%laws(m)%law, &
+        error)
+      ! A model of a user that tells no modulus.
+      if (allocated(error)) allocate (model%laws(m)%law, source=own(m)%law)
+      model%laws(m)%pressure_factor = own(m)%pressure_factor
+    end do
+  end subroutine take_elastic_laws
+
+  !> By how much the stresses would move the ground; by nothing where the equations cannot be solved.
+  subroutine find_move(model, step, move, share, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), allocatable, intent(out) :: move(:, :)
+    !> Largest move over that under the loads.
+    real(wp), intent(out) :: share
+    !> Failures of the initialisation.
+    type(error_type), allocatable, intent(out) :: error
+    type(error_type), allocatable :: unsolved
+    real(wp), allocatable, dimension(:) :: weight, residual, by_weight, by_residual
+
+    share = 0.0_wp
+    call initialise_step(model, step, error)
+    if (allocated(error)) return
+    allocate (move, mold=step%forces%internal)
+    move = 0.0_wp
+    allocate (weight(step%equations%count), residual(step%equations%count), by_weight(step%equations%count), &
+      by_residual(step%equations%count), source=0.0_wp)
+    call set_loads(step%terms, model, step%configuration_type, model%state%progress%fraction)
+    call evaluate_step(model, step, move, tangent_elastic)
+    if (step%failure%failed) return
+    call gather(step%equations, step%forces%external, weight)
+    call gather(step%equations, step%forces%external - step%forces%internal, residual)
+    call elastic_moves(step, weight, residual, by_weight, by_residual, unsolved)
+    call discard_terms(step%terms)
+    if (allocated(unsolved)) return
+    call scatter(step%equations, by_residual, move)
+    share = maxval(abs(by_residual), mask=step%field_of == 1) &
+      /max(maxval(abs(by_weight), mask=step%field_of == 1), tiny(1.0_wp))
+  end subroutine find_move
+
+  !> What two forces move, with the blocks of the last evaluation, that of nothing moved.
+  subroutine elastic_moves(step, weight, residual, by_weight, by_residual, error)
+    type(step_type), intent(inout) :: step
+    !> Forces and moves (equations).
+    real(wp), intent(in) :: weight(:), residual(:)
+    real(wp), intent(out) :: by_weight(:), by_residual(:)
+    !> The equations cannot be solved.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: nothing(size(step%forces%internal, 1), size(step%forces%internal, 2))
+
+    nothing = 0.0_wp
+    call add_all_blocks(step%terms, nothing, step%equations, step%matrix)
+    call factorise_system(step%system, step%matrix, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, weight, digits, by_weight, error)
+    if (.not. allocated(error)) call solve_system(step%system, step%matrix, residual, digits, by_residual, error)
+  end subroutine elastic_moves
+
+  !> Add to the stresses what a move of the elastic ground adds to them. Places stay.
+  subroutine add_elastic_stress(model, step, move, error)
+    type(model_type), intent(inout) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: move(:, :)
+    !> A point that cannot be updated.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: unmoved(:, :), moved(:, :)
+
+    call find_stress(model, step, 0.0_wp*move, unmoved, error)
+    if (.not. allocated(error)) call find_stress(model, step, move, moved, error)
+    if (.not. allocated(error)) model%state%points%stress = model%state%points%stress + (moved - unmoved)
+  end subroutine add_elastic_stress
+
+  !> Stresses of the points after a move; in cells of one pressure they are not those before it where nothing moves.
+  subroutine find_stress(model, step, move, stress, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: move(:, :)
+    !> (4 or 6, points)
+    real(wp), allocatable, intent(out) :: stress(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    type(soil_type), pointer :: soil
+    integer, allocatable :: source(:)
+
+    soil => soil_of(step%terms)
+    ! Room for an evaluation at the points themselves is made below, and that for the equations is then lost.
+    if (soil%updates_points) call evaluate_step(model, step, move, tangent_none)
+    call find_point_results(soil, model, step%configuration_type, &
+      move(:model%mesh%dimension, :model%space%node_count), source, error)
+    if (allocated(error)) return
+    allocate (stress, source=model%state%points%stress)
+    stress(:, source) = soil%evaluation%results%stress
+  end subroutine find_stress
+end module qsmpm_initial_correction
