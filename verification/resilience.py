@@ -298,6 +298,10 @@ def searched(checks: Checks, folder: pathlib.Path) -> None:
     same, why = same_results(folder / "whole", part)
     checks.check("continued, it ends as the uninterrupted run", rest.returncode == 3 and rest.stderr == whole.stderr, rest.stderr[-300:])
     checks.check("with its bytes", same, why)
+    with h5py.File(part / "results.h5") as file:
+        there = sorted(file.get("mechanisms", {}))
+        moved = [float(abs(file[f"mechanisms/{name}/points/displacement"][...]).max()) for name in there]
+    checks.check("and the way it fails among its results", there == ["000004"] and moved[0] > 0.01, f"{there} {moved}")
     for name in ("safety.json", "summary.json"):
         checks.check(f"and its {name}", filecmp.cmp(folder / "whole" / name, part / name, shallow=False))
 

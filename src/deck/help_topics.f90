@@ -91,7 +91,7 @@ contains
         'docs/methods/pushed_sets.md; bodies that touch and slip are not there yet'), &
       topics_type('LAYER,SOIL PROFILE,STRATUM,BOREHOLE', &
         'a *BODY of its own material a layer; strength by depth by *STRENGTH PROFILE'), &
-      topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION', &
+      topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION,GRAVITY LOADING', &
         '*INITIAL, TYPE=K0 with *K0 of the materials, for level ground; else *GRAVITY and *RESET '// &
         'DISPLACEMENTS: docs/methods/initial_stresses.md'), &
       topics_type('SETTLEMENT,HEAVE,DEFLECTION,MONITORING', &
@@ -107,11 +107,11 @@ contains
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('COHESION,FRICTION ANGLE,DILATANCY,TENSION CUT,S_U,SHEAR STRENGTH', &
+      topics_type('COHESION,FRICTION ANGLE,DILATANCY,TENSION CUT,S_U,SHEAR STRENGTH,YIELD', &
         '*MOHR COULOMB: c, phi, psi and a tension cut-off; s_u is c with phi = 0, by depth in *STRENGTH PROFILE'), &
       topics_type('CLAY,SAND,TRESCA,VON MISES,MOHR,COULOMB', &
         '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *USER MATERIAL'), &
-      topics_type('DRAINED,DRAINAGE,EXCESS PRESSURE', &
+      topics_type('DRAIN,EXCESS PRESSURE', &
         '*UNDRAINED below a material, *DRAIN STATE in a phase; without them soil is drained; '// &
         'docs/methods/undrained.md'), &
       topics_type('YOUNG,POISSON,STIFFNESS,MODULUS', &
@@ -120,7 +120,7 @@ contains
       topics_type('UMAT,UDSM,OWN LAW,USER MODEL', &
         '*USER MATERIAL calls a UMAT or a UDSM out of a library that tools/build-umat makes; '// &
         'docs/user_models.md'), &
-      topics_type('TRIAXIAL,OEDOMETER,LABORATORY,SIMPLE SHEAR', &
+      topics_type('TRIAXIAL,OEDOMETER,LABORATORY,SIMPLE SHEAR,STRESS PATH', &
         '*POINT TEST and *POINT STAGE in a deck of their own, run by qsmpm point; docs/point_tests.md'), &
       topics_type('AXISYMMETR,PLANE STRAIN,SYMMETRY', &
         '*MODEL, TYPE=; AUTO finds the smallest model: docs/scene.md')])
@@ -137,13 +137,21 @@ contains
         '*FIX holds node sets of the grid, *SUPPORT surfaces that cut it'), &
       topics_type('SURCHARGE,CLOAD,DLOAD,DSLOAD,LOAD', &
         '*TRACTION is a dead load on a *SURFACE, *PRESSURE follows its normal, *GRAVITY is weight'), &
+      topics_type('DISPLACEMENT CONTROL,MOVED,PUSHED', &
+        '*PRESCRIBE moves node sets; its reaction is *HISTORY, QUANTITY=REACTION'), &
+      topics_type('LARGE DEFORMATION,LARGE STRAIN,NLGEOM,UPDATED LAGRANGE', &
+        'always: places, volumes and loads follow the body; the strain measure is KINEMATICS= of *METHOD'), &
+      topics_type('REFINE,MESH SIZE,CELL SIZE', &
+        'the lines of *GRID; `qsmpm-verify study` tells which grid is fine enough, docs/study.md'), &
       topics_type('AMPLITUDE', &
         'loads grow evenly over a *PHASE, up to its LOAD FACTOR=: more phases make another course'), &
       topics_type('SECTION,INSTANCE,ASSEMBLY', &
         'a *BODY is of one *MATERIAL and fills a box, a polygon, a polyhedron or an element set of the mesh'), &
       topics_type('STEP,INCREMENT,CONVERGENCE,STATIC,TOLERANCE', &
         '*CONTROLS inside a *PHASE'), &
-      topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5', &
+      topics_type('REACTION,EARTH PRESSURE,BENDING MOMENT', &
+        '*HISTORY, QUANTITY=REACTION is the force on a *NSET or a held *SURFACE; STRESS is that at a place'), &
+      topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5,RESULT', &
         '*FIELD says how often pictures are written, *HISTORY which curves')])
   end function other_programs
 
@@ -156,7 +164,7 @@ contains
         'walls that bend or slip along the soil are not there; nearest: a *BODY of stiff *ELASTIC a few cells '// &
         'thick, *SUPPORT for a wall that holds or, smooth, lets slide, *TRACTION in place of its props: '// &
         'docs/cannot.md'), &
-      topics_type('CONTACT,INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SLIDING,RIGID', &
+      topics_type('CONTACT,INTERFACE,FRICTION,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SLIDING,RIGID', &
         'rigid bodies that touch the soil, stick and slip are not there yet; nearest: *PRESCRIBE of a '// &
         'node set with *MOVING MESH (rough, no gap), *SUPPORT for a wall that holds or, with its friction '// &
         'free, rolls: docs/cannot.md'), &
@@ -175,6 +183,8 @@ contains
       topics_type('CREEP,VISC,RATE OF,TIME DEPEND', &
         'no law here flows in time; nearest: a *USER MATERIAL, which gets TIME= of the *PHASE: '// &
         'docs/cannot.md'), &
+      topics_type('TIME', &
+        'every step is an equilibrium; TIME= of *PHASE is for a *USER MATERIAL that depends on it'), &
       topics_type('HEAT,THERMAL,TEMPERATURE,FREEZ,UNSATURAT,SUCTION,GAS', &
         'temperature, suction and gas are not there: docs/cannot.md'), &
       topics_type('PARALLEL,MPI,GPU,CLUSTER', &

@@ -27,11 +27,15 @@ contains
     character(len=*), parameter :: asked(*) = [character(len=20) :: 'water', 'pile', 'Contact', 'excavate', &
       'factor of safety', 'anchor', 'seepage', 'earthquake', 'embankment', 'phi-c', 'wall', 'sheet pile', 'stage', &
       'K0 procedure', 'lift', 'dewatering', 'consolidation', 'settlement', 'cohesion', 'limit load', 'amplitude', &
-      'landslide', 'density', 'tunnel', 'young''s modulus', 'drainage']
+      'landslide', 'density', 'tunnel', 'young''s modulus', 'drainage', &
+      'wall friction', 'friction angle', 'reaction', 'displacement control', 'gravity loading', 'time', &
+      'creep in time', 'yield', 'nlgeom', 'refinement']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', 'not there', 'not there', &
       '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
-      'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*ELASTIC', '*ELASTIC', '*UNDRAINED']
+      'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*ELASTIC', '*ELASTIC', '*UNDRAINED', &
+      'walls', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
+      'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k
