@@ -69,7 +69,7 @@ contains
       if (allocated(profile%levels)) deallocate (profile%levels)
       if (allocated(profile%strengths)) deallocate (profile%strengths)
       if (allocated(profile%moduli)) deallocate (profile%moduli)
-      allocate (profile%levels(n), profile%strengths(n), profile%moduli(n))
+      allocate (profile%levels(n), profile%strengths(n), profile%moduli(n), source=0.0_wp)
     end if
     do i = 1, n
       call fields%row(i)
