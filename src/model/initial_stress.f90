@@ -19,7 +19,8 @@ module qsmpm_initial_stress
   implicit none
   private
 
-  public :: set_initial_stresses, start_states, vertical_axis, reaches_above, measure_slope
+  public :: set_initial_stresses, start_states, vertical_axis, reaches_above, measure_slope, &
+    stresses_at_rest
 
   !> Where the box of a point is looked at, as a share of its half: away from its edges, which bodies may share.
   real(wp), parameter :: inside_box = 0.9_wp
@@ -30,10 +31,13 @@ contains
   subroutine set_initial_stresses(model, initial)
     type(model_type), intent(inout) :: model
     type(initial_stress_type), intent(in) :: initial
+    integer :: p
 
     select case (initial%kind)
     case (initial_k0)
-      call set_k0_stresses(model, initial)
+      associate (points => model%state%points)
+        call stresses_at_rest(model, initial, [(p, p=1, points%count)], points%position, points%stress)
+      end associate
     case (initial_isotropic, initial_given)
       call set_given_stresses(model, initial)
     end select
@@ -101,26 +105,29 @@ contains
     row = row + share*(table(2:, i + 1) - table(2:, i))
   end function table_row
 
-  !> K0 stresses at all material points.
-  subroutine set_k0_stresses(model, initial)
-    type(model_type), intent(inout) :: model
+  !> K0 stresses of material points, each at a place.
+  subroutine stresses_at_rest(model, initial, points, places, stress)
+    type(model_type), intent(in) :: model
     !> Level and K0 of the phase.
     type(initial_stress_type), intent(in) :: initial
+    !> Numbers of the points (n), places in their bodies (dimension, n).
+    integer, intent(in) :: points(:)
+    real(wp), intent(in) :: places(:, :)
+    !> (4 or 6, n)
+    real(wp), intent(out) :: stress(:, :)
     type(overburden_type) :: overburden
     real(wp) :: vertical
-    integer :: p, axis
+    integer :: i, axis
 
     axis = vertical_axis(model)
     call bodies_from_the_side(model, axis, overburden)
-    associate (points => model%state%points)
-      do p = 1, points%count
-        vertical = vertical_stress(model, overburden, initial, p, points%position(:, p))
-        points%stress(:, p) = 0.0_wp
-        points%stress(1:3, p) = horizontal_stress(model, initial, p, vertical)
-        points%stress(axis, p) = vertical
-      end do
-    end associate
-  end subroutine set_k0_stresses
+    do i = 1, size(points)
+      vertical = vertical_stress(model, overburden, initial, points(i), places(:, i))
+      stress(:, i) = 0.0_wp
+      stress(1:3, i) = horizontal_stress(model, initial, points(i), vertical)
+      stress(axis, i) = vertical
+    end do
+  end subroutine stresses_at_rest
 
   !> Effective vertical stress at a place in the body of a point.
   pure real(wp) function vertical_stress(model, overburden, initial, p, position) result(vertical)

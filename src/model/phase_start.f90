@@ -9,6 +9,7 @@ module qsmpm_phase_start
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
+  use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initial_stress, only: set_initial_stresses
   use qsmpm_limit_load, only: limit_load_type
   use qsmpm_lowered_laws, only: fit_laws
@@ -70,7 +71,10 @@ contains
         model%state%tracers%initial_position = model%state%tracers%position
         call reset_strains(model%state%points)
       end if
-      if (phase%initial%kind /= initial_keep) call set_initial_stresses(model, phase%initial)
+      if (phase%initial%kind /= initial_keep) then
+        call set_initial_stresses(model, phase%initial)
+        call press_on_bodies(model, phase%initial)
+      end if
       if (phase%reset_strains) call reset_softening(model)
     end associate
     call update_pore_pressure(model)

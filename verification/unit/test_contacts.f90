@@ -2,7 +2,7 @@
 !> differences with sticking and slipping friction, what is kept of an accepted step and not of a lost one, soil inside
 !> of a body.
 module test_contacts
-  use qsmpm_analysis, only: analysis_type
+  use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contacts, only: bodies_at_end
@@ -10,6 +10,7 @@ module test_contacts
   use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
+  use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
@@ -62,6 +63,7 @@ contains
     call check_step(tests)
     call check_strength(tests)
     call check_penetration(tests)
+    call check_rest(tests)
   end subroutine collect_contacts
 
   !> Normal and curvature are the derivatives of the distance.
@@ -341,6 +343,39 @@ contains
     call tests%close('a factor of 2 halves it', lowered, 8.0_wp, 1.0e-10_wp)
     call end_system(step%system)
   end subroutine check_strength
+
+  !> Soil under initial stresses presses on the body that it touches, and not where it does not touch it.
+  subroutine check_rest(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(initial_stress_type) :: initial
+    real(wp), parameter :: normal(2) = [0.0_wp, -1.0_wp]
+    integer :: p
+
+    call make_rest('0, 1.1, 0, -1')
+    call tests%close('pressure of the stress', maxval(abs(model%state%surface%contact_pressure - 30.0_wp)), 0.0_wp, &
+      1.0e-12_wp)
+    call tests%close('shear of the stress: that of the body on the soil', &
+      maxval(abs(model%state%surface%contact_shear(1, :) - 7.0_wp)), 0.0_wp, 1.0e-12_wp)
+    call tests%close('the shear is along the body', maxval(abs(matmul(normal, model%state%surface%contact_shear))), &
+      0.0_wp, 1.0e-12_wp)
+    call make_rest('0, 1.2, 0, -1')
+    call tests%check('no touch, no pressure', all(abs(model%state%surface%contact_pressure) <= 0.0_wp))
+  contains
+    !> A plane at or above the block, which has one stress.
+    subroutine make_rest(plane)
+      character(len=*), intent(in) :: plane
+      type(step_type) :: step
+
+      call make_step('SHAPE=PLANE|'//plane, 'FRICTION ANGLE=30', '|0, -0.02', model, step)
+      call end_system(step%system)
+      do p = 1, model%state%points%count
+        model%state%points%stress(:, p) = [-10.0_wp, -30.0_wp, -12.0_wp, 7.0_wp]
+      end do
+      initial%kind = initial_given
+      call press_on_bodies(model, initial)
+    end subroutine make_rest
+  end subroutine check_rest
 
   !> Soil deep inside of a body is refused; a body that moves too far in one step is.
   subroutine check_penetration(tests)
