@@ -261,6 +261,31 @@ def kept_factors(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("killed and continued, the same bytes", code == -9 and rest.returncode == 0 and same, f"exit {code}, {rest.returncode}: {why}")
 
 
+PRESSED = """*SURFACE, NAME=head, TYPE=SEGMENT
+1, 1, 0, 1
+*RIGID BODY, NAME=plate, SHAPE=PLANE
+0, 1, 0, -1
+*CONTACT, BODY=plate, SURFACE=head, FRICTION ANGLE=10
+*HISTORY, NAME=push, QUANTITY=CONTACT FORCE, COMPONENT=X, BODY=plate
+*HISTORY"""
+
+
+def pressed(checks: Checks, folder: pathlib.Path) -> None:
+    """A rigid plate that presses and slips: pressure, shear and place of the plate are kept; two threads and a continued run give the same
+    bytes."""
+    deck = block(loads="*MOVE, BODY=plate\n0.1, -0.05\n", method="BASIS=GIMP, INTEGRATION=CELL", steps=40).replace("*HISTORY", PRESSED, 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a block under a plate runs", whole.returncode == 0, whole.stderr[-300:])
+    threads = checks.run(folder, deck, "--threads", "2", out=folder / "threads")
+    same, why = same_results(folder / "whole", folder / "threads")
+    checks.check("on two threads, the same bytes", threads.returncode == 0 and same, why)
+    code = interrupt(checks, folder, folder / "part", 6, signal.SIGKILL)
+    rest = checks.run(folder, deck, "--restart", str(folder / "part" / "restart.h5"), out=folder / "part")
+    same, why = same_results(folder / "whole", folder / "part")
+    checks.check("killed amid contact and continued, the same bytes", code == -9 and rest.returncode == 0 and same,
+                 f"exit {code}, {rest.returncode}: {why}")
+
+
 VARIANTS = """*PHASE, NAME=crushed, LOAD FACTOR=300
 *GRAVITY
 0, -1
@@ -685,7 +710,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, quiet, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, quiet, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:
