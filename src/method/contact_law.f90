@@ -2,7 +2,9 @@
 !> Coulomb's limit with adhesion.
 !>
 !>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the step before
-!>   t* = t_0 - eps s,   |t| <= mu p + a              s   mean slip in the step, t_0 shear of the step before
+!>   t* = t_0 - r eps s,   |t| <= mu p + a            s   mean slip in the step, t_0 shear of the step before
+!>
+!> The penalty of the slip is softer by r: as stiff as that of the gap it costs a footing five times the iterations.
 !>
 !> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
 !> penalty is. A contact with tension keeps p as it comes. docs/methods/contact.md; the augmented Lagrangian form
@@ -25,6 +27,9 @@ module qsmpm_contact_law
     real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp
   end type tractions_type
 
+  !> r.
+  real(wp), parameter :: shear_ratio = 0.1_wp
+
 contains
 
   !> Tractions of a patch, and their derivatives.
@@ -44,18 +49,18 @@ contains
     now%by_gap = -penalty
     limit = pair%adhesion + pair%friction*max(0.0_wp, now%pressure)
     if (.not. limit > 0.0_wp) return
-    trial = shear_before - penalty*slip
+    trial = shear_before - shear_ratio*penalty*slip
     size_of_trial = norm2(trial)
     now%slips = size_of_trial > limit
     if (.not. now%slips) then
       now%shear = trial
-      now%by_slip = -penalty*identity
+      now%by_slip = -shear_ratio*penalty*identity
       return
     end if
     direction = trial/size_of_trial
     now%shear = limit*direction
     do j = 1, 3
-      now%by_slip(:, j) = -penalty*limit/size_of_trial*(identity(:, j) - direction*direction(j))
+      now%by_slip(:, j) = -shear_ratio*penalty*limit/size_of_trial*(identity(:, j) - direction*direction(j))
     end do
     if (now%pressure > 0.0_wp) now%by_pressure = pair%friction*direction
   end function contact_tractions
