@@ -143,7 +143,7 @@ contains
     n = size(vertices, 2)
     whole = vertices
     do i = 1, n
-      if (vertices(1, i) > tolerance .or. vertices(1, modulo(i, n) + 1) > tolerance) cycle
+      if (max(abs(vertices(1, i)), abs(vertices(1, modulo(i, n) + 1))) > tolerance) cycle
       ! From the second end of the edge on the axis round to its first.
       turned = cshift(vertices, i, dim=2)
       whole = reshape([turned, mirrored(turned(:, n - 1:2:-1))], [2, 2*n - 2])

@@ -125,6 +125,8 @@ contains
       1.0e-9_wp))
     call tests%check('a polygon with an edge on the axis gets its image', size(whole, 2) == 4 .and. &
       any(abs(whole(1, :) + 1.0_wp) < 1.0e-14_wp))
+    call tests%check('one across the axis stays', size(completed_by_image(box_polygon([-1.0_wp, 0.0_wp], [1.0_wp, &
+      1.0_wp]), 1.0e-9_wp), 2) == 4)
     call tests%check('one beside the axis stays', size(completed_by_image(reshape([1.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, &
       1.0_wp, 2.0_wp], [2, 3]), 1.0e-9_wp), 2) == 3)
   end subroutine check_polygons
