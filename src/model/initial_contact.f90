@@ -36,7 +36,7 @@ contains
     integer :: k, i
 
     if (size(model%contact_pairs) == 0) return
-    bodies = placed_bodies(model)
+    allocate (bodies, source=placed_bodies(model))
     do k = 1, size(model%contact_pairs)
       do i = 1, model%state%surface%count
         if (model%state%surface%surface(i) /= model%contact_pairs(k)%surface) cycle
