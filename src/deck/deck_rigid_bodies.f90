@@ -206,6 +206,7 @@ contains
       end do
     end do
     call warn_of_untouched(state)
+    call warn_of_water(state)
   end subroutine check_contacts
 
   !> A rigid body that no surface may touch does nothing.
@@ -225,4 +226,18 @@ contains
       end associate
     end do
   end subroutine warn_of_untouched
+
+  !> Contact carries effective stresses.
+  subroutine warn_of_water(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p
+
+    if (size(state%analysis%contacts) == 0) return
+    do p = 1, size(state%analysis%phases)
+      if (size(state%analysis%phases(p)%water_levels) == 0) cycle
+      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact carries effective stresses: the '// &
+        'pressure of the water below *WATER LEVEL is in no CONTACT FORCE; add it for the whole force on the body')
+      return
+    end do
+  end subroutine warn_of_water
 end module qsmpm_deck_rigid_bodies

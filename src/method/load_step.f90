@@ -182,8 +182,10 @@ contains
         phase_time=model%analysis%phases(progress%phase)%duration), attempt%damping, attempt%stabilisation))
       allocate (force_before, mold=load)
       call put_in_force(model, configuration, progress%fraction, terms, force_before)
-      call put_in_force(model, configuration, min(attempt%start, progress%fraction), terms, start_of_step, given=.true.)
-      call put_in_force(model, configuration, attempt%fraction, terms, load, given=.true.)
+      start_of_step = force_before
+      if (attempt%start < progress%fraction) &
+        call put_in_force(model, configuration, attempt%start, terms, start_of_step)
+      call put_in_force(model, configuration, attempt%fraction, terms, load)
       goal%increment = load - start_of_step
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
@@ -195,20 +197,18 @@ contains
   end subroutine set_goal
 
   !> Put the loads of a fraction of the phase in force; what they are on the body as it stands.
-  subroutine put_in_force(model, configuration, fraction, terms, load, given)
+  subroutine put_in_force(model, configuration, fraction, terms, load)
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
     type(term_slot_type), intent(inout) :: terms(:)
     !> (dimension, node_count)
     real(wp), intent(out) :: load(:, :)
-    !> Without what answers the displacement.
-    logical, intent(in), optional :: given
     real(wp) :: still(size(load, 1), size(load, 2))
 
     still = 0.0_wp
     call set_loads(terms, model, configuration, fraction)
-    call sum_forces(terms, role_external, still, load, given)
+    call sum_forces(terms, role_external, still, load)
   end subroutine put_in_force
 
   !> What a load increment does by a displacement, at the free components.

@@ -49,8 +49,8 @@ contains
     call deepest_point(model, placed_bodies(model), body, point, depth)
     if (.not. depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*depth/model%cell_size
-    call observer%note('warning: '//sentence(model, body, point, depth)//'; smaller steps, a larger ROUND of '// &
-      '*RIGID BODY or smaller cells')
+    call observer%note('warning: '//sentence(model, body, point, depth)//'; the surface of its *CONTACT must '// &
+      'reach there; else smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
 
   !> How deep, where and in which body.
@@ -61,7 +61,7 @@ contains
     character(len=:), allocatable :: text
     character(len=80) :: buffer
 
-    write (buffer, '(3(es11.4))') model%state%points%position(:, point)
+    write (buffer, '(3(1x,es11.4))') model%state%points%position(:, point)
     text = 'soil at '//trim(adjustl(buffer))//' is '
     write (buffer, '(f8.2)') depth/model%cell_size
     text = text//trim(adjustl(buffer))//" cells inside rigid body '"//model%analysis%rigid_bodies(body)%name//"'"

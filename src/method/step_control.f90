@@ -296,7 +296,8 @@ contains
     if (is_within_share(controls, shares)) return
     write (text, '(a,es9.2,a,es9.2)') 'the stabilisation carries ', share_named(shares, stabilisation_share), &
       ' of the forces and re-equilibration does not bring it below ', controls%stabilisation_share
-    call reject(trim(text), outcome)
+    call reject(trim(text)//'; STABILISATION SHARE of *CONTROLS allows more of it, STABILISATION FADE=0.1 lowers it', &
+      outcome)
   end subroutine judge_stabilisation
 
   !> Reject a step that is more compliant than LIMIT COMPLIANCE allows.

@@ -12,13 +12,15 @@ module qsmpm_body_stages
   use qsmpm_body_feet, only: find_tracer_bodies, plant_feet
   use qsmpm_body_placing, only: place_body
   use qsmpm_carried_basis, only: nearest_point
-  use qsmpm_error, only: error_type
+  use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_inactive_points, only: allocate_inactive
+  use qsmpm_law, only: law_type
   use qsmpm_load_path, only: between
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_model_surfaces, only: choose_carrying_points
   use qsmpm_point_selection, only: select_points, select_surface_points, append_points, append_surface_points
   use qsmpm_points, only: points_type, surface_points_type, place_of
+  use qsmpm_undrained_law, only: excess_pressure_name
   implicit none
   private
 
@@ -104,7 +106,8 @@ contains
     type(model_type), intent(inout) :: model
     !> Sentences for the log.
     character(len=:), allocatable, intent(out) :: notes
-    !> A body overlaps the ground, or lies outside of the mesh.
+    !> A body overlaps the ground, lies outside of the mesh, or has excess pore pressure that its new material cannot
+    !> carry.
     type(error_type), allocatable, intent(out) :: error
     logical, dimension(size(model%analysis%bodies)) :: going, coming
     integer :: i
@@ -123,7 +126,8 @@ contains
         if (allocated(error)) return
       end do
       do i = 1, size(phase%materials)
-        call change_material(model, phase%materials(i))
+        call change_material(model, phase%materials(i), notes, error)
+        if (allocated(error)) return
       end do
       if (.not. (any(going) .or. any(coming))) return
       ! Forces that a program has put on the points were those of others.
@@ -197,17 +201,26 @@ contains
     call append_surface_points(surface, model%state%surface)
   end subroutine bring
 
-  !> Another material for a body.
-  subroutine change_material(model, change)
+  !> Another material for a body. The excess pore pressure of undrained soil stays with it; what else a law remembers
+  !> begins anew from the stress, which is said.
+  subroutine change_material(model, change, notes, error)
     type(model_type), intent(inout) :: model
     type(body_change_type), intent(in) :: change
-    integer :: b, m, p
+    !> Sentences for the log.
+    character(len=:), allocatable, intent(inout) :: notes
+    !> The other material has no room for an excess pore pressure that is there.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: excess
+    integer :: b, m, p, before, behind
+    logical :: forgets
 
     b = body_number(model%analysis, change%body)
     do m = size(model%analysis%materials), 1, -1
       if (model%analysis%materials(m)%name == change%material) exit
     end do
+    forgets = .false.
     associate (points => model%state%points, materials => model%analysis%materials, law => model%laws(m)%law)
+      behind = excess_variable(law)
       do p = 1, points%count
         if (points%body(p) /= b .or. points%material(p) == m) cycle
         if (materials(points%material(p))%unit_weight > 0.0_wp) then
@@ -215,14 +228,54 @@ contains
         else
           points%weight(p) = materials(m)%unit_weight*points%volume(p)
         end if
+        before = excess_variable(model%laws(points%material(p))%law)
+        forgets = forgets .or. is_forgotten(model%laws(points%material(p))%law, law)
+        excess = 0.0_wp
+        if (before > 0) excess = points%state(before, p)
+        if (behind == 0 .and. abs(excess) > 0.0_wp) then
+          call fail(error, error_other, "*CHANGE MATERIAL: body '"//change%body//"' has excess pore pressure, "// &
+            "which the drained material '"//change%material//"' cannot carry: let it out by *DRAIN STATE in a phase "// &
+            'before, or give the material *UNDRAINED')
+          return
+        end if
         points%material(p) = m
         points%plastic(p) = 0
         ! The strain that the law takes the stress for counts from here.
         points%initial_volume(p) = points%volume(p)
         call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
+        if (behind > 0) points%state(behind, p) = excess
       end do
     end associate
+    if (forgets) notes = notes//"warning: *CHANGE MATERIAL: the law of '"//change%material//"' begins anew from "// &
+      "the stress of body '"//change%body//"': what it remembers of the past (preconsolidation, hardening, "// &
+      'softening) is that of the card of the material'//new_line('a')
   end subroutine change_material
+
+  !> State variable with the excess pore pressure, 0 for none.
+  pure integer function excess_variable(law) result(variable)
+    class(law_type), intent(in) :: law
+
+    variable = 0
+    if (.not. allocated(law%state_names)) return
+    do variable = law%state_count, 1, -1
+      if (law%state_names(variable)%text == excess_pressure_name) return
+    end do
+  end function excess_variable
+
+  !> Whether a law has remembered what the next one will remember anew.
+  pure logical function is_forgotten(before, behind)
+    class(law_type), intent(in) :: before, behind
+    integer :: i, k
+
+    is_forgotten = .false.
+    if (.not. (allocated(before%state_names) .and. allocated(behind%state_names))) return
+    do i = 1, before%state_count
+      if (before%state_names(i)%text == excess_pressure_name .or. len(before%state_names(i)%text) == 0) cycle
+      do k = 1, behind%state_count
+        is_forgotten = is_forgotten .or. before%state_names(i)%text == behind%state_names(k)%text
+      end do
+    end do
+  end function is_forgotten
 
   !> Find the points of histories, and of the pictures of loads, among those that are there.
   subroutine link_points(model)

@@ -278,7 +278,7 @@ contains
     type(solution_type) :: solution
     type(error_type), allocatable :: error
     type(rigid_pose_type) :: pose
-    real(wp) :: force(6)
+    real(wp) :: force(6), work
 
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=30', ', ROTATION=0.5|0, -0.02', model, step)
     associate (controls => model%analysis%phases(1)%controls)
@@ -296,11 +296,18 @@ contains
     call tests%close('the body is where it was moved to', norm2(pose%displacement - [0.0_wp, -0.02_wp, 0.0_wp]), &
       0.0_wp, 1.0e-15_wp)
     call tests%close('and has turned', pose%angle, 0.5_wp*acos(-1.0_wp)/180.0_wp, 1.0e-15_wp)
+    ! But for a thousandth that goes into the stabilisation.
+    call tests%close('the work of the body is the work of the stresses', model%state%progress%external_work, &
+      model%state%progress%internal_work, 2.0e-3_wp*model%state%progress%internal_work)
+    work = model%state%progress%external_work
     call tests%check('surface points keep their pressure', maxval(model%state%surface%contact_pressure) > 1.0_wp)
     call tests%close('the base carries what the body does', force(2), &
       sum(model%state%reactions(2, :)), 1.0e-6_wp*force(2))
     call tests%close('and along it', force(1), sum(model%state%reactions(1, :)), 1.0e-6_wp*force(2))
     call tests%close('the moment is that of the tractions', force(6), moment_of_tractions(model), 1.0e-8_wp*force(2))
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
+      largest_move=1.0_wp), solution, error)
+    call tests%close('held, it does next to no more work', model%state%progress%external_work, work, 1.0e-2_wp*work)
     call end_system(step%system)
   end subroutine check_step
 
@@ -335,12 +342,14 @@ contains
 
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'ADHESION=8', '|0.1, -0.02', model, step)
     allocate (u(2, model%space%node_count), source=0.0_wp)
+    call evaluate_step(model, step, u, tangent_none)
     whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
     model%state%progress%strength_factor = 2.0_wp
     call end_system(step%system)
     call initialise_step(model, step, error)
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    call evaluate_step(model, step, u, tangent_none)
     lowered = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a factor of 2 halves it', lowered, 8.0_wp, 1.0e-10_wp)
     call end_system(step%system)

@@ -48,6 +48,8 @@ module qsmpm_contacts
     real(wp), allocatable :: pressure(:), shear(:, :), penalty(:), patch_area(:)
     real(wp) :: cell_size = 1.0_wp
     integer :: dimension = 2
+    !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
+    logical :: at_rest = .true.
   contains
     procedure :: prepare
     procedure :: set_load
@@ -66,7 +68,6 @@ contains
     allocate (contacts_type :: term)
     term%name = 'force of the contacts'
     term%role = role_external
-    term%responds = .true.
     term%anchors = .true.
   end subroutine new_contacts
 
@@ -232,6 +233,7 @@ contains
 
     associate (unused => configuration)
     end associate
+    self%at_rest = .true.
     do b = 1, size(self%now)
       motion = motion_in_phase(model, b)
       associate (share => fraction - model%state%progress%fraction, before => self%before(b)%pose)
@@ -258,6 +260,7 @@ contains
         unused_equations => equations, unused_matrix => matrix)
     end associate
     if (present(prescribed)) continue
+    self%at_rest = .false.
     do c = 1, self%patches%count
       associate (b => self%pairs(self%patches%pair(c))%body)
         do k = self%patches%first(c), self%patches%first(c + 1) - 1
@@ -337,6 +340,10 @@ contains
 
     n = self%connectivity%first(c + 1) - self%connectivity%first(c)
     call measure_patch(self, c, displacement, distance, gap, slip)
+    if (self%at_rest) then
+      gap = 0.0_wp
+      slip = 0.0_wp
+    end if
     tractions = contact_tractions(self%pairs(self%patches%pair(c)), self%penalty(c), self%pressure(c), &
       self%shear(:, c), gap, slip)
     across = 0.0_wp

@@ -78,8 +78,6 @@ module qsmpm_term
     character(len=:), allocatable :: share_name
     !> A step is accepted by the residual without it.
     logical :: transient = .false.
-    !> A load that answers the displacement of the step: the body at rest says nothing of its size.
-    logical :: responds = .false.
     !> It holds the body against the ground, which rigid motions of a piece do not satisfy.
     logical :: anchors = .false.
     !> Its blocks are symmetric; known when it is prepared.

@@ -123,23 +123,17 @@ contains
   end subroutine evaluate_terms
 
   !> Force of all terms of one role.
-  subroutine sum_forces(terms, role, displacement, force, given)
+  subroutine sum_forces(terms, role, displacement, force)
     type(term_slot_type), intent(in) :: terms(:)
     integer, intent(in) :: role
     !> (components, nodes)
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(out) :: force(:, :)
-    !> Without those that answer the displacement; all when absent.
-    logical, intent(in), optional :: given
     integer :: t
 
     force = 0.0_wp
     do t = 1, size(terms)
-      if (terms(t)%term%role /= role) cycle
-      if (present(given)) then
-        if (given .and. terms(t)%term%responds) cycle
-      end if
-      call add_part(terms(t)%term, displacement, force)
+      if (terms(t)%term%role == role) call add_part(terms(t)%term, displacement, force)
     end do
   end subroutine sum_forces
 

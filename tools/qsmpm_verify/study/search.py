@@ -8,6 +8,7 @@ when some run is close enough to the answer and no run that is left could be che
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import time
@@ -72,8 +73,18 @@ class Wish:
     fresh: bool = False
 
 
+FACTOR = "F"
+
+
+def stable_factor(folder: Path) -> float:
+    """Last stable factor of the last safety phase of a run."""
+    return float(json.loads((folder / "safety.json").read_text(encoding="utf-8"))["phases"][-1]["stable"])
+
+
 def figure_of(folder: Path, wish: Wish) -> float:
-    """The column of a run at the place asked for."""
+    """The column of a run at the place asked for; of a factor of safety the last stable one, whatever run-out follows."""
+    if wish.history == FACTOR and (folder / "safety.json").is_file():
+        return stable_factor(folder)
     values = read_curves(folder).column(wish.history)
     return float({"last": values[-1], "max": values.max(), "min": values.min()}[wish.place])
 
