@@ -210,7 +210,7 @@ contains
     character(len=:), allocatable, intent(inout) :: notes
     !> The other material has no room for an excess pore pressure that is there.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: excess
+    real(wp) :: excess, effective(size(model%state%points%stress, 1))
     integer :: b, m, p, before, behind
     logical :: forgets
 
@@ -242,7 +242,9 @@ contains
         points%plastic(p) = 0
         ! The strain that the law takes the stress for counts from here.
         points%initial_volume(p) = points%volume(p)
-        call law%start_at(points%stress(:, p), place_of(points, p), points%state(:law%state_count, p))
+        effective = points%stress(:, p)
+        effective(:3) = effective(:3) + excess
+        call law%start_at(effective, place_of(points, p), points%state(:law%state_count, p))
         if (behind > 0) points%state(behind, p) = excess
       end do
     end associate
