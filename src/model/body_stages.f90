@@ -234,8 +234,8 @@ contains
         if (before > 0) excess = points%state(before, p)
         if (behind == 0 .and. abs(excess) > 0.0_wp) then
           call fail(error, error_other, "*CHANGE MATERIAL: body '"//change%body//"' has excess pore pressure, "// &
-            "which the drained material '"//change%material//"' cannot carry: let it out by *DRAIN STATE in a phase "// &
-            'before, or give the material *UNDRAINED')
+            "which the drained material '"//change%material//"' cannot carry: let it out by *DRAIN STATE in a "// &
+            'phase before, or give the material *UNDRAINED')
           return
         end if
         points%material(p) = m
