@@ -227,8 +227,9 @@ def paper_figures(folder: Path, out: Path) -> list[Path]:
         pictures.append(oedometer_figure(runs["oedometer"], out / "oedometer.png"))
     if any(name.startswith("slope") for name in runs):
         pictures.append(slope_figure(runs, out / "slope_curves.png"))
-        # The recommended method first, the paper's beside it.
-        names = sorted((n for n in runs if n.startswith("slope") and not n.endswith("fem")), key=lambda n: n != "slope_grid")
+        # The recommended method first, the paper's beside it; slices in space are too thin to be drawn as sections.
+        undrawn = ("fem", "coarse", "medium", "fine")
+        names = sorted((n for n in runs if n.startswith("slope") and not n.endswith(undrawn)), key=lambda n: n != "slope_grid")
         drawn = [runs[n] for n in names]
         if drawn:
             pictures.append(plot_points(drawn[:4], out / "slope_points.png"))
