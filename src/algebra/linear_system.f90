@@ -84,7 +84,7 @@ contains
   !> what has failed so far.
   subroutine begin_step(system, failed)
     type(linear_system_type), intent(inout) :: system
-    !> What `failures` has told at the end of the increment before.
+    !> What `failures` gave at the end of the increment before.
     integer, intent(in) :: failed
 
     if (system%indefinite .or. failures(system) /= failed) call end_system(system)

@@ -48,7 +48,7 @@ contains
     warnings = name_added_lines(message_text(messages), lines)
     if (allocated(error)) then
       deallocate (error)
-      ! What was changed by calls may be no deck any more: then its own lines are told.
+      ! What was changed by calls may be no deck any more: then its own lines are reported.
       if (len(warnings) == 0) warnings = message_text(messages)
       call fail(error, error_deck, 'the cards are not good:'//newline//warnings)
       return
@@ -110,7 +110,7 @@ contains
   end function line_count
 
   !> Sentences of the form `deck:line: ...` with the lines counted in the added cards; those of other lines are left
-  !> out, as they have been told before.
+  !> out, as they have been reported before.
   pure function name_added_lines(sentences, lines) result(text)
     !> One a line.
     character(len=*), intent(in) :: sentences

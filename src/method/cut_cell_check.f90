@@ -31,7 +31,7 @@ module qsmpm_cut_cell_check
   public :: cut_cell_check_type, measure_cut_cells, warn_of_cut_cells, end_cut_cell_check
   public :: level_of, level_none, level_note, level_warning
 
-  !> Violation from which it is told, and from which it is a warning where nothing but smaller cells makes it less: at
+  !> Violation from which it is noted, and from which it is a warning where nothing but smaller cells makes it less: at
   !> 0.4 % the root mean square of the errors of all stresses of the turned block is 0.6 %, at 3.1 % it is 1.4 %.
   real(wp), parameter :: told_from = 0.004_wp, warned_from = 0.02_wp
 

@@ -35,7 +35,7 @@ module qsmpm_phase_report
   type :: phase_report_type
     !> Warned that the material does not follow a set of the present phase.
     logical :: lag_warned = .false.
-    !> Told that the tangent of a user material may be why increments are cut back.
+    !> Noted that the tangent of a user material may be why increments are cut back.
     logical :: tangent_told = .false.
     !> Steps of the phase in which the stabilisation carried much, the largest share and where it was.
     integer :: stiff_steps = 0

@@ -24,7 +24,7 @@ module qsmpm_rigid_bodies
   character(len=*), parameter :: kept_name = 'rigid_bodies'
   !> Rows of the array that is kept: displacement, angle, force, moment.
   integer, parameter :: rows = 10, angle_row = 4, force_row = 5, moment_row = 8
-  !> Radius of corners that are not told, over the size of a cell.
+  !> Radius of corners where the card gives none, over the size of a cell.
   real(wp), parameter :: usual_round = 0.25_wp
   !> Share of the largest radius that corners may have.
   real(wp), parameter :: most_of_edge = 0.99_wp

@@ -418,6 +418,11 @@ contains
     if (step%failure%failed) call tests%check('by a sentence ('//step%failure%reason//')', &
       index(step%failure%reason, "rigid body 'tool' moves by more than") > 0)
     call end_system(step%system)
+    ! Ten cells above the block, where no surface point is near.
+    call make_step('SHAPE=CIRCLE|1, 4.1, 0.5', 'FRICTION ANGLE=0', '|0, -6', model, step)
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('one far away does, too: it might pass through the soil unseen', step%failure%failed)
+    call end_system(step%system)
   contains
     !> Displacement of the body at the end of the step.
     function bodies_displacement() result(displacement)

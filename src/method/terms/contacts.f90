@@ -261,19 +261,30 @@ contains
     end associate
     if (present(prescribed)) continue
     self%at_rest = .false.
+    do c = 1, size(self%pairs)
+      call check_motion(self, model, self%pairs(c)%body, self%before(self%pairs(c)%body)%reference &
+        + self%before(self%pairs(c)%body)%pose%displacement, failure)
+    end do
     do c = 1, self%patches%count
-      associate (b => self%pairs(self%patches%pair(c))%body)
-        do k = self%patches%first(c), self%patches%first(c + 1) - 1
-          failure%failed = failure%failed .or. norm2(body_displacement(self, b, self%place(:, k))) &
-            > largest_motion*self%cell_size
-        end do
-        if (.not. failure%failed) cycle
-        failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
-          real_text(largest_motion)//' cells in one step; more STEPS'
-        return
-      end associate
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        call check_motion(self, model, self%pairs(self%patches%pair(c))%body, self%place(:, k), failure)
+      end do
     end do
   end subroutine evaluate
+
+  !> Fail where a place that rides on a body moves too far.
+  subroutine check_motion(self, model, b, x, failure)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: b
+    real(wp), intent(in) :: x(3)
+    type(failure_type), intent(inout) :: failure
+
+    if (.not. norm2(body_displacement(self, b, x)) > largest_motion*self%cell_size) return
+    failure%failed = .true.
+    failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
+      real_text(largest_motion)//' cells in one step; more STEPS'
+  end subroutine check_motion
 
   !> Displacement in the step of a place that rides on a body.
   pure function body_displacement(self, b, x) result(displacement)

@@ -20,7 +20,7 @@ from qsmpm_verify.places import PROGRAM, TOP
 from qsmpm_verify.study.band import SAFETY, agreed, of_grids, of_steps, of_three, of_two
 from qsmpm_verify.study.cards import Card, Deck, items, plain, read_deck
 from qsmpm_verify.study.judgement import answer_of, choice_of, seconds_of_choice, warnings_of
-from qsmpm_verify.study.search import NOISE, Search, Trial, Wish
+from qsmpm_verify.study.search import NOISE, Search, Trial, Wish, figure_of
 from qsmpm_verify.study.variants import (
     PLANE_METHODS, at_level, axis_lines, dimension, levels_of, methods_of, same_method, with_method, with_steps,
 )
@@ -219,6 +219,19 @@ class TestBand(unittest.TestCase):
         shift, half = of_steps(0.1)
         for rest in (0.2, 0.1 * 4 / 3, 0.1, 0.0):
             self.assertLessEqual(abs(rest - shift), half + 1e-15)
+
+
+class TestFigure(unittest.TestCase):
+    """Where the figure of a run is read."""
+
+    def test_a_factor_is_the_last_stable_one_whatever_runs_out_behind_it(self) -> None:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "curves.csv").write_text("phase,step,load_factor,F\n1,1,1,1.1\n1,2,1,1.6\n", encoding="utf-8")
+            wish = Wish("F", "last", 0.03, 60.0, PROGRAM, folder)
+            self.assertEqual(figure_of(folder, wish), 1.6)
+            (folder / "safety.json").write_text('{"phases": [{"phase": "f", "stable": 1.12, "lost": 1.13}]}', encoding="utf-8")
+            self.assertEqual(figure_of(folder, wish), 1.12)
 
 
 class TestJudgement(unittest.TestCase):
