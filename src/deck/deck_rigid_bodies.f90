@@ -2,14 +2,14 @@
 module qsmpm_deck_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
-    rigid_polygon
+    rigid_polygon, contact_on_soil, contact_on_body
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
   use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
   use qsmpm_deck_sets, only: box_fields, check_box
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, rigid_words
+  use qsmpm_deck_words, only: bar_list, contact_words, rigid_words
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, many
   use qsmpm_text, only: string_type, add_word
   implicit none
@@ -28,8 +28,8 @@ contains
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
     call table%add('CONTACT', in_model, many, 'A surface of the soil that may touch a rigid body, press against it '// &
-      'and slide along it.', contact_fields, '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, &
-      list=list_contacts, opens='contact')
+      'and slide along it; with ON=BODY any soil that flows around the body.', contact_fields, &
+      '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
   !> *MOVE.
@@ -125,7 +125,9 @@ contains
     associate (contact => deck%analysis%contacts(deck%item))
       call fields%line(contact%where)
       call fields%name('BODY', contact%body, 'the rigid body', required=.true.)
-      call fields%name('SURFACE', contact%surface, 'the surface of the soil', required=.true.)
+      call fields%choice('ON', contact%place, bar_list(contact_words), 'where contact is asked for. SOIL: at the '// &
+        'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
+      call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
       call fields%number('ADHESION', contact%adhesion, 'shear strength without pressure', range='[0, inf)')
       call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
@@ -133,16 +135,26 @@ contains
     end associate
   end subroutine contact_fields
 
-  !> A pair is named once.
+  !> A surface has one contact, and so has the outline of a body.
   subroutine check_contact(card, state)
     type(card_type), intent(in) :: card
     type(deck_state_type), intent(inout) :: state
-    integer :: i
+    integer :: i, n
 
     associate (contacts => state%analysis%contacts)
-      do i = 1, size(contacts) - 1
-        if (contacts(i)%surface == contacts(size(contacts))%surface) call state%report_error(card, "surface '"// &
-          contacts(i)%surface//"' has a contact already")
+      n = size(contacts)
+      if (card%has('SURFACE') .and. contacts(n)%place == contact_on_body) call state%report_error(card, &
+        'with ON=BODY contact is asked for on the body: there is no SURFACE')
+      if (contacts(n)%place == contact_on_soil .and. .not. card%has('SURFACE')) call state%report_error(card, &
+        'SURFACE is missing: the surface of the soil that may touch the body; or ON=BODY')
+      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error(card, &
+        'ON=BODY is for plane and axisymmetric models; in 3D name a SURFACE')
+      do i = 1, n - 1
+        if (contacts(i)%place /= contacts(n)%place) cycle
+        if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface == contacts(n)%surface) &
+          call state%report_error(card, "surface '"//contacts(n)%surface//"' has a contact already")
+        if (contacts(n)%place == contact_on_body .and. contacts(i)%body == contacts(n)%body) &
+          call state%report_error(card, "body '"//contacts(n)%body//"' has a contact with ON=BODY already")
       end do
     end associate
   end subroutine check_contact
@@ -195,7 +207,11 @@ contains
     do i = 1, size(state%analysis%contacts)
       associate (contact => state%analysis%contacts(i))
         call check_name(state, contact%body, bodies, contact%where, 'CONTACT', 'rigid body')
-        call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
+        if (contact%place == contact_on_body) then
+          call check_outline(state, i)
+        else
+          call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
+        end if
       end associate
     end do
     do p = 1, size(state%analysis%phases)
@@ -208,6 +224,21 @@ contains
     call warn_of_untouched(state)
     call warn_of_water(state)
   end subroutine check_contacts
+
+  !> A body on which contact is asked for has an outline.
+  subroutine check_outline(state, contact)
+    type(deck_state_type), intent(inout) :: state
+    integer, intent(in) :: contact
+    integer :: b
+
+    associate (bodies => state%analysis%rigid_bodies, where => state%analysis%contacts(contact)%where)
+      do b = 1, size(bodies)
+        if (bodies(b)%name == state%analysis%contacts(contact)%body .and. bodies(b)%shape == rigid_plane) &
+          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; name '// &
+          'the SURFACE of the soil')
+      end do
+    end associate
+  end subroutine check_outline
 
   !> A rigid body that no surface may touch does nothing.
   subroutine warn_of_untouched(state)

@@ -25,6 +25,7 @@ module qsmpm_deck_words
     'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
   character(len=n), parameter, public :: rigid_words(5) = [character(len=n) :: &
     'PLANE', 'CIRCLE', 'BOX', 'CONE', 'POLYGON']
+  character(len=n), parameter, public :: contact_words(2) = [character(len=n) :: 'SOIL', 'BODY']
   character(len=n), parameter, public :: integration_words(2) = [character(len=n) :: 'POINTS', &
     'CELL']
   character(len=n), parameter, public :: kinematics_words(2) = [character(len=n) :: &

@@ -11,7 +11,7 @@ module qsmpm_rigid_pose
   implicit none
   private
 
-  public :: rigid_pose_type, placed_shape_type, pose_between, carry_along
+  public :: rigid_pose_type, placed_shape_type, pose_between, carry_along, turned_along
 
   type :: rigid_pose_type
     real(wp) :: displacement(3) = 0.0_wp
@@ -77,4 +77,14 @@ contains
     arm = x - reference - from%displacement
     carried = reference + to%displacement + matmul(r, arm)
   end function carry_along
+
+  !> What a vector that rides on a body becomes when the body goes from one pose to another.
+  pure function turned_along(from, to, vector) result(turned)
+    type(rigid_pose_type), intent(in) :: from, to
+    real(wp), intent(in) :: vector(3)
+    real(wp) :: turned(3), r(3, 3)
+
+    r = rotation(to%angle - from%angle)
+    turned = matmul(r, vector)
+  end function turned_along
 end module qsmpm_rigid_pose

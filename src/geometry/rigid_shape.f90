@@ -14,12 +14,11 @@ module qsmpm_rigid_shape
   private
 
   public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
-    completed_by_image, largest_round
+    completed_by_image, largest_round, edge_normal
 
-  integer, parameter :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3
+  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3
 
   type :: rigid_shape_type
-    private
     integer :: kind = kind_ball
     !> Point of a plane and its unit normal; centre and radius of a ball, or radius of the corners.
     real(wp) :: place(3) = 0.0_wp, normal(3) = 0.0_wp, radius = 0.0_wp
@@ -77,19 +76,19 @@ contains
 
     n = size(vertices, 2)
     do i = 1, n
-      before = outward(vertices(:, modulo(i - 2, n) + 1), vertices(:, i))
-      behind = outward(vertices(:, i), vertices(:, modulo(i, n) + 1))
+      before = edge_normal(vertices(:, modulo(i - 2, n) + 1), vertices(:, i))
+      behind = edge_normal(vertices(:, i), vertices(:, modulo(i, n) + 1))
       core(:, i) = vertices(:, i) - round*(before + behind)/(1.0_wp + dot_product(before, behind))
     end do
   end function drawn_in
 
   !> Unit normal of an edge of a polygon, outwards.
-  pure function outward(a, b) result(normal)
+  pure function edge_normal(a, b) result(normal)
     real(wp), intent(in) :: a(2), b(2)
     real(wp) :: normal(2)
 
     normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
-  end function outward
+  end function edge_normal
 
   !> Radius of corners at which the shortest edge of a polygon is used up.
   pure real(wp) function largest_round(vertices) result(largest)
@@ -225,7 +224,7 @@ contains
       distance%curvature(3, :) = 0.0_wp
       return
     end if
-    distance%normal(:2) = outward(shape%core(:, edge), shape%core(:, modulo(edge, n) + 1))
+    distance%normal(:2) = edge_normal(shape%core(:, edge), shape%core(:, modulo(edge, n) + 1))
     distance%value = merge(-least, least, inside) - shape%radius
   end subroutine polygon_distance
 end module qsmpm_rigid_shape

@@ -2,9 +2,7 @@
 !> Coulomb's limit with adhesion.
 !>
 !>   p = max(0, lambda - eps g)                       g   mean gap, lambda pressure of the step before
-!>   t* = t_0 - r eps s,   |t| <= mu p + a            s   mean slip in the step, t_0 shear of the step before
-!>
-!> The penalty of the slip is softer by r: as stiff as that of the gap it costs a footing five times the iterations.
+!>   t* = t_0 - eps_t s,   |t| <= mu p + a             s   mean slip in the step, t_0 shear of the step before
 !>
 !> With the pressure of one step as the multiplier of the next the penetration falls from step to step, whatever the
 !> penalty is. A contact with tension keeps p as it comes. docs/methods/contact.md; the augmented Lagrangian form
@@ -27,40 +25,37 @@ module qsmpm_contact_law
     real(wp) :: by_gap = 0.0_wp, by_slip(3, 3) = 0.0_wp, by_pressure(3) = 0.0_wp
   end type tractions_type
 
-  !> r.
-  real(wp), parameter :: shear_ratio = 0.1_wp
-
 contains
 
   !> Tractions of a patch, and their derivatives.
   pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip) result(now)
     type(contact_pair_type), intent(in) :: pair
-    !> eps [stress/length].
-    real(wp), intent(in) :: penalty
+    !> eps, eps_t [stress/length].
+    real(wp), intent(in) :: penalty(2)
     !> lambda, t_0, g, s.
     real(wp), intent(in) :: multiplier, shear_before(3), gap, slip(3)
     real(wp) :: trial(3), limit, size_of_trial, direction(3)
     integer :: j
 
-    now%pressure = multiplier - penalty*gap
+    now%pressure = multiplier - penalty(1)*gap
     now%closed = pair%tension .or. now%pressure > 0.0_wp
     if (.not. now%closed) now%pressure = 0.0_wp
     if (.not. now%closed) return
-    now%by_gap = -penalty
+    now%by_gap = -penalty(1)
     limit = pair%adhesion + pair%friction*max(0.0_wp, now%pressure)
     if (.not. limit > 0.0_wp) return
-    trial = shear_before - shear_ratio*penalty*slip
+    trial = shear_before - penalty(2)*slip
     size_of_trial = norm2(trial)
     now%slips = size_of_trial > limit
     if (.not. now%slips) then
       now%shear = trial
-      now%by_slip = -shear_ratio*penalty*identity
+      now%by_slip = -penalty(2)*identity
       return
     end if
     direction = trial/size_of_trial
     now%shear = limit*direction
     do j = 1, 3
-      now%by_slip(:, j) = -shear_ratio*penalty*limit/size_of_trial*(identity(:, j) - direction*direction(j))
+      now%by_slip(:, j) = -penalty(2)*limit/size_of_trial*(identity(:, j) - direction*direction(j))
     end do
     if (now%pressure > 0.0_wp) now%by_pressure = pair%friction*direction
   end function contact_tractions

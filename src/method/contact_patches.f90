@@ -1,11 +1,12 @@
-!> Patches of surface points on which contact is asked for in the mean: the points of one cell; a patch shorter than a
-!> share of the cell joins its nearest neighbour of the same contact.
+!> Patches on which contact is asked for in the mean: the surface points of one cell, or the contact points of one part of
+!> a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact.
 !>
 !> A condition at every point would be more than the functions of a surface can follow: pressures swing from point to
 !> point the stiffer the contact is. One condition a cell leaves them room (docs/methods/contact.md).
 module qsmpm_contact_patches
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
+  use qsmpm_body_points, only: body_points_type
   use qsmpm_model, only: model_type
   implicit none
   private
@@ -15,7 +16,7 @@ module qsmpm_contact_patches
   !> Extent over the size of a cell below which a patch joins another.
   real(wp), parameter :: shortest = 0.6_wp
 
-  !> Lists of surface points, one behind the other.
+  !> Lists of surface points, or of contact points on bodies, one behind the other.
   type :: contact_patches_type
     integer :: count = 0
     !> Contact of each patch (patches), its first place in the list (patches + 1), and the list.
@@ -25,58 +26,83 @@ module qsmpm_contact_patches
 contains
 
   !> The patches of all contacts of which a point is near.
-  subroutine find_patches(model, near, patches)
+  subroutine find_patches(model, near, on_bodies, patches)
     type(model_type), intent(in) :: model
     !> Whether a surface point may touch the body of a contact (surface points, contacts).
     logical, intent(in) :: near(:, :)
+    !> Contact points on the bodies.
+    type(body_points_type), intent(in) :: on_bodies
     type(contact_patches_type), intent(out) :: patches
     integer, allocatable :: label(:), points(:)
-    integer :: k, c, i
+    real(wp), allocatable :: extents(:)
+    integer :: k, i
 
     allocate (patches%pair(0), patches%first(1), patches%point(0))
     patches%first = 1
     do k = 1, size(near, 2)
-      points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
-      if (size(points) == 0) cycle
-      label = model%state%surface%cell(points)
-      call join_short(model, points, label)
-      do c = minval(label), maxval(label)
-        if (.not. any(label == c .and. near(points, k))) cycle
-        patches%pair = [patches%pair, k]
-        patches%point = [patches%point, pack(points, label == c)]
-        patches%first = [patches%first, size(patches%point) + 1]
-      end do
+      if (model%contact_pairs(k)%surface > 0) then
+        points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
+        label = model%state%surface%cell(points)
+        extents = [(extent_of(model, points(i)), i=1, size(points))]
+        call join_short(patch_limit(model), model%state%surface%position(:, points), extents, label)
+        call add_patches(k, points, label, near(points, k), patches)
+      else
+        points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
+        label = on_bodies%patch(points)
+        extents = model%body_outlines(k)%length(:size(points))
+        call join_short(patch_limit(model), on_bodies%position(:, points), extents, label)
+        call add_patches(k, points, label, on_bodies%touched(points), patches)
+      end if
     end do
     patches%count = size(patches%pair)
   end subroutine find_patches
 
+  !> Add the patches of a contact of which a point is near.
+  subroutine add_patches(pair, points, label, near, patches)
+    integer, intent(in) :: pair
+    !> Number, patch and nearness of each point.
+    integer, intent(in) :: points(:), label(:)
+    logical, intent(in) :: near(:)
+    type(contact_patches_type), intent(inout) :: patches
+    integer :: c
+
+    if (size(points) == 0) return
+    do c = minval(label), maxval(label)
+      if (.not. any(label == c .and. near)) cycle
+      patches%pair = [patches%pair, pair]
+      patches%point = [patches%point, pack(points, label == c)]
+      patches%first = [patches%first, size(patches%point) + 1]
+    end do
+  end subroutine add_patches
+
   !> Give the points of short patches the label of the nearest other patch, the shortest first.
-  subroutine join_short(model, points, label)
-    type(model_type), intent(in) :: model
-    !> Surface points of the contact (points).
-    integer, intent(in) :: points(:)
+  pure subroutine join_short(limit, place, extents, label)
+    !> Extent below which a patch is short.
+    real(wp), intent(in) :: limit
+    !> Place of each point and what it stands for (dimension, points), (points).
+    real(wp), intent(in) :: place(:, :), extents(:)
     !> The same number for all points of a patch (points).
     integer, intent(inout) :: label(:)
-    real(wp) :: extents(size(points)), least, middle(model%mesh%dimension), distance, nearest
+    real(wp) :: least, middle(size(place, 1)), distance, nearest
     integer :: i, short, other
 
-    do i = 1, size(points)
-      extents(i) = extent_of(model, points(i))
-    end do
+    if (size(label) == 0) return
     do
       short = 0
-      least = patch_limit(model)
-      do i = 1, size(points)
+      least = limit
+      do i = 1, size(label)
         if (sum(extents, mask=label == label(i)) >= least) cycle
         least = sum(extents, mask=label == label(i))
         short = label(i)
       end do
       if (short == 0 .or. all(label == short)) return
-      middle = middle_of(model, pack(points, label == short))
+      do i = 1, size(middle)
+        middle(i) = sum(place(i, :), mask=label == short)/count(label == short)
+      end do
       nearest = huge(1.0_wp)
-      do i = 1, size(points)
+      do i = 1, size(label)
         if (label(i) == short) cycle
-        distance = norm2(model%state%surface%position(:, points(i)) - middle)
+        distance = norm2(place(:, i) - middle)
         if (distance >= nearest) cycle
         nearest = distance
         other = label(i)
@@ -101,13 +127,4 @@ contains
     limit = shortest*model%cell_size
     if (model%mesh%dimension == 3) limit = limit**2
   end function patch_limit
-
-  !> Mean place of surface points.
-  pure function middle_of(model, points) result(middle)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: points(:)
-    real(wp) :: middle(model%mesh%dimension)
-
-    middle = sum(model%state%surface%position(:, points), dim=2)/size(points)
-  end function middle_of
 end module qsmpm_contact_patches

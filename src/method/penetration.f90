@@ -2,10 +2,11 @@
 !> has corners smaller than a patch, soil may get into a body unseen. The material points tell.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp
+  use qsmpm_contact_results, only: deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
-  use qsmpm_rigid_bodies, only: deepest_point, placed_bodies
+  use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   implicit none
   private

@@ -16,7 +16,7 @@ module qsmpm_surface_basis
   implicit none
   private
 
-  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas, stiffness_at
+  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas, stiffness_at, stiffness_near
 
   type :: surface_basis_type
     !> Connectivity, one list a point.
@@ -163,7 +163,22 @@ contains
         if (activation%first(group + 1) > activation%first(group)) p = activation%point(activation%first(group))
       end if
     end associate
-    if (p == 0) p = nearest_point(model%state%points, model%state%surface%position(:, i))
-    stiffness = model%laws(model%state%points%material(p))%law%stiffness_scale
+    if (p == 0) then
+      stiffness = stiffness_near(model, model%state%surface%position(:, i))
+    else
+      stiffness = model%laws(model%state%points%material(p))%law%stiffness_scale
+    end if
   end function stiffness_at
+
+  !> Young's modulus of the material nearest to a place.
+  function stiffness_near(model, x) result(stiffness)
+    type(model_type), intent(in) :: model
+    !> (dimension)
+    real(wp), intent(in) :: x(:)
+    real(wp) :: stiffness
+    integer :: p
+
+    p = nearest_point(model%state%points, x)
+    stiffness = model%laws(model%state%points%material(p))%law%stiffness_scale
+  end function stiffness_near
 end module qsmpm_surface_basis

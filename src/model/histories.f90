@@ -6,7 +6,8 @@ module qsmpm_histories
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, plane_strain
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number, contact_pressure_at
+  use qsmpm_contact_results, only: contact_pressure_at
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
   use qsmpm_strain, only: logarithmic_strain

@@ -8,6 +8,7 @@
 module qsmpm_initial_contact
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: initial_stress_type, initial_k0
+  use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points
   use qsmpm_carried_basis, only: nearest_point
   use qsmpm_initial_stress, only: stresses_at_rest
   use qsmpm_model, only: model_type
@@ -26,56 +27,91 @@ module qsmpm_initial_contact
 
 contains
 
-  !> Pressure and shear of the surface points that touch a body.
+  !> Pressure and shear of the points that touch a body.
   subroutine press_on_bodies(model, initial)
     type(model_type), intent(inout) :: model
     !> Of the phase; the material points have its stresses.
     type(initial_stress_type), intent(in) :: initial
     type(placed_shape_type), allocatable :: bodies(:)
-    type(distance_type) :: distance
-    integer :: k, i
+    integer :: k
 
     if (size(model%contact_pairs) == 0) return
     allocate (bodies, source=placed_bodies(model))
     do k = 1, size(model%contact_pairs)
-      do i = 1, model%state%surface%count
-        if (model%state%surface%surface(i) /= model%contact_pairs(k)%surface) cycle
-        distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%surface, i))
-        if (abs(distance%value) > touching*model%cell_size) cycle
-        call press(model, i, distance%normal, stress_at(model, initial, i))
-      end do
+      if (model%contact_pairs(k)%surface > 0) call press_surface(model, initial, model%contact_pairs(k)%surface, &
+        bodies(model%contact_pairs(k)%body))
     end do
+    call press_outlines(model, initial, bodies)
   end subroutine press_on_bodies
 
-  !> Stress of the phase at a surface point.
-  function stress_at(model, initial, i) result(stress)
+  !> Surface points that touch a body.
+  subroutine press_surface(model, initial, surface, body)
+    type(model_type), intent(inout) :: model
+    type(initial_stress_type), intent(in) :: initial
+    integer, intent(in) :: surface
+    type(placed_shape_type), intent(in) :: body
+    type(distance_type) :: distance
+    real(wp) :: pressure, shear(3)
+    integer :: i
+
+    do i = 1, model%state%surface%count
+      if (model%state%surface%surface(i) /= surface) cycle
+      distance = body%distance_at(place_of(model%state%surface, i))
+      if (abs(distance%value) > touching*model%cell_size) cycle
+      call press(distance%normal, stress_at(model, initial, model%state%surface%position(:, i)), pressure, shear)
+      if (.not. pressure > 0.0_wp) cycle
+      model%state%surface%contact_pressure(i) = pressure
+      model%state%surface%contact_shear(:, i) = shear(:model%mesh%dimension)
+    end do
+  end subroutine press_surface
+
+  !> Contact points on bodies that soil touches.
+  subroutine press_outlines(model, initial, bodies)
+    type(model_type), intent(inout) :: model
+    type(initial_stress_type), intent(in) :: initial
+    type(placed_shape_type), intent(in) :: bodies(:)
+    type(body_points_type) :: places
+    type(distance_type) :: distance
+    integer :: i
+
+    call present_body_points(model, bodies, places)
+    do i = 1, places%count
+      if (.not. places%touched(i)) cycle
+      distance = bodies(model%contact_pairs(places%pair(i))%body)%distance_at(place_of(places, i))
+      call press(distance%normal, stress_at(model, initial, places%position(:, i)), places%pressure(i), &
+        places%shear(:, i))
+    end do
+    call keep_body_points(model, places)
+  end subroutine press_outlines
+
+  !> Stress of the phase at a place.
+  function stress_at(model, initial, x) result(stress)
     type(model_type), intent(in) :: model
     type(initial_stress_type), intent(in) :: initial
-    integer, intent(in) :: i
-    real(wp) :: stress(size(model%state%points%stress, 1)), there(size(model%state%points%stress, 1), 1)
+    real(wp), intent(in) :: x(:)
+    real(wp) :: stress(size(model%state%points%stress, 1)), there(size(model%state%points%stress, 1), 1), &
+      place(size(x), 1)
     integer :: p
 
-    p = nearest_point(model%state%points, model%state%surface%position(:, i))
+    p = nearest_point(model%state%points, x)
     stress = model%state%points%stress(:, p)
     if (initial%kind /= initial_k0) return
-    call stresses_at_rest(model, initial, [p], model%state%surface%position(:, i:i), there)
+    place(:, 1) = x
+    call stresses_at_rest(model, initial, [p], place, there)
     stress = there(:, 1)
   end function stress_at
 
-  !> Tractions of one surface point; none where the stress pulls.
-  pure subroutine press(model, i, normal, stress)
-    type(model_type), intent(inout) :: model
-    integer, intent(in) :: i
+  !> Tractions of one point; none where the stress pulls.
+  pure subroutine press(normal, stress, pressure, shear)
     !> Of the body (3); of the soil (4 or 6).
     real(wp), intent(in) :: normal(3), stress(:)
-    real(wp) :: tensor(3, 3), traction(3), pressure
+    real(wp), intent(out) :: pressure, shear(3)
+    real(wp) :: tensor(3, 3), traction(3)
 
     tensor = unpack_symmetric(stress)
     traction = -matmul(tensor, normal)
-    pressure = dot_product(traction, normal)
-    if (.not. pressure > 0.0_wp) return
-    model%state%surface%contact_pressure(i) = pressure
-    traction = traction - pressure*normal
-    model%state%surface%contact_shear(:, i) = traction(:model%mesh%dimension)
+    pressure = max(0.0_wp, dot_product(traction, normal))
+    shear = 0.0_wp
+    if (pressure > 0.0_wp) shear = traction - pressure*normal
   end subroutine press
 end module qsmpm_initial_contact

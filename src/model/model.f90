@@ -15,6 +15,7 @@ module qsmpm_model
   use qsmpm_law, only: law_slot_type
   use qsmpm_inactive_points, only: inactive_points_type
   use qsmpm_lift_feet, only: lift_feet_type
+  use qsmpm_rigid_outline, only: rigid_outline_type
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_safety_bracket, only: bracket_type
   use qsmpm_strength_factor, only: strength_factor_type
@@ -131,9 +132,9 @@ module qsmpm_model
     real(wp), allocatable :: point_force(:, :)
   end type loading_type
 
-  !> A surface that may touch a rigid body, and the strength of the interface.
+  !> A surface, or any soil, that may touch a rigid body, and the strength of the interface.
   type :: contact_pair_type
-    !> Number of the rigid body and of the surface.
+    !> Number of the rigid body and of the surface; 0 where contact is asked for at the body's own outline.
     integer :: body = 0, surface = 0
     !> Tangent of the angle of friction, and strength without pressure.
     real(wp) :: friction = 0.0_wp, adhesion = 0.0_wp
@@ -158,6 +159,8 @@ module qsmpm_model
     !> Rigid bodies as drawn (rigid bodies), and what may touch (contacts).
     type(placed_shape_type), allocatable :: rigid_shapes(:)
     type(contact_pair_type), allocatable :: contact_pairs(:)
+    !> Outline of the body of each pair without a surface, else none (contact pairs).
+    type(rigid_outline_type), allocatable :: body_outlines(:)
     type(state_type) :: state
     type(loading_type) :: loading
     !> Ends of phases that later ones start from (qsmpm_kept_phases); unallocated for none.

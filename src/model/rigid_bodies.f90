@@ -5,7 +5,9 @@
 !> point given of a plane, the centroid of a polygon. In axisymmetry forces are per radian, as reactions are.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: rigid_body_type, axisymmetric, rigid_plane, rigid_circle, rigid_box, rigid_cone
+  use qsmpm_analysis, only: rigid_body_type, axisymmetric, rigid_plane, rigid_circle, rigid_box, &
+    rigid_cone
+  use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, contact_pair_type
@@ -19,7 +21,7 @@ module qsmpm_rigid_bodies
   private
 
   public :: make_rigid_bodies, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
-    motion_in_phase, rigid_body_number, deepest_point, contact_pressure_at
+    motion_in_phase, rigid_body_number
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
   !> Rows of the array that is kept: displacement, angle, force, moment.
@@ -28,6 +30,8 @@ module qsmpm_rigid_bodies
   real(wp), parameter :: usual_round = 0.25_wp
   !> Share of the largest radius that corners may have.
   real(wp), parameter :: most_of_edge = 0.99_wp
+  !> Cells by which soil may be drawn inside of a body: the chords of a polygon that is drawn along a circle.
+  real(wp), parameter :: drawn_within = 1.0e-2_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -50,6 +54,7 @@ contains
           contacts(i)%tension)
       end do
     end associate
+    call make_body_outlines(model)
     call check_overlap(model, diagnostics)
   end subroutine make_rigid_bodies
 
@@ -65,7 +70,7 @@ contains
       inside = 0.0_wp
       do p = 1, model%state%points%count
         distance = model%rigid_shapes(b)%distance_at(place_of(model%state%points, p))
-        if (distance%value < 0.0_wp) inside = inside + model%state%points%volume(p)
+        if (distance%value < -drawn_within*model%cell_size) inside = inside + model%state%points%volume(p)
       end do
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
@@ -142,6 +147,7 @@ contains
 
     none = 0.0_wp
     if (size(none, 2) > 0) call lay_array(model%state%kept, kept_name, none)
+    call lay_body_points(model)
   end subroutine lay_rigid_bodies
 
   !> Present pose of a body.
@@ -205,50 +211,4 @@ contains
       end do
     end associate
   end function motion_in_phase
-
-  !> The material point that is deepest inside of a rigid body that something may touch.
-  pure subroutine deepest_point(model, bodies, body, point, depth)
-    type(model_type), intent(in) :: model
-    !> The bodies where they are (rigid bodies).
-    type(placed_shape_type), intent(in) :: bodies(:)
-    !> 0 where no point is inside of any.
-    integer, intent(out) :: body, point
-    real(wp), intent(out) :: depth
-    type(distance_type) :: distance
-    integer :: b, p
-
-    body = 0
-    point = 0
-    depth = 0.0_wp
-    do b = 1, size(bodies)
-      if (.not. any(model%contact_pairs%body == b)) cycle
-      do p = 1, model%state%points%count
-        distance = bodies(b)%distance_at(place_of(model%state%points, p))
-        if (-distance%value <= depth) cycle
-        depth = -distance%value
-        body = b
-        point = p
-      end do
-    end do
-  end subroutine deepest_point
-
-  !> Pressure on the surface point of a contact that was nearest to a place at the start; 0 where there is none.
-  pure real(wp) function contact_pressure_at(model, place) result(pressure)
-    type(model_type), intent(in) :: model
-    real(wp), intent(in) :: place(:)
-    real(wp) :: nearest, distance
-    integer :: i
-
-    pressure = 0.0_wp
-    nearest = huge(1.0_wp)
-    associate (surface => model%state%surface)
-      do i = 1, surface%count
-        if (.not. any(model%contact_pairs%surface == surface%surface(i))) cycle
-        distance = norm2(surface%initial_position(:, i) - place)
-        if (distance >= nearest) cycle
-        nearest = distance
-        pressure = surface%contact_pressure(i)
-      end do
-    end associate
-  end function contact_pressure_at
 end module qsmpm_rigid_bodies

@@ -92,6 +92,8 @@ module qsmpm_analysis
     ended_by_loss = 4
   !> Shapes of rigid bodies.
   integer, parameter, public :: rigid_plane = 1, rigid_circle = 2, rigid_box = 3, rigid_cone = 4, rigid_polygon = 5
+  !> Where contact is asked for: on a surface of the soil, or on the outline of the rigid body.
+  integer, parameter, public :: contact_on_soil = 1, contact_on_body = 2
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 
@@ -297,9 +299,12 @@ module qsmpm_analysis
     real(wp) :: round = -1.0_wp
   end type rigid_body_type
 
-  !> A surface of the soil that may touch a rigid body.
+  !> A surface of the soil that may touch a rigid body, or any soil.
   type :: contact_type
+    !> No surface where contact is asked for on the body.
     character(len=:), allocatable :: body, surface
+    !> One of contact_on_*.
+    integer :: place = contact_on_soil
     type(source_line_type) :: where
     !> Strength of the interface: angle in degrees, and shear strength without pressure.
     real(wp) :: friction_angle = 0.0_wp, adhesion = 0.0_wp

@@ -144,8 +144,42 @@ def hertz_error(folder: Path, radius: float, modulus: float, spacing: float) -> 
     return float(np.sqrt(np.mean((found - exact) ** 2)) / largest)
 
 
+def column_mean(folder: Path, column: str, along: str, beyond: float) -> float:
+    """Mean of a column over the steps beyond a place of another column [column]."""
+    curves = read_curves(folder)
+    chosen = curves.column(column)[curves.column(along) > beyond]
+    if not len(chosen):
+        raise ResultError(f"{curves.path}: no step beyond {along} = {beyond:g}")
+    return float(chosen.mean())
+
+
+def pressure_wave(folder: Path, count: int, order: int, scale: float) -> float:
+    """What pressures p0, p1, ... at the middles of `count` equal arcs of a half circle leave of a cosine series [-].
+
+    Root mean square of the last step over the arcs, over `scale`; `order` is that of the last cosine that is fitted.
+    """
+    curves = read_curves(folder)
+    found = np.array([float(curves.column(f"p{i}")[-1]) for i in range(count)])
+    angles = np.pi * (np.arange(count) + 0.5) / count
+    waves = np.cos(np.outer(angles, np.arange(order + 1)))
+    fitted = waves @ np.linalg.lstsq(waves, found, rcond=None)[0]
+    return float(np.sqrt(np.mean((found - fitted) ** 2)) / scale)
+
+
 TRACES: dict[str, Trace] = {
     f.__name__: f
-    for f in (knee, limit_load, factor_of_safety, hold_growth, jitter, cpu_seconds, column_sum, log_lines, hertz_error)
+    for f in (
+        knee,
+        limit_load,
+        factor_of_safety,
+        hold_growth,
+        jitter,
+        cpu_seconds,
+        column_sum,
+        column_mean,
+        log_lines,
+        hertz_error,
+        pressure_wave,
+    )
 }
 """The functions a case file may name."""

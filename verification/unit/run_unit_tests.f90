@@ -93,6 +93,7 @@ program run_unit_tests
   use test_card_fields, only: collect_card_fields
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
+  use test_body_contact, only: collect_body_contact
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
@@ -222,6 +223,7 @@ program run_unit_tests
   call register('supports', collect_supports)
   call register('terms', collect_terms)
   call register('contacts', collect_contacts)
+  call register('body_contact', collect_body_contact)
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)

@@ -3,6 +3,7 @@
 !> of a body.
 module test_contacts
   use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
+  use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contacts, only: bodies_at_end
@@ -156,23 +157,23 @@ contains
     real(wp), parameter :: shear(3) = [3.0_wp, 1.0_wp, 0.0_wp], slip(3) = [0.02_wp, -0.01_wp, 0.0_wp]
 
     pair = contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.)
-    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.3_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip)
     call tests%check('a gap beyond lambda/eps opens the contact', .not. now%closed .and. .not. now%pressure > 0.0_wp &
       .and. norm2(now%shear) <= 0.0_wp)
-    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.1_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.1_wp, slip)
     call tests%close('p = lambda - eps g', now%pressure, 10.0_wp, 1.0e-12_wp)
     call tests%close('a shear below the limit sticks', norm2(now%shear - [2.8_wp, 1.1_wp, 0.0_wp]), 0.0_wp, &
       1.0e-12_wp)
-    now = contact_tractions(pair, 1.0e4_wp, 20.0_wp, shear, 1.0e-3_wp, slip)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip)
     call tests%close('one above it slips at mu p + a', norm2(now%shear), 7.0_wp, 1.0e-12_wp)
-    more = contact_tractions(pair, 1.0e4_wp, 20.0_wp, shear, 1.0e-3_wp + difference, slip)
+    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp + difference, slip)
     call tests%close('dp/dg', now%by_gap, (more%pressure - now%pressure)/difference, 1.0e-4_wp)
     call tests%close('dt/dp', norm2(now%by_gap*now%by_pressure - (more%shear - now%shear)/difference), 0.0_wp, &
       1.0e-3_wp)
-    more = contact_tractions(pair, 1.0e4_wp, 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp])
+    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp])
     call tests%close('dt/ds', norm2(now%by_slip(:, 1) - (more%shear - now%shear)/difference), 0.0_wp, 1.0e-1_wp)
     pair%tension = .true.
-    now = contact_tractions(pair, 100.0_wp, 20.0_wp, shear, 0.3_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
     call tests%close('and has its adhesion then', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
   end subroutine check_tractions
@@ -204,11 +205,13 @@ contains
     type(model_type) :: model
     type(step_type) :: step
     type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
     integer, allocatable :: points(:)
     integer :: c, i
 
     call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), patches)
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
+      nobody, patches)
     call tests%check('a patch a cell', patches%count == 8)
     ! The first cell loses all but a sliver of its surface.
     do i = 1, model%state%surface%count
@@ -216,7 +219,8 @@ contains
         model%state%surface%area_vector(:, i) = 0.5_wp*model%state%surface%area_vector(:, i)
     end do
     points = pack([(i, i=1, model%state%surface%count)], model%state%surface%cell == model%state%surface%cell(1))
-    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), patches)
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), &
+      nobody, patches)
     call tests%check('a short one joins its neighbour', patches%count == 7)
     do c = 1, patches%count
       associate (list => patches%point(patches%first(c):patches%first(c + 1) - 1))
@@ -225,7 +229,7 @@ contains
       end associate
     end do
     call find_patches(model, reshape([(i == 1, i=1, model%state%surface%count)], [model%state%surface%count, 1]), &
-      patches)
+      nobody, patches)
     call tests%check('what is far away is left out', patches%count == 1)
     call end_system(step%system)
   end subroutine check_patches
@@ -312,20 +316,21 @@ contains
   end subroutine check_step
 
   !> Moment of the tractions that the surface points keep about the reference point, a point of the plane: pressure
-  !> against the soil along the direction of the plane, shear as it is.
+  !> against the soil along the direction of the plane, shear as it was before it turned with the body.
   real(wp) function moment_of_tractions(model) result(moment)
     type(model_type), intent(in) :: model
     type(rigid_pose_type) :: pose
-    real(wp) :: arm(2), on_body(2)
+    real(wp) :: arm(2), on_body(2), back(2, 2)
     integer :: i
 
     pose = pose_of(model, 1)
+    back = reshape([cos(pose%angle), -sin(pose%angle), sin(pose%angle), cos(pose%angle)], [2, 2])
     moment = 0.0_wp
     associate (surface => model%state%surface)
       do i = 1, surface%count
         arm = surface%position(:, i) - [0.0_wp, 1.1_wp] - pose%displacement(:2)
         on_body = -surface%area(i)*(surface%contact_pressure(i)*[sin(pose%angle), -cos(pose%angle)] &
-          + surface%contact_shear(:, i))
+          + matmul(back, surface%contact_shear(:, i)))
         moment = moment + arm(1)*on_body(2) - arm(2)*on_body(1)
       end do
     end associate

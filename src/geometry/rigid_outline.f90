@@ -1,0 +1,152 @@
+!> The outline of a rigid body in the plane as places with lengths, counter-clockwise, in parts of equal length.
+!>
+!> A rounded polygon is bounded by its edges and, at convex corners, by arcs about the vertices of its core; at concave
+!> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner, so
+!> that what ends at an axis of symmetry there has whole parts on both sides of it. A plane has no outline.
+module qsmpm_rigid_outline
+  use qsmpm_kinds, only: wp
+  use qsmpm_rigid_shape, only: rigid_shape_type, edge_normal, kind_ball, kind_polygon
+  implicit none
+  private
+
+  public :: rigid_outline_type, lay_outline
+
+  type :: rigid_outline_type
+    integer :: count = 0
+    !> As drawn (2, places); length of each and number of the part that it belongs to (places).
+    real(wp), allocatable :: place(:, :), length(:)
+    integer, allocatable :: part(:)
+  end type rigid_outline_type
+
+  !> Straight pieces and arcs, one behind the other.
+  type :: pieces_type
+    integer :: count = 0
+    !> Start of a straight piece or centre of an arc (2, pieces); direction, or radius and angle at the start.
+    real(wp), allocatable :: start(:, :), aim(:, :), length(:)
+    logical, allocatable :: straight(:)
+  end type pieces_type
+
+  real(wp), parameter :: pi = acos(-1.0_wp)
+
+contains
+
+  !> Places along the outline.
+  pure subroutine lay_outline(shape, part_length, places_of_part, outline)
+    type(rigid_shape_type), intent(in) :: shape
+    !> Length of a part, more or less: their number is a multiple of four.
+    real(wp), intent(in) :: part_length
+    integer, intent(in) :: places_of_part
+    type(rigid_outline_type), intent(out) :: outline
+    type(pieces_type) :: pieces
+    real(wp) :: total
+    integer :: i, parts
+
+    call find_pieces(shape, pieces)
+    total = sum(pieces%length)
+    parts = 0
+    if (total > 0.0_wp) parts = max(4, 4*nint(0.25_wp*total/part_length))
+    outline%count = parts*places_of_part
+    allocate (outline%place(2, outline%count), outline%length(outline%count), outline%part(outline%count))
+    do i = 1, outline%count
+      outline%length(i) = total/outline%count
+      outline%part(i) = (i - 1)/places_of_part + 1
+      outline%place(:, i) = place_along(pieces, (i - 0.5_wp)*outline%length(i))
+    end do
+  end subroutine lay_outline
+
+  !> Pieces of an outline; none of a plane.
+  pure subroutine find_pieces(shape, pieces)
+    type(rigid_shape_type), intent(in) :: shape
+    type(pieces_type), intent(out) :: pieces
+
+    allocate (pieces%start(2, 0), pieces%aim(2, 0), pieces%length(0), pieces%straight(0))
+    select case (shape%kind)
+    case (kind_ball)
+      call add_arc(pieces, shape%place(:2), shape%radius, -0.5_wp*pi, 2.0_wp*pi)
+    case (kind_polygon)
+      call add_polygon(shape%core, shape%radius, pieces)
+    end select
+  end subroutine find_pieces
+
+  !> Edges and arcs of a rounded polygon.
+  pure subroutine add_polygon(core, round, pieces)
+    !> (2, vertices)
+    real(wp), intent(in) :: core(:, :), round
+    type(pieces_type), intent(inout) :: pieces
+    real(wp), dimension(2, size(core, 2)) :: normal, from, to
+    real(wp) :: turn(size(core, 2)), at_start(size(core, 2)), before(2)
+    integer :: i, n, next
+
+    n = size(core, 2)
+    do i = 1, n
+      normal(:, i) = edge_normal(core(:, i), core(:, modulo(i, n) + 1))
+    end do
+    do i = 1, n
+      before = normal(:, modulo(i - 2, n) + 1)
+      at_start(i) = atan2(before(2), before(1))
+      turn(i) = atan2(before(1)*normal(2, i) - before(2)*normal(1, i), dot_product(before, normal(:, i)))
+      from(:, i) = core(:, i) + round*normal(:, i)
+      to(:, i) = core(:, i) + round*before
+      if (turn(i) >= 0.0_wp) cycle
+      from(:, i) = core(:, i) + round*(before + normal(:, i))/(1.0_wp + dot_product(before, normal(:, i)))
+      to(:, i) = from(:, i)
+    end do
+    call add_arc(pieces, core(:, 1), round, at_start(1) + 0.5_wp*turn(1), 0.5_wp*turn(1))
+    do i = 1, n
+      next = modulo(i, n) + 1
+      call add_line(pieces, from(:, i), to(:, next))
+      if (next /= 1) call add_arc(pieces, core(:, next), round, at_start(next), turn(next))
+    end do
+    call add_arc(pieces, core(:, 1), round, at_start(1), 0.5_wp*turn(1))
+  end subroutine add_polygon
+
+  !> A straight piece.
+  pure subroutine add_line(pieces, from, to)
+    type(pieces_type), intent(inout) :: pieces
+    real(wp), intent(in) :: from(2), to(2)
+
+    if (.not. norm2(to - from) > 0.0_wp) return
+    call add_piece(pieces, from, (to - from)/norm2(to - from), norm2(to - from), .true.)
+  end subroutine add_line
+
+  !> An arc, counter-clockwise; none where it does not turn that way.
+  pure subroutine add_arc(pieces, centre, radius, angle, turn)
+    type(pieces_type), intent(inout) :: pieces
+    real(wp), intent(in) :: centre(2), radius, angle, turn
+
+    if (turn > 0.0_wp) call add_piece(pieces, centre, [radius, angle], radius*turn, .false.)
+  end subroutine add_arc
+
+  pure subroutine add_piece(pieces, start, aim, length, straight)
+    type(pieces_type), intent(inout) :: pieces
+    real(wp), intent(in) :: start(2), aim(2), length
+    logical, intent(in) :: straight
+
+    pieces%count = pieces%count + 1
+    pieces%start = reshape([pieces%start, start], [2, pieces%count])
+    pieces%aim = reshape([pieces%aim, aim], [2, pieces%count])
+    pieces%length = [pieces%length, length]
+    pieces%straight = [pieces%straight, straight]
+  end subroutine add_piece
+
+  !> The place at a length along the pieces.
+  pure function place_along(pieces, length) result(place)
+    type(pieces_type), intent(in) :: pieces
+    real(wp), intent(in) :: length
+    real(wp) :: place(2), left
+    integer :: k
+
+    left = length
+    do k = 1, pieces%count - 1
+      if (left <= pieces%length(k)) exit
+      left = left - pieces%length(k)
+    end do
+    if (pieces%straight(k)) then
+      place = pieces%start(:, k) + left*pieces%aim(:, k)
+    else
+      associate (radius => pieces%aim(1, k), angle => pieces%aim(2, k))
+        place = pieces%start(:, k) + radius*[cos(angle + left/radius), sin(angle + left/radius)]
+      end associate
+    end if
+  end function place_along
+end module qsmpm_rigid_outline

@@ -1,0 +1,295 @@
+!> What contact needs in a step: the patches, their places at its start with the functions there, and pressure and shear
+!> of the step before as multipliers, from the points that keep them: surface points of the soil, or contact points of
+!> the bodies.
+module qsmpm_contact_scratch
+  use qsmpm_kinds, only: wp
+  use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
+  use qsmpm_carried_basis, only: basis_at
+  use qsmpm_configuration, only: configuration_type
+  use qsmpm_contact_law, only: tractions_type
+  use qsmpm_contact_patches, only: contact_patches_type, find_patches
+  use qsmpm_model, only: model_type, contact_pair_type
+  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_rigid_bodies, only: placed_bodies
+  use qsmpm_rigid_pose, only: placed_shape_type, carry_along, turned_along
+  use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_space, only: shape_values_type
+  use qsmpm_surface_basis, only: stiffness_at, stiffness_near
+  implicit none
+  private
+
+  public :: contact_scratch_type, lay_scratch, body_displacement, keep_tractions, keep_contact_points
+
+  !> Penalties of gap and slip times the size of a cell over Young's modulus, at surfaces of the soil and on bodies:
+  !> pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often patches open and
+  !> close in the iteration, and stick and slip.
+  real(wp), parameter :: strength_soil(2) = [100.0_wp, 10.0_wp], strength_body(2) = [10.0_wp, 1.0_wp]
+  !> Cells between a body and the surface points that are looked at.
+  real(wp), parameter :: reach = 4.0_wp
+
+  type :: contact_scratch_type
+    type(contact_patches_type) :: patches
+    type(contact_pair_type), allocatable :: pairs(:)
+    !> Bodies at the start of the step, and at the load fraction in force (bodies).
+    type(placed_shape_type), allocatable :: before(:), now(:)
+    !> Contact points on the bodies at the start of the step.
+    type(body_points_type) :: on_bodies
+    !> Place, area and normal at the start of the step (3, places of the list), (places).
+    real(wp), allocatable :: place(:, :), area(:), normal(:, :)
+    !> Nodes of each patch, and the functions of each place by them (most nodes, places).
+    type(connectivity_type) :: connectivity
+    real(wp), allocatable :: shape(:, :)
+    !> Multipliers, area, opening at the start (0 on the soil), and penalties of gap and slip of each patch; (patches),
+    !> (3, patches), (2, patches).
+    real(wp), allocatable :: pressure(:), shear(:, :), patch_area(:), opening(:), penalty(:, :)
+    real(wp) :: cell_size = 1.0_wp
+    integer :: dimension = 2
+    !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
+    logical :: at_rest = .true.
+  end type contact_scratch_type
+
+contains
+
+  !> Patches near the bodies, with what they bring from the step before.
+  subroutine lay_scratch(self, model, configuration)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    type(shape_values_type), allocatable :: basis(:)
+    logical :: near(model%state%surface%count, size(model%contact_pairs))
+    integer :: i, k
+
+    self%pairs = model%contact_pairs
+    self%pairs%friction = self%pairs%friction/model%state%progress%strength_factor
+    self%pairs%adhesion = self%pairs%adhesion/model%state%progress%strength_factor
+    self%cell_size = model%cell_size
+    self%dimension = model%mesh%dimension
+    self%before = placed_bodies(model)
+    self%now = self%before
+    do k = 1, size(self%pairs)
+      do i = 1, size(near, 1)
+        near(i, k) = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i)) &
+          <= reach*self%cell_size
+      end do
+    end do
+    call present_body_points(model, self%before, self%on_bodies)
+    call find_patches(model, near, self%on_bodies, self%patches)
+    call find_functions(self, model, configuration, basis)
+    call gather_nodes(self, basis)
+    call lay_places(self, model)
+    call take_multipliers(self, model, configuration)
+  end subroutine lay_scratch
+
+  !> Distance of a place of the plane or of space.
+  pure real(wp) function distance_from(body, x) result(value)
+    type(placed_shape_type), intent(in) :: body
+    !> (dimension)
+    real(wp), intent(in) :: x(:)
+    type(distance_type) :: distance
+
+    distance = body%distance_at(in_space(x))
+    value = distance%value
+  end function distance_from
+
+  !> Three components, the third 0 in the plane.
+  pure function in_space(x)
+    real(wp), intent(in) :: x(:)
+    real(wp) :: in_space(3)
+
+    in_space = 0.0_wp
+    in_space(:size(x)) = x
+  end function in_space
+
+  !> Whether a patch is on a body.
+  pure logical function is_on_body(self, c)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c
+
+    is_on_body = self%pairs(self%patches%pair(c))%surface == 0
+  end function is_on_body
+
+  !> The functions of all places of the list.
+  subroutine find_functions(self, model, configuration, basis)
+    type(contact_scratch_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    !> (places)
+    type(shape_values_type), allocatable, intent(out) :: basis(:)
+    integer :: c, k
+
+    allocate (basis(size(self%patches%point)))
+    do c = 1, self%patches%count
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        associate (i => self%patches%point(k), active => configuration%activation)
+          if (is_on_body(self, c)) then
+            call basis_at(model%mesh, model%space, active, model%state%points, self%on_bodies, i, basis(k))
+          else
+            call basis_at(model%mesh, model%space, active, model%state%points, model%state%surface, i, basis(k))
+          end if
+        end associate
+      end do
+    end do
+  end subroutine find_functions
+
+  !> Places, areas and normals at the start of the step.
+  subroutine lay_places(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(distance_type) :: distance
+    integer :: c, k, n
+
+    n = size(self%patches%point)
+    self%area = spread(0.0_wp, 1, n)
+    self%place = spread(self%area, 1, 3)
+    self%normal = self%place
+    do c = 1, self%patches%count
+      do k = self%patches%first(c), self%patches%first(c + 1) - 1
+        associate (i => self%patches%point(k))
+          if (is_on_body(self, c)) then
+            self%place(:self%dimension, k) = self%on_bodies%position(:, i)
+            self%area(k) = self%on_bodies%area(i)
+          else
+            self%place(:self%dimension, k) = model%state%surface%position(:, i)
+            self%area(k) = norm2(model%state%surface%area_vector(:, i))
+          end if
+        end associate
+        distance = self%before(self%pairs(self%patches%pair(c))%body)%distance_at(self%place(:, k))
+        self%normal(:, k) = distance%normal
+      end do
+    end do
+  end subroutine lay_places
+
+  !> Nodes of every patch, each once, and the functions of its places by them.
+  subroutine gather_nodes(self, basis)
+    type(contact_scratch_type), intent(inout) :: self
+    !> (places)
+    type(shape_values_type), intent(in) :: basis(:)
+    integer, allocatable :: nodes(:)
+    integer :: c, k, a, most, slot
+
+    associate (graph => self%connectivity, patches => self%patches)
+      graph = connectivity_type()
+      graph%count = patches%count
+      graph%first = [1]
+      graph%nodes = [integer ::]
+      most = 0
+      do c = 1, patches%count
+        nodes = [integer ::]
+        do k = patches%first(c), patches%first(c + 1) - 1
+          do a = 1, basis(k)%count
+            if (.not. any(nodes == basis(k)%node(a))) nodes = [nodes, basis(k)%node(a)]
+          end do
+        end do
+        graph%nodes = [graph%nodes, nodes]
+        graph%first = [graph%first, size(graph%nodes) + 1]
+        most = max(most, size(nodes))
+      end do
+      if (allocated(self%shape)) deallocate (self%shape)
+      allocate (self%shape(most, size(basis)), source=0.0_wp)
+      do c = 1, patches%count
+        nodes = graph%nodes(graph%first(c):graph%first(c + 1) - 1)
+        do k = patches%first(c), patches%first(c + 1) - 1
+          do a = 1, basis(k)%count
+            slot = findloc(nodes, basis(k)%node(a), dim=1)
+            self%shape(slot, k) = self%shape(slot, k) + basis(k)%shape(a)
+          end do
+        end do
+      end do
+    end associate
+  end subroutine gather_nodes
+
+  !> Means over each patch of what its points keep, its area and penalties.
+  subroutine take_multipliers(self, model, configuration)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    type(configuration_type), intent(in) :: configuration
+    integer :: c
+
+    associate (patches => self%patches, surface => model%state%surface, n => self%patches%count)
+      self%pressure = spread(0.0_wp, 1, n)
+      self%patch_area = self%pressure
+      self%opening = self%pressure
+      self%shear = spread(self%pressure, 1, 3)
+      self%penalty = spread(self%pressure, 1, 2)
+      do c = 1, n
+        associate (points => patches%point(patches%first(c):patches%first(c + 1) - 1), &
+            area => self%area(patches%first(c):patches%first(c + 1) - 1))
+          self%patch_area(c) = sum(area)
+          if (is_on_body(self, c)) then
+            self%opening(c) = sum(area*self%on_bodies%opening(points))/sum(area)
+            call take_means(self%on_bodies%pressure(points), self%on_bodies%shear(:, points), area, self%pressure(c), &
+              self%shear(:, c))
+            self%penalty(:, c) = strength_body/self%cell_size &
+              *stiffness_near(model, self%on_bodies%position(:, points(1)))
+          else
+            call take_means(surface%contact_pressure(points), surface%contact_shear(:, points), area, &
+              self%pressure(c), self%shear(:self%dimension, c))
+            self%penalty(:, c) = strength_soil &
+              *stiffness_at(model, configuration%activation, points(1))/self%cell_size
+          end if
+        end associate
+      end do
+    end associate
+  end subroutine take_multipliers
+
+  !> Means of pressure and shear.
+  pure subroutine take_means(pressures, shears, area, pressure, shear)
+    !> Of each point of a patch (points), (components, points).
+    real(wp), intent(in) :: pressures(:), shears(:, :), area(:)
+    real(wp), intent(out) :: pressure, shear(:)
+    integer :: j
+
+    pressure = sum(area*pressures)/sum(area)
+    do j = 1, size(shear)
+      shear(j) = sum(area*shears(j, :))/sum(area)
+    end do
+  end subroutine take_means
+
+  !> Displacement in the step of a place that rides on a body.
+  pure function body_displacement(self, b, x) result(displacement)
+    class(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: b
+    real(wp), intent(in) :: x(3)
+    real(wp) :: displacement(3)
+
+    displacement = carry_along(self%before(b)%reference, self%before(b)%pose, self%now(b)%pose, x) - x
+  end function body_displacement
+
+  !> The points of a patch keep its tractions; the shear turns with the body. Those on a body keep how far the patch is
+  !> open.
+  pure subroutine keep_tractions(self, c, gap, tractions, model)
+    type(contact_scratch_type), intent(inout) :: self
+    integer, intent(in) :: c
+    !> With the opening at the start.
+    real(wp), intent(in) :: gap
+    type(tractions_type), intent(in) :: tractions
+    type(model_type), intent(inout) :: model
+    real(wp) :: shear(3)
+    integer :: k
+
+    associate (b => self%pairs(self%patches%pair(c))%body)
+      shear = turned_along(self%before(b)%pose, self%now(b)%pose, tractions%shear)
+    end associate
+    do k = self%patches%first(c), self%patches%first(c + 1) - 1
+      associate (i => self%patches%point(k))
+        if (is_on_body(self, c)) then
+          self%on_bodies%pressure(i) = tractions%pressure
+          self%on_bodies%opening(i) = merge(0.0_wp, max(0.0_wp, gap), tractions%closed)
+          self%on_bodies%shear(:, i) = shear
+        else
+          model%state%surface%contact_pressure(i) = tractions%pressure
+          model%state%surface%contact_shear(:, i) = shear(:self%dimension)
+        end if
+      end associate
+    end do
+  end subroutine keep_tractions
+
+  !> What the contact points on the bodies keep of an accepted step; soil that has come near touches them.
+  subroutine keep_contact_points(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(inout) :: model
+
+    call keep_body_points(model, self%on_bodies)
+    call touch_body_points(model, self%now)
+  end subroutine keep_contact_points
+end module qsmpm_contact_scratch

@@ -1,0 +1,181 @@
+!> Contact points on rigid bodies (ON=BODY): places on the outline of a body that hold off the soil which flows around
+!> it. They ride on the body, and keep pressure and shear from step to step.
+!>
+!> A place is in contact once soil touches it: once the box of a material point reaches it,
+!>
+!>   phi(x_p) - sum |n_i| l_i <= 0,   l half lengths of the box,
+!>
+!> or as long as soil that has touched it has opened no more than a share of a cell since; the opening is the sum of
+!> what the steps open, and closes again. In the soil as drawn points are up to a spacing away from a body that cuts
+!> their pattern: twice the box counts there.
+module qsmpm_body_points
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
+  use qsmpm_mesh_search, only: locate
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: carried_type, place_of
+  use qsmpm_rigid_outline, only: lay_outline
+  use qsmpm_rigid_pose, only: placed_shape_type, carry_along, rigid_pose_type
+  use qsmpm_rigid_shape, only: distance_type
+  implicit none
+  private
+
+  public :: body_points_type, make_body_outlines, lay_body_points, present_body_points, keep_body_points, &
+    touch_body_points
+
+  character(len=*), parameter :: kept_name = 'body_points'
+  !> Rows of the array that is kept: whether in contact, opening, pressure, shear.
+  integer, parameter :: rows = 6, touched_row = 1, opening_row = 2, pressure_row = 3, shear_row = 4
+  !> Length of a patch and number of places of a cell: patches shorter than a cell make the pressure wavy.
+  real(wp), parameter :: patch_cells = 1.5_wp
+  integer, parameter :: places_of_patch = 12
+  !> Boxes by which soil as drawn reaches, and by which a point reaches along the outline.
+  real(wp), parameter :: drawn_reach = 2.0_wp, sideways = 1.5_wp
+  !> Opening over the size of a cell from which soil is away.
+  real(wp), parameter :: away = 0.5_wp
+
+  !> The places of all outlines where they are, in the order in which they are kept.
+  type, extends(carried_type) :: body_points_type
+    !> Contact pair and patch of each (count).
+    integer, allocatable :: pair(:), patch(:)
+    !> In contact, and in a cell of the mesh.
+    logical, allocatable :: touched(:)
+    !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
+    real(wp), allocatable :: area(:), opening(:), pressure(:), shear(:, :)
+  end type body_points_type
+
+contains
+
+  !> Outlines of the bodies on which contact is asked for.
+  subroutine make_body_outlines(model)
+    type(model_type), intent(inout) :: model
+    integer :: k
+
+    allocate (model%body_outlines(size(model%contact_pairs)))
+    do k = 1, size(model%contact_pairs)
+      if (model%contact_pairs(k)%surface > 0) cycle
+      call lay_outline(model%rigid_shapes(model%contact_pairs(k)%body)%shape, patch_cells*model%cell_size, &
+        places_of_patch, model%body_outlines(k))
+    end do
+  end subroutine make_body_outlines
+
+  !> Lay what is kept of the places into the state: in contact where soil is drawn against the body, without pressure.
+  subroutine lay_body_points(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: none(rows, sum(model%body_outlines%count))
+
+    if (size(none, 2) == 0) return
+    none = 0.0_wp
+    call lay_array(model%state%kept, kept_name, none)
+    call touch_body_points(model, model%rigid_shapes, drawn_reach)
+  end subroutine lay_body_points
+
+  !> The places where they are, with what is kept of them.
+  subroutine present_body_points(model, bodies, points)
+    type(model_type), intent(in) :: model
+    !> The bodies where they are (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    type(body_points_type), intent(out) :: points
+    real(wp) :: values(rows, sum(model%body_outlines%count)), x(3)
+    integer :: k, i, j, n
+
+    n = sum(model%body_outlines%count)
+    points%count = n
+    allocate (points%pair(n), points%patch(n), points%cell(n), source=0)
+    allocate (points%area(n), points%shear(3, n), points%position(2, n), points%initial_position(2, n), &
+      points%local(2, n), source=0.0_wp)
+    if (n > 0) values = kept_values(model%state%kept, kept_name)
+    points%touched = values(touched_row, :) > 0.0_wp
+    points%opening = values(opening_row, :)
+    points%pressure = values(pressure_row, :)
+    points%shear = values(shear_row:, :)
+    n = 0
+    do k = 1, size(model%contact_pairs)
+      associate (outline => model%body_outlines(k))
+        do i = 1, outline%count
+          j = n + i
+          associate (body => bodies(model%contact_pairs(k)%body))
+            x = carry_along(body%reference, rigid_pose_type(), body%pose, [outline%place(:, i), 0.0_wp])
+          end associate
+          points%pair(j) = k
+          points%patch(j) = outline%part(i)
+          points%initial_position(:, j) = outline%place(:, i)
+          points%position(:, j) = x(:2)
+          points%area(j) = outline%length(i)
+          if (model%analysis%model == axisymmetric) points%area(j) = outline%length(i)*max(0.0_wp, x(1))
+        end do
+        n = n + outline%count
+      end associate
+    end do
+    call find_cells(model, points)
+  end subroutine present_body_points
+
+  !> Cells of the places in contact; beyond the mesh, or the axis, there is none.
+  subroutine find_cells(model, points)
+    type(model_type), intent(in) :: model
+    type(body_points_type), intent(inout) :: points
+    integer :: i, cell
+    logical :: found
+
+    cell = 0
+    do i = 1, points%count
+      if (.not. points%touched(i)) cycle
+      call locate(model%mesh, points%position(:, i), cell, points%local(:, i), found)
+      points%touched(i) = found .and. points%area(i) > 0.0_wp
+      if (found) points%cell(i) = cell
+    end do
+  end subroutine find_cells
+
+  !> Keep opening, pressure and shear of the places; those that have opened by much part.
+  subroutine keep_body_points(model, points)
+    type(model_type), intent(inout) :: model
+    type(body_points_type), intent(in) :: points
+    real(wp) :: values(rows, points%count)
+
+    if (points%count == 0) return
+    values = 0.0_wp
+    values(opening_row, :) = points%opening
+    values(pressure_row, :) = points%pressure
+    values(shear_row:, :) = points%shear
+    where (points%touched .and. points%opening <= away*model%cell_size) values(touched_row, :) = 1.0_wp
+    call keep_values(model%state%kept, kept_name, values)
+  end subroutine keep_body_points
+
+  !> Bring places into contact that the box of a material point reaches: their opening is closed.
+  subroutine touch_body_points(model, bodies, boxes)
+    type(model_type), intent(inout) :: model
+    !> The bodies where they are (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> Factor on the box; 1 when absent.
+    real(wp), intent(in), optional :: boxes
+    type(body_points_type) :: places
+    type(distance_type) :: distance
+    real(wp) :: values(rows, sum(model%body_outlines%count)), normal(2), x(3), reach
+    logical :: near(sum(model%body_outlines%count))
+    integer :: k, p
+
+    if (sum(model%body_outlines%count) == 0) return
+    call present_body_points(model, bodies, places)
+    values = kept_values(model%state%kept, kept_name)
+    reach = 1.0_wp
+    if (present(boxes)) reach = boxes
+    do k = 1, size(model%contact_pairs)
+      if (model%body_outlines(k)%count == 0) cycle
+      do p = 1, model%state%points%count
+        x = place_of(model%state%points, p)
+        distance = bodies(model%contact_pairs(k)%body)%distance_at(x)
+        normal = distance%normal(:2)
+        associate (half => model%state%points%half_size(:, p))
+          if (distance%value > reach*sum(abs(normal)*half)) cycle
+          near = places%pair == k .and. abs((places%position(1, :) - x(1))*normal(2) &
+            - (places%position(2, :) - x(2))*normal(1)) <= sideways*(abs(normal(2))*half(1) + abs(normal(1))*half(2)) &
+            .and. hypot(places%position(1, :) - x(1), places%position(2, :) - x(2)) <= 3.0_wp*reach*maxval(half)
+          where (near) values(touched_row, :) = 1.0_wp
+          where (near) values(opening_row, :) = 0.0_wp
+        end associate
+      end do
+    end do
+    call keep_values(model%state%kept, kept_name, values)
+  end subroutine touch_body_points
+end module qsmpm_body_points

@@ -1,0 +1,75 @@
+!> What contact comes to: soil inside of rigid bodies, and the pressure at a place.
+module qsmpm_contact_results
+  use qsmpm_kinds, only: wp
+  use qsmpm_body_points, only: body_points_type, present_body_points
+  use qsmpm_model, only: model_type
+  use qsmpm_points, only: place_of
+  use qsmpm_rigid_bodies, only: placed_bodies
+  use qsmpm_rigid_pose, only: placed_shape_type
+  use qsmpm_rigid_shape, only: distance_type
+  implicit none
+  private
+
+  public :: deepest_point, contact_pressure_at
+
+contains
+
+  !> The material point that is deepest inside of a rigid body that something may touch.
+  pure subroutine deepest_point(model, bodies, body, point, depth)
+    type(model_type), intent(in) :: model
+    !> The bodies where they are (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> 0 where no point is inside of any.
+    integer, intent(out) :: body, point
+    real(wp), intent(out) :: depth
+    type(distance_type) :: distance
+    integer :: b, p
+
+    body = 0
+    point = 0
+    depth = 0.0_wp
+    do b = 1, size(bodies)
+      if (.not. any(model%contact_pairs%body == b)) cycle
+      do p = 1, model%state%points%count
+        distance = bodies(b)%distance_at(place_of(model%state%points, p))
+        if (-distance%value <= depth) cycle
+        depth = -distance%value
+        body = b
+        point = p
+      end do
+    end do
+  end subroutine deepest_point
+
+  !> Pressure on the point of a contact that was nearest to a place at the start; 0 where there is none.
+  real(wp) function contact_pressure_at(model, place) result(pressure)
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: place(:)
+    type(body_points_type) :: on_bodies
+    real(wp) :: nearest
+    integer :: i
+
+    pressure = 0.0_wp
+    nearest = huge(1.0_wp)
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        if (any(model%contact_pairs%surface == surface%surface(i))) call take_nearer(surface%initial_position(:, i), &
+          surface%contact_pressure(i))
+      end do
+    end associate
+    call present_body_points(model, placed_bodies(model), on_bodies)
+    do i = 1, on_bodies%count
+      call take_nearer(on_bodies%initial_position(:, i), on_bodies%pressure(i))
+    end do
+
+  contains
+
+    !> Take the pressure of a point that is nearer than all before.
+    subroutine take_nearer(at, value)
+      real(wp), intent(in) :: at(:), value
+
+      if (norm2(at - place) >= nearest) return
+      nearest = norm2(at - place)
+      pressure = value
+    end subroutine take_nearer
+  end function contact_pressure_at
+end module qsmpm_contact_results

@@ -1,0 +1,285 @@
+!> Contact on the outline of a rigid body: places and lengths of outlines, which of them soil touches, nothing where
+!> soil and body move as one, the matrix against differences, what is kept of a step and what parts.
+module test_body_contact
+  use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
+  use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
+  use qsmpm_contact_results, only: contact_pressure_at
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_equations, only: gather
+  use qsmpm_equilibrium, only: solution_type
+  use qsmpm_error, only: error_type
+  use qsmpm_initial_contact, only: press_on_bodies
+  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_kinds, only: wp
+  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
+  use qsmpm_linear_system, only: end_system
+  use qsmpm_load_step, only: load_step_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_phase_start, only: start_phase
+  use qsmpm_rigid_bodies, only: force_on_body, placed_bodies
+  use qsmpm_rigid_outline, only: rigid_outline_type, lay_outline
+  use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
+    cone_polygon
+  use qsmpm_space, only: node_position
+  use qsmpm_sparse_matrix, only: multiply
+  use qsmpm_step_evaluation, only: evaluate_step
+  use qsmpm_step_solver, only: attempt_type
+  use qsmpm_term, only: increment_type
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use deck_samples, only: joined
+  use term_samples, only: force_named
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_body_contact
+
+  real(wp), parameter :: difference = 1.0e-6_wp, pi = acos(-1.0_wp)
+  !> A block with a notch, and the box that fills it.
+  character(len=*), parameter :: block = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 10|Y, 0, 1.6, 8|'// &
+    '*NSET, NSET=base, PLANE=Y|0|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, '// &
+    'SHAPE=POLYGON|0, 0|2, 0|2, 1.1|1.45, 1.1|1.45, 0.65|0.55, 0.65|0.55, 1.1|0, 1.1|*METHOD, BASIS=SPLINE2, '// &
+    'INTEGRATION=POINTS|*RIGID BODY, NAME=tool, SHAPE=BOX, ROUND=0.05|0.55, 1.45, 0.65, 1.3|'
+  character(len=*), parameter :: press = '*PHASE, NAME=press|*FIX|base, ALL|*CONTROLS, MAX ITERATIONS=100|'// &
+    '*MOVE, BODY=tool'
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_body_contact(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('body_contact')
+    call check_outlines(tests)
+    call check_touch(tests)
+    call check_rigid_motion(tests)
+    call check_tangent(tests, 'FRICTION ANGLE=30')
+    call check_tangent(tests, 'TENSION=YES, ADHESION=1')
+    call check_step(tests)
+    call check_rest(tests)
+  end subroutine collect_body_contact
+
+  !> Outlines are where the distance is zero, as long as they are, in equal parts.
+  subroutine check_outlines(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: corner(2, 6) = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
+      1.0_wp, 3.0_wp, 0.0_wp, 3.0_wp], [2, 6])
+    type(rigid_outline_type) :: outline
+
+    call check_outline('of a circle', ball([1.0_wp, 2.0_wp, 0.0_wp], 0.5_wp), pi)
+    ! Rounding takes 2 - pi/2 radii of each right angle.
+    call check_outline('of a box', rounded_polygon(box_polygon([0.0_wp, 0.0_wp], [3.0_wp, 1.0_wp]), 0.2_wp), &
+      8.0_wp - 0.2_wp*(8.0_wp - 2.0_wp*pi))
+    call check_outline('with a concave corner', rounded_polygon(corner, 0.1_wp), &
+      10.0_wp - 0.1_wp*(10.0_wp - 2.5_wp*pi))
+    ! Flank 2 and shaft 3 at each side, 2 above.
+    call check_outline('of a cone', rounded_polygon(cone_polygon([0.0_wp, 0.0_wp], 1.0_wp, pi/6.0_wp, &
+      3.0_wp), 1.0e-9_wp), &
+      12.0_wp)
+    call lay_outline(half_space([0.0_wp, 0.0_wp, 0.0_wp], [0.0_wp, 1.0_wp, 0.0_wp]), 0.1_wp, 4, outline)
+    call tests%check('a plane has no outline', outline%count == 0)
+    call lay_outline(ball([0.0_wp, 0.0_wp, 0.0_wp], 1.0_wp), 0.3_wp, 5, outline)
+    call tests%check('parts are a multiple of four', maxval(outline%part) == 20 .and. count(outline%part == 7) == 5)
+    call tests%check('a circle begins at its lowest point', all(outline%place(1, :50) > 0.0_wp) .and. &
+      all(outline%place(1, 51:) < 0.0_wp) .and. outline%place(2, 1) < -0.99_wp)
+
+  contains
+
+    !> Length, distance and parts of one.
+    subroutine check_outline(what, shape, length)
+      character(len=*), intent(in) :: what
+      type(rigid_shape_type), intent(in) :: shape
+      real(wp), intent(in) :: length
+      type(distance_type) :: distance
+      real(wp) :: farthest
+      integer :: i
+
+      call lay_outline(shape, 0.2_wp, 6, outline)
+      farthest = 0.0_wp
+      do i = 1, outline%count
+        distance = shape%distance_of([outline%place(:, i), 0.0_wp])
+        farthest = max(farthest, abs(distance%value))
+      end do
+      call tests%close('places on the outline '//what, farthest, 0.0_wp, 1.0e-12_wp)
+      call tests%close('length '//what, sum(outline%length), length, 1.0e-6_wp)
+      call tests%check('the first place follows the last '//what, norm2(outline%place(:, 1) &
+        - outline%place(:, outline%count)) <= 1.01_wp*outline%length(1))
+    end subroutine check_outline
+  end subroutine check_outlines
+
+  !> A model with the box in its notch, and its first step.
+  subroutine make_step(contact, move, model, step)
+    !> Rest of *CONTACT; rest of *MOVE and its data line.
+    character(len=*), intent(in) :: contact, move
+    type(model_type), intent(out) :: model
+    type(step_type), intent(out) :: step
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    call parse_deck('notch.inp', joined(block//'*CONTACT, BODY=tool, ON=BODY, '//contact//'|'//press//move// &
+      '|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) error stop 'a deck of the body contact suite is broken'
+    call start_phase(model)
+    call initialise_step(model, step, error)
+    if (allocated(error)) error stop 'a step of the body contact suite cannot be made'
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+  end subroutine make_step
+
+  !> Soil touches what it lies against, and no other place.
+  subroutine check_touch(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(body_points_type) :: points
+    real(wp) :: expected
+
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    call present_body_points(model, placed_bodies(model), points)
+    expected = 0.9_wp + 0.9_wp - 0.05_wp*(4.0_wp - pi)
+    call tests%close('length that soil touches', sum(points%area, mask=points%touched), expected, 0.1_wp*expected)
+    call tests%check('nothing above the ground', all(points%position(2, :) < 1.2_wp .or. .not. points%touched))
+    ! The points are twice as far from the notch's sides as their boxes reach: these have opened, and do not close.
+    points%opening = 1.0_wp
+    call keep_body_points(model, points)
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('places that have opened by a cell part', .not. any(points%touched))
+    call touch_body_points(model, placed_bodies(model))
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('a box that reaches a place touches it', any(points%touched) .and. &
+      all(points%opening <= 0.0_wp .or. .not. points%touched))
+    call tests%check('no other', sum(points%area, mask=points%touched) < 0.5_wp*expected)
+    points%touched = .true.
+    points%opening = 0.02_wp
+    call keep_body_points(model, points)
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('with a small opening they stay', all(points%touched) .and. all(points%opening > 0.01_wp))
+    call end_system(step%system)
+  end subroutine check_touch
+
+  !> Soil that moves and turns as the body does feels nothing of it.
+  subroutine check_rigid_motion(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(placed_shape_type), allocatable :: bodies(:)
+    real(wp), allocatable :: u(:, :)
+    real(wp) :: x(3)
+    integer :: a
+
+    call make_step('TENSION=YES, ADHESION=5', ', ROTATION=4|0.03, -0.05', model, step)
+    allocate (bodies, source=placed_bodies(model))
+    allocate (u(2, model%space%node_count))
+    do a = 1, size(u, 2)
+      x = 0.0_wp
+      x(:2) = node_position(model%space, model%mesh, a)
+      x = carry_along(bodies(1)%reference, rigid_pose_type(), rigid_pose_type([0.015_wp, -0.025_wp, 0.0_wp], &
+        2.0_wp*pi/180.0_wp), x) - x
+      u(:, a) = x(:2)
+    end do
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%close('no force in a rigid motion', maxval(abs(force_named(step, 'force of the contacts', u))), 0.0_wp, &
+      1.0e-7_wp)
+    u(1, :) = u(1, :) + 1.0e-3_wp
+    call evaluate_step(model, step, u, tangent_none)
+    call tests%check('but in any other', maxval(abs(force_named(step, 'force of the contacts', u))) > 1.0_wp)
+    call end_system(step%system)
+  end subroutine check_rigid_motion
+
+  !> The matrix times a direction is the change of the residual along it.
+  subroutine check_tangent(tests, contact)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: contact
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    integer :: a
+
+    call make_step(contact, ', ROTATION=1|0.01, -0.03', model, step)
+    allocate (u(2, model%space%node_count), v(2, model%space%node_count))
+    do a = 1, size(u, 2)
+      u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)]
+      v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
+    end do
+    where (model%loading%constrained) v = 0.0_wp
+    allocate (x(step%equations%count), product(step%equations%count))
+    call gather(step%equations, v, x)
+    call evaluate_step(model, step, u, tangent_consistent)
+    call add_all_blocks(step%terms, u, step%equations, step%matrix)
+    call multiply(step%matrix, x, product)
+    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    call tests%close('the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
+      1.0e-6_wp*maxval(abs(change)))
+    call end_system(step%system)
+  contains
+    !> Minus the residual (equations).
+    function resistance_at(displacement) result(vector)
+      real(wp), intent(in) :: displacement(:, :)
+      real(wp) :: vector(step%equations%count)
+
+      call evaluate_step(model, step, displacement, tangent_none)
+      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
+    end function resistance_at
+  end subroutine check_tangent
+
+  !> What is kept of a step that is taken.
+  subroutine check_step(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    type(body_points_type) :: points
+    real(wp) :: force(6), pressure
+
+    call make_step('FRICTION ANGLE=20', '|0, -0.02', model, step)
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
+      largest_move=1.0_wp), solution, error)
+    call tests%check('the step is taken', solution%converged .and. .not. allocated(error))
+    force = force_on_body(model, 1)
+    call tests%close('the base carries what the body does', force(2), sum(model%state%reactions(2, :)), &
+      1.0e-6_wp*force(2))
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%close('the places have moved with the body', maxval(abs(points%position(2, :) + 0.02_wp &
+      - points%initial_position(2, :))), 0.0_wp, 1.0e-14_wp)
+    pressure = contact_pressure_at(model, [1.0_wp, 0.65_wp])
+    call tests%check('the middle of the base presses', pressure > 1.0_wp)
+    call tests%check('and so does no place above the ground', .not. any(points%pressure > 0.0_wp .and. &
+      points%position(2, :) > 1.2_wp))
+    ! The base is flat: what it carries is its share of the pressures along the vertical, the rest is friction.
+    call tests%check('a part of the force is friction on the sides', force(2) > sum(points%area*points%pressure, &
+      mask=points%initial_position(2, :) < 0.66_wp))
+    call end_system(step%system)
+  end subroutine check_step
+
+  !> Initial stresses press on the body: p = -n sigma n, t = -(1 - n n') sigma n.
+  subroutine check_rest(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(initial_stress_type) :: initial
+    type(body_points_type) :: points
+    integer :: p, at_base, at_side
+
+    call make_step('FRICTION ANGLE=0', '|0, -0.01', model, step)
+    do p = 1, model%state%points%count
+      model%state%points%stress(:, p) = [-3.0_wp, -8.0_wp, -3.0_wp, 2.0_wp]
+    end do
+    initial%kind = initial_given
+    call press_on_bodies(model, initial)
+    call present_body_points(model, placed_bodies(model), points)
+    at_base = minloc(hypot(points%position(1, :) - 1.0_wp, points%position(2, :) - 0.65_wp), dim=1)
+    at_side = minloc(hypot(points%position(1, :) - 1.45_wp, points%position(2, :) - 0.9_wp), dim=1)
+    call tests%close('pressure at the base', points%pressure(at_base), 8.0_wp, 1.0e-12_wp)
+    call tests%close('pressure at the side', points%pressure(at_side), 3.0_wp, 1.0e-12_wp)
+    ! The base looks down, n = (0, -1): -sigma n = (2, -8).
+    call tests%close('shear at the base', norm2(points%shear(:, at_base) - [2.0_wp, 0.0_wp, 0.0_wp]), 0.0_wp, &
+      1.0e-12_wp)
+    call end_system(step%system)
+  end subroutine check_rest
+end module test_body_contact
