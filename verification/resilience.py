@@ -286,6 +286,22 @@ def pressed(checks: Checks, folder: pathlib.Path) -> None:
                  f"exit {code}, {rest.returncode}: {why}")
 
 
+LOADED = PRESSED.replace("SHAPE=PLANE\n0, 1, 0, -1", "SHAPE=BOX\n-0.3, 1.3, 1, 1.5").replace("SURFACE=head, FRICTION ANGLE=10", "ON=BODY, FRICTION ANGLE=30")
+
+
+def loaded(checks: Checks, folder: pathlib.Path) -> None:
+    """A rigid box with contact points of its own, pressed down and loaded sideways: what it and its points keep is continued."""
+    loads = "*MOVE, BODY=plate\n0, -0.05\n*LOAD, BODY=plate, COMPONENT=X\n0.5\n"
+    deck = block(loads=loads, method="BASIS=GIMP, INTEGRATION=CELL", steps=40).replace("*HISTORY", LOADED, 1)
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a block under a loaded box runs", whole.returncode == 0, whole.stderr[-300:])
+    code = interrupt(checks, folder, folder / "part", 6, signal.SIGKILL)
+    rest = checks.run(folder, deck, "--restart", str(folder / "part" / "restart.h5"), out=folder / "part")
+    same, why = same_results(folder / "whole", folder / "part")
+    checks.check("killed under the load and continued, the same bytes", code == -9 and rest.returncode == 0 and same,
+                 f"exit {code}, {rest.returncode}: {why}")
+
+
 VARIANTS = """*PHASE, NAME=crushed, LOAD FACTOR=300
 *GRAVITY
 0, -1
@@ -710,7 +726,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, quiet, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
                  threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:

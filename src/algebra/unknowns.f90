@@ -16,7 +16,7 @@ module qsmpm_unknowns
   type :: nodal_field_type
     character(len=:), allocatable :: name
     integer :: components = 0
-    !> Nodes of its space.
+    !> Nodes of its space; 0 in what a term needs: those of the displacement.
     integer :: node_count = 0
     !> Residual that is allowed, relative to the reference of the field, over that allowed to the forces.
     real(wp) :: tolerance_ratio = 1.0_wp

@@ -2,20 +2,20 @@
 module qsmpm_deck_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
-    rigid_polygon, contact_on_soil, contact_on_body
+    rigid_polygon, contact_on_soil, contact_on_body, axisymmetric
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
   use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
   use qsmpm_deck_sets, only: box_fields, check_box
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, contact_words, rigid_words
+  use qsmpm_deck_words, only: axis_words, bar_list, contact_words, rigid_words
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, many
   use qsmpm_text, only: string_type, add_word
   implicit none
   private
 
-  public :: add_rigid_body_keywords, add_move_keyword, check_contacts
+  public :: add_rigid_body_keywords, add_move_keywords, check_contacts
 
 contains
 
@@ -32,14 +32,18 @@ contains
       '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
 
-  !> *MOVE.
-  subroutine add_move_keyword(table)
+  !> *MOVE, *LOAD.
+  subroutine add_move_keywords(table)
     type(table_type), intent(inout) :: table
 
     call table%add('MOVE', in_phase, many, 'Motion of a rigid body in the phase, per unit of load factor; without '// &
       'the card it stays where it is.', move_fields, '*MOVE, BODY=pipe| 0, -0.5', check_move, list=list_moves, &
       opens='motion')
-  end subroutine add_move_keyword
+    call table%add('LOAD', in_phase, many, 'Force on a rigid body along one axis, per unit of load factor: there '// &
+      'it is free from this phase on and finds its place, until *MOVE takes it in hand again. A body that was held '// &
+      'starts from what the soil pushes.', load_fields, '*LOAD, BODY=plate, COMPONENT=Y| -50', check_body_load, &
+      list=list_moves, opens='force on a rigid body')
+  end subroutine add_move_keywords
 
   !> *RIGID BODY.
   subroutine rigid_body_fields(fields, deck)
@@ -163,8 +167,11 @@ contains
   subroutine move_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    logical :: moves
 
     associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
+      moves = .not. move%is_load
+      call fields%given(moves)
       call fields%line(move%where)
       call fields%name('BODY', move%body, 'the rigid body', required=.true.)
       call fields%number('ROTATION', move%angle, 'about its reference point (centre, tip), degrees, counter-clockwise')
@@ -175,6 +182,39 @@ contains
     end associate
   end subroutine move_fields
 
+  !> *LOAD.
+  subroutine load_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+
+    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
+      call fields%given(move%is_load)
+      call fields%line(move%where)
+      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
+      call fields%choice('COMPONENT', move%component, bar_list(axis_words), 'axis', required=.true.)
+      call fields%data('force')
+      call fields%number('force', move%load, 'on the body; in axisymmetry per radian')
+    end associate
+  end subroutine load_fields
+
+  !> A component is loaded once, and not moved as well.
+  subroutine check_body_load(card, state)
+    type(card_type), intent(in) :: card
+    type(deck_state_type), intent(inout) :: state
+    integer :: i, n
+
+    associate (moves => state%analysis%phases(state%phase)%moves)
+      n = size(moves)
+      if (moves(n)%component > state%dimension) call state%report_error(card, 'COMPONENT=Z is for 3D')
+      if (state%analysis%model == axisymmetric .and. moves(n)%component == 1) call state%report_error(card, &
+        'in axisymmetry a body is free along the axis alone: COMPONENT=Y')
+      do i = 1, n - 1
+        if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component == moves(n)%component) &
+          call state%report_error(card, "body '"//moves(n)%body//"' has a force along this axis in this phase already")
+      end do
+    end associate
+  end subroutine check_body_load
+
   !> A body has one motion in a phase, and turns in the plane alone.
   subroutine check_move(card, state)
     type(card_type), intent(in) :: card
@@ -183,8 +223,8 @@ contains
 
     associate (moves => state%analysis%phases(state%phase)%moves)
       do i = 1, size(moves) - 1
-        if (moves(i)%body == moves(size(moves))%body) call state%report_error(card, "body '"//moves(i)%body// &
-          "' has a motion in this phase already")
+        if (moves(i)%is_load .or. moves(i)%body /= moves(size(moves))%body) cycle
+        call state%report_error(card, "body '"//moves(i)%body//"' has a motion in this phase already")
       end do
       if (state%dimension == 3 .and. abs(moves(size(moves))%angle) > 0.0_wp) call state%report_error(card, &
         'ROTATION has no meaning in 3D yet: bodies turn in plane models alone')
@@ -217,10 +257,11 @@ contains
     do p = 1, size(state%analysis%phases)
       do i = 1, size(state%analysis%phases(p)%moves)
         associate (move => state%analysis%phases(p)%moves(i))
-          call check_name(state, move%body, bodies, move%where, 'MOVE', 'rigid body')
+          call check_name(state, move%body, bodies, move%where, trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
         end associate
       end do
     end do
+    call check_moved_and_loaded(state)
     call warn_of_untouched(state)
     call warn_of_water(state)
   end subroutine check_contacts
@@ -234,11 +275,31 @@ contains
     associate (bodies => state%analysis%rigid_bodies, where => state%analysis%contacts(contact)%where)
       do b = 1, size(bodies)
         if (bodies(b)%name == state%analysis%contacts(contact)%body .and. bodies(b)%shape == rigid_plane) &
-          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; name '// &
-          'the SURFACE of the soil')
+          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; '// &
+          'name the SURFACE of the soil')
       end do
     end associate
   end subroutine check_outline
+
+  !> A body is moved or loaded along an axis, not both in one phase.
+  subroutine check_moved_and_loaded(state)
+    type(deck_state_type), intent(inout) :: state
+    integer :: p, i, j
+
+    do p = 1, size(state%analysis%phases)
+      associate (moves => state%analysis%phases(p)%moves)
+        do i = 1, size(moves)
+          if (.not. moves(i)%is_load) cycle
+          do j = 1, size(moves)
+            if (moves(j)%is_load .or. moves(j)%body /= moves(i)%body) cycle
+            if (abs(moves(j)%vector(moves(i)%component)) > 0.0_wp) call state%error_from(moves(i)%where, 'LOAD', &
+              "body '"//moves(i)%body//"' is moved along this axis in the same phase: *MOVE it with 0 there, or in "// &
+              'a phase of its own')
+          end do
+        end do
+      end associate
+    end do
+  end subroutine check_moved_and_loaded
 
   !> A rigid body that no surface may touch does nothing.
   subroutine warn_of_untouched(state)

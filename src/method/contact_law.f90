@@ -28,18 +28,21 @@ module qsmpm_contact_law
 contains
 
   !> Tractions of a patch, and their derivatives.
-  pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip) result(now)
+  pure type(tractions_type) function contact_tractions(pair, penalty, multiplier, shear_before, gap, slip, touching) &
+    result(now)
     type(contact_pair_type), intent(in) :: pair
     !> eps, eps_t [stress/length].
     real(wp), intent(in) :: penalty(2)
     !> lambda, t_0, g, s.
     real(wp), intent(in) :: multiplier, shear_before(3), gap, slip(3)
+    !> Gap that is none but for rounding: what is drawn against a body resists it from the first iteration on.
+    real(wp), intent(in) :: touching
     real(wp) :: trial(3), limit, size_of_trial, direction(3)
     integer :: j
 
     now%pressure = multiplier - penalty(1)*gap
-    now%closed = pair%tension .or. now%pressure > 0.0_wp
-    if (.not. now%closed) now%pressure = 0.0_wp
+    now%closed = pair%tension .or. now%pressure > -penalty(1)*touching
+    if (.not. pair%tension) now%pressure = max(0.0_wp, now%pressure)
     if (.not. now%closed) return
     now%by_gap = -penalty(1)
     limit = pair%adhesion + pair%friction*max(0.0_wp, now%pressure)

@@ -1,5 +1,5 @@
-!> Patches on which contact is asked for in the mean: the surface points of one cell, or the contact points of one part of
-!> a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact.
+!> Patches on which contact is asked for in the mean: the surface points of one cell, or the contact points of one part
+!> of a body's outline; a patch shorter than a share of the cell joins its nearest neighbour of the same contact.
 !>
 !> A condition at every point would be more than the functions of a surface can follow: pressures swing from point to
 !> point the stiffer the contact is. One condition a cell leaves them room (docs/methods/contact.md).

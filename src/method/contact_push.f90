@@ -11,6 +11,9 @@ module qsmpm_contact_push
 
   public :: push_of_patch, tractions_of_patch, reaction_of
 
+  !> Gap over the size of a cell that is none but for rounding.
+  real(wp), parameter :: touching = 1.0e-9_wp
+
 contains
 
   !> Push of the body on the nodes of a patch, and its negative derivative.
@@ -68,7 +71,7 @@ contains
     end if
     gap = gap + self%opening(c)
     tractions = contact_tractions(self%pairs(self%patches%pair(c)), self%penalty(:, c), self%pressure(c), &
-      self%shear(:, c), gap, slip)
+      self%shear(:, c), gap, slip, touching*self%cell_size)
   end subroutine tractions_of_patch
 
   !> Mean gap and slip of a patch, and the distance of each of its places.

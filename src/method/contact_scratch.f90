@@ -3,6 +3,7 @@
 !> the bodies.
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
+  use qsmpm_body_loads, only: free_components
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
@@ -21,8 +22,8 @@ module qsmpm_contact_scratch
   public :: contact_scratch_type, lay_scratch, body_displacement, keep_tractions, keep_contact_points
 
   !> Penalties of gap and slip times the size of a cell over Young's modulus, at surfaces of the soil and on bodies:
-  !> pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often patches open and
-  !> close in the iteration, and stick and slip.
+  !> pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often patches open
+  !> and close in the iteration, and stick and slip.
   real(wp), parameter :: strength_soil(2) = [100.0_wp, 10.0_wp], strength_body(2) = [10.0_wp, 1.0_wp]
   !> Cells between a body and the surface points that are looked at.
   real(wp), parameter :: reach = 4.0_wp
@@ -30,8 +31,13 @@ module qsmpm_contact_scratch
   type :: contact_scratch_type
     type(contact_patches_type) :: patches
     type(contact_pair_type), allocatable :: pairs(:)
-    !> Bodies at the start of the step, and at the load fraction in force (bodies).
-    type(placed_shape_type), allocatable :: before(:), now(:)
+    !> Bodies at the start of the step; at the load fraction in force but for what free components add; and with that,
+    !> at the last evaluation (bodies).
+    type(placed_shape_type), allocatable :: before(:), now(:), final(:)
+    !> Column of each body in the table of unknowns, 0 where it is held along all axes; load at the fraction in force
+    !> (bodies), (3, bodies).
+    integer, allocatable :: column(:)
+    real(wp), allocatable :: load(:, :)
     !> Contact points on the bodies at the start of the step.
     type(body_points_type) :: on_bodies
     !> Place, area and normal at the start of the step (3, places of the list), (places).
@@ -51,10 +57,12 @@ module qsmpm_contact_scratch
 contains
 
   !> Patches near the bodies, with what they bring from the step before.
-  subroutine lay_scratch(self, model, configuration)
+  subroutine lay_scratch(self, model, configuration, columns)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
+    !> Columns of the bodies in the table of unknowns (bodies).
+    integer, intent(in) :: columns(:)
     type(shape_values_type), allocatable :: basis(:)
     logical :: near(model%state%surface%count, size(model%contact_pairs))
     integer :: i, k
@@ -66,6 +74,10 @@ contains
     self%dimension = model%mesh%dimension
     self%before = placed_bodies(model)
     self%now = self%before
+    self%final = self%before
+    self%column = [(merge(columns(i), 0, any(free_components(model, i))), i=1, size(columns))]
+    if (allocated(self%load)) deallocate (self%load)
+    allocate (self%load(3, size(columns)), source=0.0_wp)
     do k = 1, size(self%pairs)
       do i = 1, size(near, 1)
         near(i, k) = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i)) &
@@ -159,7 +171,8 @@ contains
     end do
   end subroutine lay_places
 
-  !> Nodes of every patch, each once, and the functions of its places by them.
+  !> Nodes of every patch, each once, and the functions of its places by them. A body that is free is one more node,
+  !> which all places of the patch are carried away from: -1.
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
     !> (places)
@@ -180,6 +193,9 @@ contains
             if (.not. any(nodes == basis(k)%node(a))) nodes = [nodes, basis(k)%node(a)]
           end do
         end do
+        associate (column => self%column(self%pairs(patches%pair(c))%body))
+          if (column > 0) nodes = [nodes, column]
+        end associate
         graph%nodes = [graph%nodes, nodes]
         graph%first = [graph%first, size(graph%nodes) + 1]
         most = max(most, size(nodes))
@@ -193,6 +209,7 @@ contains
             slot = findloc(nodes, basis(k)%node(a), dim=1)
             self%shape(slot, k) = self%shape(slot, k) + basis(k)%shape(a)
           end do
+          if (self%column(self%pairs(patches%pair(c))%body) > 0) self%shape(size(nodes), k) = -1.0_wp
         end do
       end do
     end associate
@@ -290,6 +307,6 @@ contains
     type(model_type), intent(inout) :: model
 
     call keep_body_points(model, self%on_bodies)
-    call touch_body_points(model, self%now)
+    call touch_body_points(model, self%final)
   end subroutine keep_contact_points
 end module qsmpm_contact_scratch

@@ -61,12 +61,25 @@ module qsmpm_initialisation
 
 contains
 
+  !> Make the terms of the program, where there are none, with the fields that the scene needs.
+  subroutine make_terms(model, terms)
+    type(model_type), intent(in) :: model
+    type(term_slot_type), allocatable, intent(inout) :: terms(:)
+    integer :: t
+
+    if (allocated(terms)) return
+    call standard_terms(terms)
+    do t = 1, size(terms)
+      call terms(t)%term%choose_fields(model)
+    end do
+  end subroutine make_terms
+
   !> Make the terms ready for an analysis: what they keep is laid into the state.
   subroutine begin_analysis(model, terms)
     type(model_type), intent(inout) :: model
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
 
-    if (.not. allocated(terms)) call standard_terms(terms)
+    call make_terms(model, terms)
     call start_terms(terms, model)
     call lay_fields(terms, model)
   end subroutine begin_analysis
@@ -77,7 +90,7 @@ contains
     type(term_slot_type), allocatable, intent(inout) :: terms(:)
     class(term_type), intent(in) :: term
 
-    if (.not. allocated(terms)) call standard_terms(terms)
+    call make_terms(model, terms)
     call append_term(terms, term)
     call begin_analysis(model, terms)
   end subroutine add_term
@@ -96,7 +109,7 @@ contains
     call switch_timer(step%profile%watch, part_initialisation)
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
     step%window = model%state%window
-    if (.not. allocated(step%terms)) call standard_terms(step%terms)
+    call make_terms(model, step%terms)
     call find_configuration(model, step%configuration_type)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
     call measure_unloading(model, step%configuration_type)

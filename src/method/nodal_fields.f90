@@ -1,5 +1,5 @@
 !> Fields beside the displacement, as the terms of an analysis need them: unknowns of the step on the space of the
-!> displacement.
+!> displacement, or on nodes of their own, as the motion of rigid bodies is.
 !>
 !> The unknown of a step is the change of a field, as it is for the displacement. Its value at the nodes is kept in the
 !> state under its name, from step to step, and stays at its node when the mesh is reset; a node that is new to the
@@ -13,8 +13,8 @@ module qsmpm_nodal_fields
   use qsmpm_kept_arrays, only: kept_arrays_type, lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type
   use qsmpm_term, only: term_slot_type
-  use qsmpm_unknowns, only: unknowns_type, add_field, find_field, join_constraints, most_components, all_nodes, &
-    put_values, values_of
+  use qsmpm_unknowns, only: unknowns_type, nodal_field_type, add_field, find_field, join_constraints, &
+    most_components, all_nodes, put_values, values_of
   implicit none
   private
 
@@ -39,8 +39,9 @@ contains
           associate (field => needs%fields(i))
             f = find_field(unknowns, field%name)
             if (f == 0) then
-              call add_field(unknowns, field%name, field%components, model%space%node_count, field%tolerance_ratio)
-            else if (f == 1 .or. unknowns%fields(f)%components /= field%components) then
+              call add_field(unknowns, field%name, field%components, nodes_of(model, field), field%tolerance_ratio)
+            else if (f == 1 .or. unknowns%fields(f)%components /= field%components .or. &
+              unknowns%fields(f)%node_count /= nodes_of(model, field)) then
               call fail(error, error_other, "the terms mean different fields by '"//field%name//"'")
               return
             end if
@@ -49,6 +50,15 @@ contains
       end associate
     end do
   end subroutine list_unknowns
+
+  !> Nodes of a field that a term needs.
+  pure integer function nodes_of(model, field)
+    type(model_type), intent(in) :: model
+    type(nodal_field_type), intent(in) :: field
+
+    nodes_of = field%node_count
+    if (nodes_of == 0) nodes_of = model%space%node_count
+  end function nodes_of
 
   !> Nodal values of the fields, zero where the terms have laid none.
   subroutine lay_fields(terms, model)
@@ -61,8 +71,8 @@ contains
       associate (needs => terms(t)%term%needs)
         if (.not. allocated(needs%fields)) cycle
         do i = 1, size(needs%fields)
-          allocate (values(needs%fields(i)%components, model%space%node_count), source=0.0_wp)
-          call lay_array(model%state%kept, needs%fields(i)%name, values, nodal=.true.)
+          allocate (values(needs%fields(i)%components, nodes_of(model, needs%fields(i))), source=0.0_wp)
+          call lay_array(model%state%kept, needs%fields(i)%name, values, nodal=needs%fields(i)%node_count == 0)
           deallocate (values)
         end do
       end associate
@@ -114,13 +124,14 @@ contains
     !> (most components, all nodes)
     logical, intent(out) :: constrained(:, :)
     real(wp), intent(out) :: values(:, :)
-    logical :: free(most_components(unknowns), model%space%node_count)
+    logical :: free(most_components(unknowns), all_nodes(unknowns))
     integer :: f, t
 
     values = 0.0_wp
     free = .false.
     do f = 2, size(unknowns%fields)
-      call join_constraints(unknowns, f, free(:unknowns%fields(f)%components, :), constrained)
+      call join_constraints(unknowns, f, free(:unknowns%fields(f)%components, :unknowns%fields(f)%node_count), &
+        constrained)
     end do
     do t = 1, size(terms)
       if (allocated(terms(t)%term%needs%fields)) &

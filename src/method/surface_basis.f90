@@ -16,7 +16,8 @@ module qsmpm_surface_basis
   implicit none
   private
 
-  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas, stiffness_at, stiffness_near
+  public :: surface_basis_type, places_of, set_patches, find_basis, gradient_of, turn_areas, stiffness_at, &
+    stiffness_near
 
   type :: surface_basis_type
     !> Connectivity, one list a point.

@@ -3,6 +3,7 @@
 !> Every name is resolved here and every error names the place in the deck; several errors of one
 !> deck are reported together, one a line.
 module qsmpm_model_builder
+  use qsmpm_body_loads, only: lay_body_loads
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_user_material, fail
   use qsmpm_analysis, only: analysis_type, material_type, three_dimensional, basis_standard, basis_fem, &
@@ -249,6 +250,7 @@ contains
     if (model%analysis%output%strains) call start_strains(model%state%points)
     if (has_pore_pressure(model)) call start_water(model%state%points)
     call lay_rigid_bodies(model)
+    call lay_body_loads(model)
     call place_plate(model)
   end subroutine finish
 

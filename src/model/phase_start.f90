@@ -7,6 +7,7 @@
 module qsmpm_phase_start
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety, support_none
+  use qsmpm_body_loads, only: start_body_loads
   use qsmpm_body_stages, only: change_bodies
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
@@ -43,6 +44,7 @@ contains
     type(error_type), allocatable :: failure
     character(len=:), allocatable :: text
 
+    call start_body_loads(model)
     call change_bodies(model, text, failure)
     if (present(notes)) call move_alloc(text, notes)
     if (present(error) .and. allocated(failure)) then

@@ -206,6 +206,7 @@ contains
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (.not. allocated(phase%moves)) return
       do i = 1, size(phase%moves)
+        if (phase%moves(i)%is_load) cycle
         if (phase%moves(i)%body == model%analysis%rigid_bodies(body)%name) motion = rigid_pose_type( &
           phase%load_factor*phase%moves(i)%vector, phase%load_factor*phase%moves(i)%angle*degree)
       end do

@@ -27,7 +27,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 16
+  integer, parameter :: layout = 17
 
 contains
 

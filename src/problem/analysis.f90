@@ -312,11 +312,16 @@ module qsmpm_analysis
     logical :: tension = .false.
   end type contact_type
 
-  !> Motion of a rigid body in the phase, per unit of load factor; the angle about its reference point in degrees.
+  !> Motion of a rigid body in the phase, or the force along one axis in which it is free, per unit of load factor; the
+  !> angle about its reference point in degrees.
   type :: rigid_move_type
     character(len=:), allocatable :: body
     type(source_line_type) :: where
     real(wp) :: vector(3) = 0.0_wp, angle = 0.0_wp
+    logical :: is_load = .false.
+    !> Axis of the force, and the force.
+    integer :: component = 1
+    real(wp) :: load = 0.0_wp
   end type rigid_move_type
 
   !> A surface held on the plane it lies in, wholly, or freed again.

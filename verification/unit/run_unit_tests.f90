@@ -94,6 +94,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_body_contact, only: collect_body_contact
+  use test_body_loads, only: collect_body_loads
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
@@ -224,6 +225,7 @@ program run_unit_tests
   call register('terms', collect_terms)
   call register('contacts', collect_contacts)
   call register('body_contact', collect_body_contact)
+  call register('body_loads', collect_body_loads)
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
   call register('locking_choice', collect_locking_choice)

@@ -9,7 +9,7 @@ module test_body_contact
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
   use qsmpm_linear_system, only: end_system
@@ -123,6 +123,7 @@ contains
       '|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the body contact suite is broken'
+    call begin_analysis(model, step%terms)
     call start_phase(model)
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'a step of the body contact suite cannot be made'

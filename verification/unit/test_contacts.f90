@@ -12,7 +12,7 @@ module test_contacts
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
-  use qsmpm_initialisation, only: step_type, initialise_step
+  use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
   use qsmpm_linear_system, only: end_system
@@ -157,23 +157,24 @@ contains
     real(wp), parameter :: shear(3) = [3.0_wp, 1.0_wp, 0.0_wp], slip(3) = [0.02_wp, -0.01_wp, 0.0_wp]
 
     pair = contact_pair_type(1, 1, 0.5_wp, 2.0_wp, .false.)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
     call tests%check('a gap beyond lambda/eps opens the contact', .not. now%closed .and. .not. now%pressure > 0.0_wp &
       .and. norm2(now%shear) <= 0.0_wp)
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.1_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.1_wp, slip, 0.0_wp)
     call tests%close('p = lambda - eps g', now%pressure, 10.0_wp, 1.0e-12_wp)
     call tests%close('a shear below the limit sticks', norm2(now%shear - [2.8_wp, 1.1_wp, 0.0_wp]), 0.0_wp, &
       1.0e-12_wp)
-    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip)
+    now = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip, 0.0_wp)
     call tests%close('one above it slips at mu p + a', norm2(now%shear), 7.0_wp, 1.0e-12_wp)
-    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp + difference, slip)
+    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp + difference, slip, 0.0_wp)
     call tests%close('dp/dg', now%by_gap, (more%pressure - now%pressure)/difference, 1.0e-4_wp)
     call tests%close('dt/dp', norm2(now%by_gap*now%by_pressure - (more%shear - now%shear)/difference), 0.0_wp, &
       1.0e-3_wp)
-    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp])
+    more = contact_tractions(pair, [1.0e4_wp, 1.0e3_wp], 20.0_wp, shear, 1.0e-3_wp, slip + [difference, 0.0_wp, 0.0_wp], &
+      0.0_wp)
     call tests%close('dt/ds', norm2(now%by_slip(:, 1) - (more%shear - now%shear)/difference), 0.0_wp, 1.0e-1_wp)
     pair%tension = .true.
-    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip)
+    now = contact_tractions(pair, [100.0_wp, 10.0_wp], 20.0_wp, shear, 0.3_wp, slip, 0.0_wp)
     call tests%close('a contact with tension pulls', now%pressure, -10.0_wp, 1.0e-12_wp)
     call tests%close('and has its adhesion then', norm2(now%shear), 2.0_wp, 1.0e-12_wp)
   end subroutine check_tractions
@@ -192,6 +193,7 @@ contains
       'SURFACE=top, '//contact//'|'//press//move//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the contacts suite is broken'
+    call begin_analysis(model, step%terms)
     call start_phase(model)
     call initialise_step(model, step, error)
     if (allocated(error)) error stop 'a step of the contacts suite cannot be made'

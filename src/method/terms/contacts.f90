@@ -9,22 +9,27 @@
 !> with the points s of the patch, their places x_s and areas A_s at the start of the step, and p(g), t(s, p) of
 !> qsmpm_contact_law. Pressure and shear of a step stay with the points as the multipliers of the next one. Surface
 !> points ride on the soil: g is the whole gap. Points on the body are at no distance from it at the start of each step:
-!> g is what the step opens. Pose, force and moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
+!> g is what the step opens. A body that is loaded along an axis is a node of its own there (field `body_motion`), with
+!> N = -1 at all its places; its equation is load - sum of its pushes = 0. Pose, force and moment of a body are kept
+!> (qsmpm_rigid_bodies). docs/methods/contact.md.
 module qsmpm_contacts
   use qsmpm_kinds, only: wp
+  use qsmpm_body_loads, only: free_components, load_on_body
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of
   use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, body_displacement, keep_tractions, &
     keep_contact_points
   use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
   use qsmpm_rigid_shape, only: distance_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_term, only: term_type, term_slot_type, failure_type, role_external
+  use qsmpm_term, only: term_type, term_slot_type, failure_type, force_sizes_type, role_external
   use qsmpm_text, only: real_text
+  use qsmpm_unknowns, only: find_field, joint_node
   implicit none
   private
 
@@ -33,13 +38,19 @@ module qsmpm_contacts
   !> Cells that a body may move in one step.
   real(wp), parameter :: largest_motion = 2.0_wp
 
+  !> Motion of loaded bodies in the step.
+  character(len=*), parameter :: field_name = 'body_motion'
+
   type, extends(term_type) :: contacts_type
     type(contact_scratch_type) :: scratch
   contains
+    procedure :: choose_fields
+    procedure :: prescribe
     procedure :: prepare
     procedure :: set_load
     procedure :: evaluate
     procedure :: add_force
+    procedure :: add_sizes
     procedure :: add_blocks
     procedure :: commit
   end type contacts_type
@@ -65,20 +76,70 @@ contains
     do t = 1, size(terms)
       select type (term => terms(t)%term)
       class is (contacts_type)
-        allocate (bodies, source=term%scratch%now)
+        allocate (bodies, source=term%scratch%final)
       end select
     end do
     if (.not. allocated(bodies)) allocate (bodies(0))
   end function bodies_at_end
+
+  !> The motion of the bodies, one node each.
+  subroutine choose_fields(self, model)
+    class(contacts_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+
+    associate (bodies => size(model%analysis%rigid_bodies))
+      if (bodies > 0) call self%need_field(field_name, model%mesh%dimension, node_count=bodies)
+    end associate
+  end subroutine choose_fields
+
+  !> Held along the axes that are not loaded: what *MOVE asks for is in the pose, not in the field.
+  subroutine prescribe(self, model, fraction, constrained, values)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: fraction
+    logical, intent(inout) :: constrained(:, :)
+    real(wp), intent(inout) :: values(:, :)
+    real(wp) :: kept(model%mesh%dimension, size(model%analysis%rigid_bodies))
+    logical :: free(3)
+    integer :: b
+
+    associate (unused => fraction)
+    end associate
+    kept = kept_values(model%state%kept, field_name)
+    do b = 1, size(kept, 2)
+      free = free_components(model, b)
+      associate (column => column_of(self, b), d => size(kept, 1))
+        constrained(:d, column) = .not. free(:d)
+        values(:d, column) = kept(:, b)
+      end associate
+    end do
+  end subroutine prescribe
+
+  !> Column of a body in the table of unknowns.
+  pure integer function column_of(self, body) result(column)
+    class(contacts_type), intent(in) :: self
+    integer, intent(in) :: body
+
+    column = joint_node(self%unknowns, body, find_field(self%unknowns, field_name))
+  end function column_of
 
   !> Patches near the bodies, with what they bring from the step before.
   subroutine prepare(self, model, configuration)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
+    integer, allocatable :: free(:)
+    integer :: b
 
-    call lay_scratch(self%scratch, model, configuration)
+    call lay_scratch(self%scratch, model, configuration, [(column_of(self, b), b=1, size(model%rigid_shapes))])
     self%connectivity = self%scratch%connectivity
+    ! A free body is an unknown even where nothing touches it; `evaluate` says so.
+    free = pack(self%scratch%column, self%scratch%column > 0)
+    do b = 1, size(free)
+      self%connectivity%nodes = [self%connectivity%nodes, free(b)]
+      self%connectivity%first = [self%connectivity%first, size(self%connectivity%nodes) + 1]
+      self%connectivity%count = self%connectivity%count + 1
+    end do
     self%symmetric = all(.not. self%scratch%pairs%friction > 0.0_wp)
   end subroutine prepare
 
@@ -96,14 +157,18 @@ contains
     self%scratch%at_rest = .true.
     do b = 1, size(self%scratch%now)
       motion = motion_in_phase(model, b)
+      motion%displacement = merge(0.0_wp, motion%displacement, free_components(model, b))
+      self%scratch%load(:, b) = load_on_body(model, b, fraction)
       associate (share => fraction - model%state%progress%fraction, before => self%scratch%before(b)%pose)
         self%scratch%now(b)%pose = rigid_pose_type(before%displacement + share*motion%displacement, &
           before%angle + share*motion%angle)
       end associate
     end do
+    self%scratch%final = self%scratch%now
   end subroutine set_load
 
-  !> A body that moves so far in a step that it may pass surface points unseen loses the step.
+  !> A body that moves so far in a step that it may pass surface points unseen loses the step, and so does one that is
+  !> loaded and touches nothing.
   subroutine evaluate(self, model, configuration, displacement, tangent, equations, matrix, failure, prescribed)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
@@ -116,11 +181,15 @@ contains
     real(wp), intent(in), optional :: prescribed(:, :)
     integer :: c, k
 
-    associate (unused => configuration, unused_displacement => displacement, unused_tangent => tangent, &
-        unused_equations => equations, unused_matrix => matrix)
+    associate (unused => configuration, unused_tangent => tangent, unused_equations => equations, &
+        unused_matrix => matrix)
     end associate
     if (present(prescribed)) continue
     self%scratch%at_rest = .false.
+    do c = 1, size(self%scratch%column)
+      call place_body(self%scratch, c, displacement)
+      if (self%scratch%column(c) > 0) call check_touch(self, model, c, displacement, failure)
+    end do
     associate (scratch => self%scratch)
       do c = 1, size(scratch%pairs)
         associate (b => scratch%pairs(c)%body)
@@ -135,6 +204,45 @@ contains
     end associate
   end subroutine evaluate
 
+  !> Put a body where it is with the displacement of its free components.
+  pure subroutine place_body(scratch, body, displacement)
+    type(contact_scratch_type), intent(inout) :: scratch
+    integer, intent(in) :: body
+    real(wp), intent(in) :: displacement(:, :)
+
+    scratch%final(body) = scratch%now(body)
+    if (scratch%column(body) == 0) return
+    associate (pose => scratch%final(body)%pose, d => scratch%dimension)
+      pose%displacement(:d) = pose%displacement(:d) + displacement(:d, scratch%column(body))
+    end associate
+  end subroutine place_body
+
+  !> Fail where a body that is free is held by no patch.
+  subroutine check_touch(self, model, body, displacement, failure)
+    class(contacts_type), intent(in) :: self
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    real(wp), intent(in) :: displacement(:, :)
+    type(failure_type), intent(inout) :: failure
+    type(tractions_type) :: tractions
+    type(distance_type), allocatable :: distance(:)
+    real(wp) :: gap
+    integer :: c
+
+    associate (patches => self%scratch%patches)
+      do c = 1, patches%count
+        if (self%scratch%pairs(patches%pair(c))%body /= body) cycle
+        if (allocated(distance)) deallocate (distance)
+        allocate (distance(patches%first(c):patches%first(c + 1) - 1))
+        call tractions_of_patch(self%scratch, c, displacement, distance, tractions, gap)
+        if (tractions%closed) return
+      end do
+    end associate
+    failure%failed = .true.
+    failure%reason = "rigid body '"//model%analysis%rigid_bodies(body)%name//"' is loaded and touches nothing: "// &
+      'press it against the soil by *MOVE first, or load it in smaller steps'
+  end subroutine check_touch
+
   !> Fail where a place that rides on a body moves too far.
   subroutine check_motion(self, model, b, x, failure)
     class(contacts_type), intent(in) :: self
@@ -143,7 +251,8 @@ contains
     real(wp), intent(in) :: x(3)
     type(failure_type), intent(inout) :: failure
 
-    if (.not. norm2(body_displacement(self%scratch, b, x)) > largest_motion*model%cell_size) return
+    if (.not. norm2(body_displacement(self%scratch, b, x) + self%scratch%final(b)%pose%displacement &
+      - self%scratch%now(b)%pose%displacement) > largest_motion*model%cell_size) return
     failure%failed = .true.
     failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
       real_text(largest_motion)//' cells in one step; more STEPS'
@@ -157,16 +266,45 @@ contains
     real(wp), intent(inout) :: force(:, :)
     real(wp) :: push(3, size(self%scratch%shape, 1))
     type(tractions_type) :: tractions
-    integer :: c, n
+    integer :: b, c, d, n
 
+    d = self%scratch%dimension
     do c = 1, self%scratch%patches%count
       call push_of_patch(self%scratch, c, displacement, tractions, push)
       associate (nodes => self%connectivity%nodes(self%connectivity%first(c):self%connectivity%first(c + 1) - 1))
         n = size(nodes)
-        force(:self%scratch%dimension, nodes) = force(:self%scratch%dimension, nodes) + push(:self%scratch%dimension, :n)
+        force(:d, nodes) = force(:d, nodes) + push(:d, :n)
+      end associate
+    end do
+    do b = 1, size(self%scratch%column)
+      associate (column => self%scratch%column(b))
+        if (column > 0) force(:d, column) = force(:d, column) + self%scratch%load(:d, b)
       end associate
     end do
   end subroutine add_force
+
+  !> Loads and pushes on the bodies by their size: what their equations refer to.
+  subroutine add_sizes(self, sizes)
+    class(contacts_type), intent(in) :: self
+    type(force_sizes_type), intent(inout) :: sizes
+    integer :: b, c, k
+
+    associate (scratch => self%scratch, d => self%scratch%dimension)
+      do b = 1, size(scratch%column)
+        if (scratch%column(b) == 0) cycle
+        associate (size_here => sizes%force(:d, scratch%column(b)))
+          size_here = size_here + abs(scratch%load(:d, b))
+          do c = 1, scratch%patches%count
+            if (scratch%pairs(scratch%patches%pair(c))%body /= b) cycle
+            do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
+              size_here = size_here + scratch%area(k)*(scratch%pressure(c)*abs(scratch%normal(:d, k)) &
+                + abs(scratch%shear(:d, c)))
+            end do
+          end do
+        end associate
+      end do
+    end associate
+  end subroutine add_sizes
 
   !> Stiffness of the contacts.
   subroutine add_blocks(self, displacement, equations, matrix)
@@ -214,7 +352,8 @@ contains
         on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, displacement, distance, tractions)
       end do
       do b = 1, size(scratch%now)
-        call keep_rigid_body(model, b, scratch%now(b)%pose, on_body(:, b))
+        call place_body(scratch, b, displacement)
+        call keep_rigid_body(model, b, scratch%final(b)%pose, on_body(:, b))
       end do
     end associate
     call keep_contact_points(self%scratch, model)

@@ -19,7 +19,8 @@
 !>
 !> A term that needs fields beside the displacement names them (`need_field`): they are then unknowns of the step
 !> (qsmpm_nodal_fields), `prescribe` gives their values where they are known, and the term gets the table of all
-!> unknowns where another gets the displacement alone. It finds its nodes in it by `joint_node`.
+!> unknowns where another gets the displacement alone. It finds its nodes in it by `joint_node`. A term that the program
+!> makes itself names them in `choose_fields`, when it knows the scene.
 module qsmpm_term
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
@@ -94,6 +95,7 @@ module qsmpm_term
     integer :: rows = 0, columns = 0
   contains
     procedure :: need_field
+    procedure :: choose_fields => choose_no_fields
     procedure :: start => start_nothing
     procedure :: prescribe => prescribe_nothing
     procedure(prepare_interface), deferred :: prepare
@@ -146,16 +148,30 @@ contains
     end associate
   end subroutine start_nothing
 
-  !> Need a field on the space of the displacement; terms that name the same one share it. Its values at the nodes are
-  !> kept under its name.
-  subroutine need_field(self, name, components, tolerance_ratio)
+  !> Name the fields that the scene makes necessary; called before all else. None, unless extended.
+  subroutine choose_no_fields(self, model)
+    class(term_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+
+    associate (unused => self, unused_model => model)
+    end associate
+  end subroutine choose_no_fields
+
+  !> Need a field on the space of the displacement, or on nodes of its own that no mesh has; terms that name the same
+  !> one share it. Its values at the nodes are kept under its name.
+  subroutine need_field(self, name, components, tolerance_ratio, node_count)
     class(term_type), intent(inout) :: self
     character(len=*), intent(in) :: name
     integer, intent(in) :: components
     !> Relative residual that is allowed, over that allowed to the forces; 1 unless given.
     real(wp), intent(in), optional :: tolerance_ratio
+    !> Nodes of its own; those of the displacement when absent.
+    integer, intent(in), optional :: node_count
+    integer :: nodes
 
-    call add_field(self%needs, name, components, 0, tolerance_ratio)
+    nodes = 0
+    if (present(node_count)) nodes = node_count
+    call add_field(self%needs, name, components, nodes, tolerance_ratio)
   end subroutine need_field
 
   !> Mark components of fields beside the displacement that are constrained, and put in the values that they have at a
