@@ -59,6 +59,8 @@ for deck, dimension in DECKS.items():
             ends = corners[:, :, 2].min(), corners[:, :, 2].max()
             check(f"{deck}: boxes fill the squeezed column from its base on", 0 <= ends[0] < 0.01 * ends[1])
         check(f"{deck}: positions agree with HDF5", np.array_equal(vtk_to_numpy(grid.GetCellData().GetArray("position")), place))
+        names = [grid.GetCellData().GetArray("stress").GetComponentName(i) for i in range(6)]
+        check(f"{deck}: components of a stress have their names", names == ["XX", "YY", "ZZ", "XY", "XZ", "YZ"])
         read_stress = vtk_to_numpy(grid.GetCellData().GetArray("stress"))
         check(f"{deck}: stresses agree with HDF5", np.array_equal(read_stress, stress))
         read_start = vtk_to_numpy(grid.GetCellData().GetArray("initial_volume"))
