@@ -150,8 +150,8 @@ contains
         '*POINT TEST and *POINT STAGE in a deck of their own, run by qsmpm point; docs/point_tests.md'), &
       topics_type('INTERFACE,FRICTION,ADHESION,SLIP,STICK,RIGID,PILE,CAISSON,SLAB,SPUD,CONE,CPT,T-BAR,BALL,'// &
         'VANE,PIPE,SLIDING,PULL,ROTAT', &
-        '*RIGID BODY that the soil may touch by *CONTACT, with friction and adhesion, and *MOVE in a phase: '// &
-        'docs/methods/contact.md; what is not there yet: docs/cannot.md'), &
+        '*RIGID BODY that the soil may touch by *CONTACT, with friction and adhesion (ON=BODY where soil flows '// &
+        'around it), and *MOVE or *LOAD in a phase: docs/methods/contact.md; what is not there yet: docs/cannot.md'), &
       topics_type('AXISYMMETR,PLANE STRAIN,SYMMETR,MIRROR,2D,3D', &
         '*MODEL, TYPE=; AUTO finds the smallest model: docs/scene.md')])
   end function soil

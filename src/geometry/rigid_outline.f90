@@ -1,15 +1,16 @@
-!> The outline of a rigid body in the plane as places with lengths, counter-clockwise, in parts of equal length.
+!> The outline of a rigid body in the plane, counter-clockwise: as places with lengths, in parts of equal length, and as
+!> corners to be drawn.
 !>
 !> A rounded polygon is bounded by its edges and, at convex corners, by arcs about the vertices of its core; at concave
 !> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner, so
 !> that what ends at an axis of symmetry there has whole parts on both sides of it. A plane has no outline.
 module qsmpm_rigid_outline
   use qsmpm_kinds, only: wp
-  use qsmpm_rigid_shape, only: rigid_shape_type, edge_normal, kind_ball, kind_polygon
+  use qsmpm_rigid_shape, only: rigid_shape_type, edge_normal, kind_half_space, kind_ball, kind_polygon
   implicit none
   private
 
-  public :: rigid_outline_type, lay_outline
+  public :: rigid_outline_type, lay_outline, outline_corners
 
   type :: rigid_outline_type
     integer :: count = 0
@@ -27,6 +28,8 @@ module qsmpm_rigid_outline
   end type pieces_type
 
   real(wp), parameter :: pi = acos(-1.0_wp)
+  !> Chords by which a full circle is drawn.
+  integer, parameter :: chords_of_circle = 64
 
 contains
 
@@ -53,6 +56,44 @@ contains
       outline%place(:, i) = place_along(pieces, (i - 0.5_wp)*outline%length(i))
     end do
   end subroutine lay_outline
+
+  !> Corners of the outline, arcs as chords; of a plane two points that are `reach` to both sides of its own, the body
+  !> at the left hand.
+  pure function outline_corners(shape, reach) result(corners)
+    type(rigid_shape_type), intent(in) :: shape
+    real(wp), intent(in) :: reach
+    !> (2,n)
+    real(wp), allocatable :: corners(:, :)
+    type(pieces_type) :: pieces
+    real(wp) :: part
+    integer :: k, i, chords
+
+    allocate (corners(2, 0))
+    if (shape%kind == kind_half_space) then
+      call add_corner(shape%place(:2) + reach*[shape%normal(2), -shape%normal(1)])
+      call add_corner(shape%place(:2) - reach*[shape%normal(2), -shape%normal(1)])
+      return
+    end if
+    call find_pieces(shape, pieces)
+    part = 0.0_wp
+    do k = 1, pieces%count
+      chords = 1
+      if (.not. pieces%straight(k)) chords = max(1, nint(chords_of_circle*pieces%length(k)/ &
+        (2.0_wp*pi*pieces%aim(1, k))))
+      do i = 0, chords - 1
+        call add_corner(place_along(pieces, part + i*pieces%length(k)/chords))
+      end do
+      part = part + pieces%length(k)
+    end do
+
+  contains
+
+    pure subroutine add_corner(x)
+      real(wp), intent(in) :: x(2)
+
+      corners = reshape([corners, x], [2, size(corners, 2) + 1])
+    end subroutine add_corner
+  end function outline_corners
 
   !> Pieces of an outline; none of a plane.
   pure subroutine find_pieces(shape, pieces)

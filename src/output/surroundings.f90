@@ -4,22 +4,32 @@
 !>   rigid_bodies/BBBBBB   body of that number: `pose` (displacement, angle in radians), `force` (force and moment of
 !>                         the soil on it), and `outline` (corners, 3) in the plane; `plane` (a point and the normal,
 !>                         3); in space `ball` (centre and radius)
-!>   contacts              surface points that may touch a body: `position`, `normal` of the soil, `extent` (length in
-!>                         the plane, area in space), `pressure`, `shear`, `surface` and `body` by number
+!>   contacts              surface points that may touch a body, and contact points of bodies (surface 0): `position`,
+!>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
+!>                         `surface` and `body` by number
 !>   water/NNNNNN          corners of a level, from end to end of the mesh, or of the body whose own it is
 module qsmpm_surroundings
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric, rigid_circle, rigid_plane
+  use qsmpm_body_points, only: body_points_type, present_body_points
   use qsmpm_hdf5_image, only: image_type, put_array, put_group
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of
-  use qsmpm_rigid_pose, only: carry_along, rigid_pose_type
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
+  use qsmpm_rigid_outline, only: outline_corners
+  use qsmpm_rigid_pose, only: carry_along, placed_shape_type, rigid_pose_type
+  use qsmpm_rigid_shape, only: distance_type
   use qsmpm_water_lines, only: water_line_type, water_lines
   implicit none
   private
 
   public :: put_surroundings
+
+  !> Places of contact as pictures show them (3, places), (places).
+  type :: contact_picture_type
+    real(wp), allocatable :: position(:, :), normal(:, :), extent(:), pressure(:), shear(:, :)
+    integer, allocatable :: surface(:), body(:)
+  end type contact_picture_type
 
 contains
 
@@ -92,7 +102,7 @@ contains
     real(wp), allocatable :: drawn(:, :)
     integer :: i
 
-    allocate (drawn, source=model%rigid_shapes(body)%shape%outline_of(extent_of_mesh(model)))
+    allocate (drawn, source=outline_corners(model%rigid_shapes(body)%shape, extent_of_mesh(model)))
     allocate (corners(3, size(drawn, 2)), source=0.0_wp)
     do i = 1, size(drawn, 2)
       corners(:, i) = carried(model, body, [drawn(:, i), 0.0_wp])
@@ -107,43 +117,83 @@ contains
     extent = norm2(maxval(model%state%coordinates, dim=2) - minval(model%state%coordinates, dim=2))
   end function extent_of_mesh
 
-  !> Surface points that may touch a body.
+  !> Surface points that may touch a body, and the contact points of the bodies behind them.
   subroutine put_contacts(image, group, model)
     type(image_type), intent(inout) :: image
     character(len=*), intent(in) :: group
     type(model_type), intent(in) :: model
-    integer, allocatable :: points(:), labels(:)
-    real(wp), allocatable :: places(:, :), row(:)
+    type(contact_picture_type) :: picture
+
+    call picture_surfaces(model, picture)
+    call picture_outlines(model, picture)
+    call put_group(image, group)
+    call put_array(image, group//'/position', picture%position)
+    call put_array(image, group//'/normal', picture%normal)
+    call put_array(image, group//'/extent', picture%extent)
+    call put_array(image, group//'/pressure', picture%pressure)
+    call put_array(image, group//'/shear', picture%shear)
+    call put_array(image, group//'/surface', picture%surface)
+    call put_array(image, group//'/body', picture%body)
+  end subroutine put_contacts
+
+  !> What is shown of surface points.
+  subroutine picture_surfaces(model, picture)
+    type(model_type), intent(in) :: model
+    type(contact_picture_type), intent(out) :: picture
     integer :: body_of_surface(size(model%analysis%surfaces)), k, d
+    integer, allocatable :: points(:)
 
     body_of_surface = 0
     do k = 1, size(model%contact_pairs)
-      body_of_surface(model%contact_pairs(k)%surface) = model%contact_pairs(k)%body
+      if (model%contact_pairs(k)%surface > 0) body_of_surface(model%contact_pairs(k)%surface) &
+        = model%contact_pairs(k)%body
     end do
     associate (surface => model%state%surface)
       allocate (points, source=pack([(k, k=1, surface%count)], body_of_surface(surface%surface) > 0))
-      call put_group(image, group)
       d = model%mesh%dimension
-      allocate (places(3, size(points)), source=0.0_wp)
-      places(:d, :) = surface%position(:, points)
-      call put_array(image, group//'/position', places)
-      row = norm2(surface%area_vector(:, points), dim=1)
+      allocate (picture%position(3, size(points)), source=0.0_wp)
+      picture%normal = picture%position
+      picture%shear = picture%position
+      picture%position(:d, :) = surface%position(:, points)
+      picture%extent = norm2(surface%area_vector(:, points), dim=1)
       do k = 1, d
-        places(k, :) = surface%area_vector(k, points)/max(row, tiny(1.0_wp))
+        picture%normal(k, :) = surface%area_vector(k, points)/max(picture%extent, tiny(1.0_wp))
       end do
-      call put_array(image, group//'/normal', places)
-      if (model%analysis%model == axisymmetric) row = row/max(surface%position(1, points), tiny(1.0_wp))
-      call put_array(image, group//'/extent', row)
-      row = surface%contact_pressure(points)
-      call put_array(image, group//'/pressure', row)
-      places(:d, :) = surface%contact_shear(:, points)
-      call put_array(image, group//'/shear', places)
-      labels = surface%surface(points)
-      call put_array(image, group//'/surface', labels)
-      labels = body_of_surface(labels)
-      call put_array(image, group//'/body', labels)
+      if (model%analysis%model == axisymmetric) picture%extent = picture%extent/max(surface%position(1, points), &
+        tiny(1.0_wp))
+      picture%pressure = surface%contact_pressure(points)
+      picture%shear(:d, :) = surface%contact_shear(:, points)
+      picture%surface = surface%surface(points)
+      picture%body = body_of_surface(picture%surface)
     end associate
-  end subroutine put_contacts
+  end subroutine picture_surfaces
+
+  !> What is shown of the contact points of the bodies: their surface is 0, their normal that of the soil.
+  subroutine picture_outlines(model, picture)
+    type(model_type), intent(in) :: model
+    type(contact_picture_type), intent(inout) :: picture
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(body_points_type) :: points
+    type(distance_type) :: distance
+    integer :: i, n
+
+    allocate (bodies, source=placed_bodies(model))
+    call present_body_points(model, bodies, points)
+    if (points%count == 0) return
+    n = size(picture%extent)
+    picture%position = reshape([picture%position, [(points%position(:, i), 0.0_wp, i=1, points%count)]], &
+      [3, n + points%count])
+    picture%normal = reshape([picture%normal], [3, n + points%count], pad=[0.0_wp])
+    do i = 1, points%count
+      distance = bodies(model%contact_pairs(points%pair(i))%body)%distance_at(picture%position(:, n + i))
+      picture%normal(:, n + i) = -distance%normal
+    end do
+    picture%extent = [picture%extent, [(model%body_outlines(points%pair(i))%length(1), i=1, points%count)]]
+    picture%pressure = [picture%pressure, points%pressure]
+    picture%shear = reshape([picture%shear, points%shear], [3, n + points%count])
+    picture%surface = [picture%surface, [(0, i=1, points%count)]]
+    picture%body = [picture%body, model%contact_pairs(points%pair)%body]
+  end subroutine picture_outlines
 
   !> Water levels, each once.
   subroutine put_water(image, group, model)

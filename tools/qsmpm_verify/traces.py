@@ -144,12 +144,13 @@ def hertz_error(folder: Path, radius: float, modulus: float, spacing: float) -> 
     return float(np.sqrt(np.mean((found - exact) ** 2)) / largest)
 
 
-def column_mean(folder: Path, column: str, along: str, beyond: float) -> float:
-    """Mean of a column over the steps beyond a place of another column [column]."""
+def column_mean(folder: Path, column: str, along: str, beyond: float, until: float = np.inf) -> float:
+    """Mean of a column over the steps beyond a place of another column, and up to another one [column]."""
     curves = read_curves(folder)
-    chosen = curves.column(column)[curves.column(along) > beyond]
+    places = curves.column(along)
+    chosen = curves.column(column)[(places > beyond) & (places <= until)]
     if not len(chosen):
-        raise ResultError(f"{curves.path}: no step beyond {along} = {beyond:g}")
+        raise ResultError(f"{curves.path}: no step with {along} beyond {beyond:g} and up to {until:g}")
     return float(chosen.mean())
 
 

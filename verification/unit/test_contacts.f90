@@ -22,6 +22,7 @@ module test_contacts
   use qsmpm_penetration, only: refuse_penetration
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
+  use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon, completed_by_image, largest_round
@@ -92,7 +93,7 @@ contains
       real(wp) :: most
       integer :: i
 
-      allocate (x, source=shape%outline_of(3.0_wp))
+      allocate (x, source=outline_corners(shape, 3.0_wp))
       allocate (after, source=cshift(x, 1, dim=2))
       most = 0.0_wp
       do i = 1, size(x, 2)
