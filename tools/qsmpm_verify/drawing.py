@@ -83,9 +83,21 @@ def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> lis
             axes.loglog(seconds, errors, "-", color="0.8", lw=0.8, zorder=1)
             continue
         place = shown.index(method.label)
-        axes.loglog(seconds, errors, "-" + MARKS[place], color=f"C{place}", ms=5, lw=1.2)
+        axes.loglog(seconds, errors, "-" + MARKS[place], color=f"C{place}", ms=5, lw=1.2, gid=f"runs-{place}")
         ends.append((seconds[-1], errors[-1], label_of(method.label, samples), f"C{place}"))
     return ends
+
+
+def tips(study: Study, samples: Sequence[Sample]) -> dict[str, list[str]]:
+    """What the marks of the drawing tell, by the names of their groups."""
+    told = {
+        f"runs-{place}": [f"{s.method}, {study.size} {s.size:g}: error {s.error:.2e}, {s.seconds:.3g} CPU s"
+                          for s in samples if s.method == label and s.good]
+        for place, label in enumerate(shown_methods(study, samples))
+    }  # fmt: skip
+    told |= {f"other-{k}": [f"{o.label}: error {error:.2e}, {seconds:.3g} CPU s" for _, error, seconds in o.points]
+             for k, o in enumerate(study.others)}
+    return told
 
 
 def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
@@ -107,7 +119,7 @@ def draw_others(axes: plt.Axes, study: Study) -> None:
         _, error, seconds = zip(*other.points)
         axes.loglog(
             seconds, error, "--" + MARKS[place % len(MARKS)], color="0.35" if other.how == "stored" else "black",
-            mfc="white", ms=5, lw=0.9, label=f"{other.label} ({'stored' if other.how == 'stored' else 'run here'})",
+            mfc="white", ms=5, lw=0.9, gid=f"other-{place}", label=f"{other.label} ({'stored' if other.how == 'stored' else 'run here'})",
         )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import numpy as np  # noqa: E402
 from qsmpm_verify.bodies import body_of, frame_of  # noqa: E402
 from qsmpm_verify.fields import unit_of  # noqa: E402
 from qsmpm_verify.measures import column_stress_error  # noqa: E402
-from qsmpm_verify.plane_picture import bar, draw_body, label_axes  # noqa: E402
+from qsmpm_verify.plane_picture import bar, draw_around, draw_body, label_axes, legend  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
 from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_mesh, read_points  # noqa: E402
 from qsmpm_verify.told import factor_text, phase_name, phase_number  # noqa: E402
@@ -85,11 +85,13 @@ def plot_points(results: list[Path], out: Path) -> Path:
                                 sharex=True, layout="constrained")
     for axes, folder, points, body in zip(rows[:, 0], results, states, bodies):
         draw_body(axes, body, frame)
+        draw_around(axes, body.around, frame)
         phase = phase_name(folder, points.phase)
         axes.set_title(f"{folder.name}: phase {phase}, load factor {points.load_factor:.4g}", fontsize=9, loc="left")
         axes.tick_params(labelsize=8)
         label_axes(axes, frame)
     bar(figure, list(rows[:, 0]), frame, shrink=0.6, pad=0.01)
+    legend(figure, rows[0, 0])
     return save(figure, out)
 
 
