@@ -18,7 +18,7 @@ module qsmpm_lowered_laws
   implicit none
   private
 
-  public :: fit_laws, lower_material, check_lowering
+  public :: fit_laws, lower_material, check_lowering, has_named_strength
 
 contains
 
@@ -129,6 +129,19 @@ contains
     is_lowerable = traits%has_strength .and. .not. (material%user%given .or. material%own_law)
     is_lowerable = is_lowerable .or. allocated(material%strength_constants)
   end function is_lowerable
+
+  !> Whether a body of the present phase has a law of which the user says what its strength is: it may harden.
+  pure logical function has_named_strength(model) result(named)
+    type(model_type), intent(in) :: model
+    logical :: active(size(model%analysis%materials))
+    integer :: m
+
+    active = materials_active(model%analysis, model%state%progress%phase)
+    named = .false.
+    do m = 1, size(active)
+      named = named .or. (active(m) .and. allocated(model%analysis%materials(m)%strength_constants))
+    end do
+  end function has_named_strength
 
   !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at both ends
   !> of the search is one between.
