@@ -9,8 +9,8 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from qsmpm_verify.drawing import MARKS, set_ticks
-from qsmpm_verify.plots import save
+from qsmpm_verify.drawing import MARKS
+from qsmpm_verify.plots import save, set_ticks
 from qsmpm_verify.report import table
 from qsmpm_verify.study.judgement import Answer, bands_by_method
 from qsmpm_verify.study.search import Search, Trial, Wish

@@ -172,6 +172,8 @@ class View(unittest.TestCase):
             scalar_field(state, "strain")
         for name, unit in (("total_stress", "kN/m2"), ("pore_pressure", "kN/m2"), ("load_y", "kN"), ("strain_xx", "")):
             self.assertEqual(unit_of(self.folder, name), unit, name)
+        (self.folder / "block.echo.inp").write_text("*UNITS, LENGTH=-, FORCE=-\n")
+        self.assertEqual((unit_of(self.folder, "stress"), unit_of(self.folder, "displacement")), ("", ""))
         self.assertEqual(self.call("--field", "total_stress", "--out", str(self.folder / "p.png"))[0], 0)
 
     def test_a_film_has_a_picture_a_step_in_the_same_colours(self) -> None:
