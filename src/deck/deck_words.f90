@@ -55,7 +55,6 @@ module qsmpm_deck_words
   !> From 0.
   character(len=n), parameter, public :: height_words(0:1) = [character(len=n) :: 'FREE', 'FIXED']
   !> From 0: a logical.
-  character(len=n), parameter, public :: answer_words(0:1) = [character(len=n) :: 'NO', 'YES']
 
 contains
 
