@@ -18,3 +18,13 @@ foreach(text ${texts})
     install(FILES /usr/share/common-licenses/${text} DESTINATION ${CMAKE_INSTALL_DOCDIR}/licences RENAME ${text}.txt)
   endif()
 endforeach()
+# Under what the whole of this build may be passed on.
+if(QSMPM_WITH_SUITESPARSE)
+  set(LICENCE_OF_BUILD "This build is linked with CHOLMOD and UMFPACK of SuiteSparse (GPL-2 or later): passed on, it is under the GPL as a whole.
+QSMPM itself is under the BSD 3-clause licence below.")
+else()
+  set(LICENCE_OF_BUILD "This build is under the BSD 3-clause licence below. It is linked with none of SuiteSparse's parts.")
+endif()
+file(READ LICENSE OWN_LICENCE)
+configure_file(cmake/copyright.in ${PROJECT_BINARY_DIR}/generated/copyright @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/generated/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -50,11 +50,20 @@ for deck, dimension in DECKS.items():
             last = file["steps"][sorted(file["steps"])[-1]]["points"]
             place, stress = last["position"][...], last["stress"][...]
             start, now = last["initial_volume"][...], last["volume"][...]
-        check(f"{deck}: VTK reads every point", grid.GetNumberOfPoints() == len(place) > 0)
-        check(f"{deck}: positions agree with HDF5", np.array_equal(vtk_to_numpy(grid.GetPoints().GetData())[:, :dimension], place[:, :dimension]))
-        read_stress = vtk_to_numpy(grid.GetPointData().GetArray("stress"))
+        check(f"{deck}: VTK reads every point as a box", grid.GetNumberOfCells() == len(place) > 0)
+        corners = vtk_to_numpy(grid.GetPoints().GetData()).reshape(len(place), 2**dimension, 3)
+        check(f"{deck}: boxes are where HDF5 has the points", np.allclose(corners.mean(axis=1), place, rtol=0, atol=1e-12 * np.ptp(place)))
+        sides = np.ptp(corners, axis=1)[:, :dimension]
+        check(f"{deck}: boxes are as large as the points", np.allclose(sides.prod(axis=1), now, rtol=1e-12))
+        if dimension == 3:
+            ends = corners[:, :, 2].min(), corners[:, :, 2].max()
+            check(f"{deck}: boxes fill the squeezed column from its base on", 0 <= ends[0] < 0.01 * ends[1])
+        check(f"{deck}: positions agree with HDF5", np.array_equal(vtk_to_numpy(grid.GetCellData().GetArray("position")), place))
+        names = [grid.GetCellData().GetArray("stress").GetComponentName(i) for i in range(6)]
+        check(f"{deck}: components of a stress have their names", names == ["XX", "YY", "ZZ", "XY", "XZ", "YZ"])
+        read_stress = vtk_to_numpy(grid.GetCellData().GetArray("stress"))
         check(f"{deck}: stresses agree with HDF5", np.array_equal(read_stress, stress))
-        read_start = vtk_to_numpy(grid.GetPointData().GetArray("initial_volume"))
+        read_start = vtk_to_numpy(grid.GetCellData().GetArray("initial_volume"))
         check(f"{deck}: initial volumes agree with HDF5 and are not the present ones", np.array_equal(read_start, start) and start.min() > 0 and not np.array_equal(start, now))
         check(f"{deck}: VTK reads the mesh", mesh.GetNumberOfCells() > 0 and mesh.GetNumberOfPoints() > 0)
 print(f"{passed} passed, {failed} failed")

@@ -23,6 +23,8 @@ LIMIT = 300
 PICTURES = {
     "1_block": "tutorial_1", "2_column": "tutorial_2", "3_footing": "tutorial_3", "3_footing_strain": "tutorial_3_strain",
     "4_slope": "tutorial_4", "5_hill": "tutorial_5", "6_triaxial": "tutorial_6", "7_own_law": "tutorial_7",
+    "8_stages": "tutorial_8", "8_stages_mechanism": "tutorial_8_mechanism", "9_drawdown": "tutorial_9",
+    "9_drawdown_mechanism": "tutorial_9_mechanism", "10_wall": "tutorial_10", "10_wall_force": "tutorial_10_force",
 }  # fmt: skip
 
 

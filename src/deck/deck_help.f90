@@ -55,7 +55,8 @@ contains
         text = 'unknown keyword *'//keyword//meant//newline
       end if
       do k = 1, size(names)
-        if (index(names(k)%text, keyword) > 0) text = text//'*'//names(k)%text//' is one'//newline
+        if (len(keyword) > 2 .and. index(names(k)%text, keyword) > 0) &
+          text = text//'*'//names(k)%text//' is one'//newline
       end do
     end if
   end subroutine help_text

@@ -10,7 +10,7 @@ module qsmpm_help_topics
 
   !> A subject: words that ask for it, in capitals with commas between, and the answer.
   type :: topics_type
-    character(len=140) :: words = ''
+    character(len=160) :: words = ''
     character(len=330) :: answer = ''
   end type topics_type
 
@@ -38,7 +38,8 @@ contains
     is_topic = topic_of(topics(), word, .true.) > 0
   end function is_topic
 
-  !> Number of the first topic that answers to a word, 0 for none.
+  !> Number of the first topic that answers to a word, 0 for none. A word holds one of a topic where one of its parts
+  !> begins with it; up to three letters are held whole.
   pure integer function topic_of(known, word, whole) result(found)
     type(topics_type), intent(in) :: known(:)
     character(len=*), intent(in) :: word
@@ -51,17 +52,28 @@ contains
       call split(trim(known(found)%words), ',', asked)
       do i = 1, size(asked)
         if (whole .and. word == asked(i)%text) return
-        if (.not. whole .and. index(word, trim(asked(i)%text)) > 0) return
+        if (.not. whole .and. holds(' '//word//' ', trim(asked(i)%text))) return
       end do
     end do
     found = 0
   end function topic_of
 
+  !> Whether one of the parts of a word between blanks begins with a word of a topic, or is it if that is short.
+  pure logical function holds(word, part)
+    character(len=*), intent(in) :: word, part
+
+    if (len(part) <= 3) then
+      holds = index(word, ' '//part//' ') > 0
+    else
+      holds = index(word, ' '//part) > 0
+    end if
+  end function holds
+
   !> All subjects: first what cards do under another name, then what is not there.
   pure function topics() result(known)
     type(topics_type), allocatable :: known(:)
 
-    allocate (known, source=[workflow(), soil(), other_programs(), missing()])
+    allocate (known, source=[workflow(), soil(), other_programs(), tools(), missing()])
   end function topics
 
   !> The ground, its water and what is built.
@@ -75,20 +87,23 @@ contains
       topics_type('LIFT,FILL', &
         '*ACTIVATE of one *BODY a lift, a *PHASE each: with FILL=LEVEL it reaches down to the ground as that has '// &
         'settled; docs/methods/stages.md'), &
-      topics_type('EXCAVAT,DIG,EMBANKMENT,STAGED,STAGE CONSTRUCTION,CONSTRUCTION,STAGE,MODEL CHANGE', &
+      topics_type('SLOPE,DAM,LEVEE,DIKE,BANK', &
+        'a *BODY, SHAPE=POLYGON that cuts the cells of a *GRID as it likes: docs/tutorial/4_slope.md, '// &
+        'input/dam_drawdown.inp; its factor of safety is *PHASE, TYPE=SAFETY'), &
+      topics_type('EXCAVAT,DIG,DIGGING,PIT,CUT,TRENCH,EMBANKMENT,STAGE,CONSTRUCTION,MODEL CHANGE', &
         '*DEACTIVATE digs a body out, *ACTIVATE builds it, phase by phase; docs/methods/stages.md'), &
-      topics_type('DEWATER,DRAWDOWN,FLOOD,PUMPING,LOWERING', &
+      topics_type('DEWATER,DRAWDOWN,FLOOD,PUMP,LOWERING,TIDE', &
         '*WATER LEVEL in a later *PHASE: the level moves evenly over the phase; free water on a surface goes with '// &
         '*PRESSURE, LEVEL=; docs/methods/water.md'), &
-      topics_type('GROUNDWATER,PHREATIC,WATER TABLE,PORE PRESSURE,BUOYANCY,SUBMERGED', &
+      topics_type('GROUNDWATER,PHREATIC,WATER TABLE,PORE,BUOYANCY,UPLIFT,SUBMERGED,HYDROSTATIC', &
         '*WATER LEVEL gives the pore pressure at rest below a line, *PRESSURE with LEVEL= presses free '// &
         'water on a surface; docs/methods/water.md'), &
       topics_type('WATER', &
         '*WATER LEVEL for pore water, *PRESSURE with LEVEL= for free water; water that flows is not '// &
         'there: docs/methods/water.md, docs/cannot.md'), &
-      topics_type('FOOTING,FOUNDATION,SPUDCAN,PENETRAT,INDENT,PRESS IN,BEARING CAPACITY', &
-        '*PRESCRIBE moves a node set and *MOVING MESH carries the grid with it: input/footing.inp, '// &
-        'docs/methods/pushed_sets.md; bodies that touch and slip are not there yet'), &
+      topics_type('FOOTING,FOUNDATION,RAFT,SPUDCAN,PENETRAT,INDENT,PRESS IN,BEARING CAPACITY', &
+        'a *RIGID BODY pressed in by *MOVE, with *CONTACT that slips and lets go: docs/methods/contact.md; or '// &
+        '*PRESCRIBE moves a node set and *MOVING MESH carries the grid with it: docs/methods/pushed_sets.md'), &
       topics_type('LAYER,SOIL PROFILE,STRATUM,BOREHOLE', &
         'a *BODY of its own material a layer; strength by depth by *STRENGTH PROFILE'), &
       topics_type('INITIAL STRESS,GEOSTATIC,AT REST,K0 PROCEDURE,INITIAL CONDITION,GRAVITY LOADING', &
@@ -96,9 +111,12 @@ contains
         'DISPLACEMENTS: docs/methods/initial_stresses.md'), &
       topics_type('SETTLEMENT,HEAVE,DEFLECTION,MONITORING', &
         '*HISTORY, QUANTITY=DISPLACEMENT at a place; *RESET DISPLACEMENTS lets it count from a phase on'), &
-      topics_type('RUN-OUT,LANDSLIDE,DEBRIS,SLIDE', &
+      topics_type('RUN-OUT,RUN OUT,RUNOUT,LANDSLIDE,DEBRIS,SLIDE,SLIP SURFACE,AVALANCHE,MUDFLOW', &
         'a *PHASE that goes on past the limit load, or *SAFETY, RUNOUT=; *HISTORY, QUANTITY=RUNOUT tells how far'), &
-      topics_type('BEARING LOAD,LIMIT LOAD,FAILURE LOAD,COLLAPSE', &
+      topics_type('LIMIT EQUILIBRIUM,LEM,BISHOP,PARTIAL FACTOR,EUROCODE,DESIGN APPROACH', &
+        'there are no slices and no partial factors: *PHASE, TYPE=SAFETY finds the slip surface by itself; divide '// &
+        'strengths and multiply loads in the deck for a design approach'), &
+      topics_type('BEARING LOAD,LIMIT LOAD,FAILURE LOAD,COLLAPSE,FAIL', &
         '*CONTROLS, LIMIT COMPLIANCE= ends a phase at its limit load; docs/methods/limit_loads.md')])
   end function workflow
 
@@ -107,14 +125,22 @@ contains
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('COHESION,FRICTION ANGLE,DILATANCY,TENSION CUT,S_U,SHEAR STRENGTH,YIELD', &
+      topics_type('STRAIN SOFTENING,REMOULD,SENSITIVE,RESIDUAL,BRITTLE', &
+        '*SOFTENING lets the strength of *MOHR COULOMB fall with plastic shear strain: docs/methods/softening.md'), &
+      topics_type('COHESION,FRICTION ANGLE,DILAT,TENSION,NO TENSION,CRACK,S_U,SU,CU,PHI,PSI,C,STRENGTH,'// &
+        'SHEAR STRENGTH,YIELD,WEAK,STRONG', &
         '*MOHR COULOMB: c, phi, psi and a tension cut-off; s_u is c with phi = 0, by depth in *STRENGTH PROFILE'), &
-      topics_type('CLAY,SAND,TRESCA,VON MISES,MOHR,COULOMB', &
-        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *USER MATERIAL'), &
-      topics_type('DRAIN,EXCESS PRESSURE', &
+      topics_type('SOIL,CLAY,SAND,GRAVEL,ROCK,CONCRETE,STEEL,GRANULAR,TRESCA,VON MISES,MOHR,COULOMB', &
+        '*MOHR COULOMB (phi = 0 is Tresca), *DRUCKER PRAGER, *CAM CLAY, *HARDENING SOIL, *USER MATERIAL; '// &
+        'concrete and steel are *ELASTIC'), &
+      topics_type('OCR,POP,OVERCONSOLIDAT,PRECONSOLIDAT', &
+        'OCR= and PRECONSOLIDATION= of *CAM CLAY, OCR= of *K0'), &
+      topics_type('HYPOPLASTIC,HOEK,HSS,SMALL STRAIN,NORSAND,JOINTED,LIQUEFACTION,CYCLIC,FATIGUE', &
+        'there is no such law; nearest: a *USER MATERIAL, your UMAT or UDSM of it: docs/user_models.md'), &
+      topics_type('DRAIN,UNDRAINED,EXCESS', &
         '*UNDRAINED below a material, *DRAIN STATE in a phase; without them soil is drained; '// &
         'docs/methods/undrained.md'), &
-      topics_type('YOUNG,POISSON,STIFFNESS,MODULUS', &
+      topics_type('STIFF,SOFT,HARD,YOUNG,POISSON,MODULUS,E-MODULUS', &
         '*ELASTIC: E and nu, one for each material; by depth in *STRENGTH PROFILE, by stress in *HARDENING '// &
         'SOIL and *CAM CLAY'), &
       topics_type('UMAT,UDSM,OWN LAW,USER MODEL', &
@@ -122,10 +148,11 @@ contains
         'docs/user_models.md'), &
       topics_type('TRIAXIAL,OEDOMETER,LABORATORY,SIMPLE SHEAR,STRESS PATH', &
         '*POINT TEST and *POINT STAGE in a deck of their own, run by qsmpm point; docs/point_tests.md'), &
-      topics_type('INTERFACE,FRICTION BETWEEN,PILE,SPUD,CONE,CPT,T-BAR,PIPE,SHEET,SLIDING,FOOTING', &
+      topics_type('INTERFACE,FRICTION,ADHESION,SLIP,STICK,RIGID,PILE,CAISSON,SLAB,SPUD,CONE,CPT,T-BAR,BALL,'// &
+        'VANE,PIPE,SLIDING,PULL,ROTAT', &
         '*RIGID BODY that the soil may touch by *CONTACT, with friction and adhesion, and *MOVE in a phase: '// &
         'docs/methods/contact.md; what is not there yet: docs/cannot.md'), &
-      topics_type('AXISYMMETR,PLANE STRAIN,SYMMETRY', &
+      topics_type('AXISYMMETR,PLANE STRAIN,SYMMETR,MIRROR,2D,3D', &
         '*MODEL, TYPE=; AUTO finds the smallest model: docs/scene.md')])
   end function soil
 
@@ -134,13 +161,13 @@ contains
     type(topics_type), allocatable :: known(:)
 
     allocate (known, source=[ &
-      topics_type('DENSITY,SELF WEIGHT,DEAD WEIGHT', &
+      topics_type('DENSITY,SELF WEIGHT,DEAD WEIGHT,WEIGHT,BODY FORCE', &
         '*UNIT WEIGHT of the material, which *GRAVITY multiplies'), &
       topics_type('ROLLER,BOUNDARY,FIXITY,SUPPORTED', &
         '*FIX holds node sets of the grid, *SUPPORT surfaces that cut it'), &
-      topics_type('SURCHARGE,CLOAD,DLOAD,DSLOAD,LOAD', &
+      topics_type('SURCHARGE,CLOAD,DLOAD,DSLOAD,LOAD,DISTRIBUTED,POINT LOAD,LINE LOAD,FORCE,VEHICLE,TRAFFIC', &
         '*TRACTION is a dead load on a *SURFACE, *PRESSURE follows its normal, *GRAVITY is weight'), &
-      topics_type('DISPLACEMENT CONTROL,MOVED,PUSHED', &
+      topics_type('DISPLACEMENT CONTROL,PRESCRIBED,MOVED,PUSHED', &
         '*PRESCRIBE moves node sets; its reaction is *HISTORY, QUANTITY=REACTION'), &
       topics_type('LARGE DEFORMATION,LARGE STRAIN,NLGEOM,UPDATED LAGRANGE', &
         'always: places, volumes and loads follow the body; the strain measure is KINEMATICS= of *METHOD'), &
@@ -150,13 +177,44 @@ contains
         'loads grow evenly over a *PHASE, up to its LOAD FACTOR=: more phases make another course'), &
       topics_type('SECTION,INSTANCE,ASSEMBLY', &
         'a *BODY is of one *MATERIAL and fills a box, a polygon, a polyhedron or an element set of the mesh'), &
-      topics_type('STEP,INCREMENT,CONVERGENCE,STATIC,TOLERANCE', &
+      topics_type('STEP,INCREMENT,CONVERGENCE,STATIC,QUASI-STATIC,TOLERANCE,NEWTON,ARC LENGTH,LINE SEARCH', &
         '*CONTROLS inside a *PHASE'), &
-      topics_type('REACTION,EARTH PRESSURE,BENDING MOMENT', &
-        '*HISTORY, QUANTITY=REACTION is the force on a *NSET or a held *SURFACE; STRESS is that at a place'), &
-      topics_type('OUTPUT,PLOT,PICTURE,VTK,HDF5,RESULT', &
-        '*FIELD says how often pictures are written, *HISTORY which curves')])
+      topics_type('REACTION,EARTH PRESSURE,KA,KP,BENDING MOMENT,MOMENT', &
+        '*HISTORY, QUANTITY=REACTION is the force on a *NSET or a held *SURFACE; STRESS is that at a place; '// &
+        'CONTACT FORCE and CONTACT MOMENT are those on a *RIGID BODY'), &
+      topics_type('STRESS,STRAIN,DISPLACEMENT,EFFECTIVE STRESS,TOTAL STRESS,PLASTIC', &
+        '*HISTORY, QUANTITY= writes one at a place; `qsmpm help FIELDS` lists those of all points, '// &
+        '`qsmpm-verify view --field` draws them'), &
+      topics_type('OUTPUT,PLOT,PICTURE,ANIMATION,MOVIE,FILM,PARAVIEW,VTK,HDF5,RESULT,CSV,EXCEL', &
+        '*FIELD says how often pictures are written, *HISTORY which curves (curves.csv); `qsmpm-verify view` and '// &
+        'plot draw them: docs/results.md')])
   end function other_programs
+
+  !> What is no card: files, commands, other languages.
+  pure function tools() result(known)
+    type(topics_type), allocatable :: known(:)
+
+    allocate (known, source=[ &
+      topics_type('GMSH,ABAQUS,PLAXIS,IMPORT,STL', &
+        '*MESH reads a mesh of gmsh or Abaqus, *BODY, SHAPE=POLYHEDRON an STL file: docs/tutorial/5_hill.md; decks '// &
+        'of older versions are changed by tools/convert-deck'), &
+      topics_type('GEOMETRY,SHAPE,DRAW', &
+        '*BODY draws boxes, polygons and polyhedra over a *GRID or a *MESH, whose cells they cut as they like'), &
+      topics_type('RESUME,CONTINUE', &
+        '`qsmpm run DECK --restart FILE` goes on from restart.h5; *RESTART says how often it is written'), &
+      topics_type('PYTHON,FORTRAN,MATLAB,API,EMBED', &
+        'the library is called from Fortran, C, Fortran 77 and Python: docs/embedding.md'), &
+      topics_type('PARDISO,MUMPS,UMFPACK,CHOLMOD', &
+        '*SOLVER chooses the solver of linear equations'), &
+      topics_type('THREADS,SPEED,COST,MEMORY,PARALLEL,CORES', &
+        '`qsmpm plan DECK` tells the cost before a run, --threads N takes more cores: docs/performance.md'), &
+      topics_type('ACCURA,ERROR', &
+        'the log tells the error of the stresses; `qsmpm-verify study DECK --history NAME` that of a result: '// &
+        'docs/study.md'), &
+      topics_type('PROBABIL,RANDOM,RELIABILITY,MONTE CARLO,SPATIAL,SENSITIVITY,CALIBRAT,BACK ANALYSIS,INVERSE', &
+        'one run answers one deck; write and run many from Python: docs/embedding.md; a law alone is fitted by '// &
+        '*POINT TEST: docs/point_tests.md')])
+  end function tools
 
   !> What nothing here does.
   pure function missing() result(known)
@@ -167,26 +225,27 @@ contains
         'walls that bend are not there; nearest: a *RIGID BODY that slips along the soil by *CONTACT, a *BODY of '// &
         'stiff *ELASTIC a few cells thick, *SUPPORT for a wall that holds, *TRACTION in place of its props: '// &
         'docs/cannot.md'), &
-      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,TRUSS,STRUT,BEAM,PLATE,SHELL,LINING,TUNNEL', &
+      topics_type('ANCHOR,GEOGRID,GEOTEXTILE,NAIL,SOIL NAIL,BOLT,CABLE,TRUSS,STRUT,PROP,BEAM,PLATE,SHELL,LINING,'// &
+        'SHOTCRETE,TUNNEL,COLUMN,STONE COLUMN,GROUT', &
         'structural elements are not there; nearest: a *BODY of stiff *ELASTIC a few cells thick, or '// &
         '*TRACTION in place of the force of an anchor: docs/cannot.md'), &
       topics_type('CONSOLIDAT', &
         'consolidation in time is not there; nearest: *UNDRAINED soil before it and *DRAIN STATE, which lets the '// &
         'excess pressure go over a phase, for its end: docs/methods/undrained.md'), &
-      topics_type('SEEPAGE,DARCY,PERMEAB,FLOW,RAINFALL', &
+      topics_type('SEEPAGE,DARCY,PERMEAB,FLOW,RAIN,INFILTRAT,WELL,EROSION,PIPING', &
         'water that flows is not there; nearest: *WATER LEVEL for its pressure, *UNDRAINED and *DRAIN '// &
         'STATE for soil before and after consolidation: docs/cannot.md'), &
-      topics_type('EARTHQUAKE,DYNAMIC,WAVE,INERTIA,VELOCITY,IMPACT,SEISMIC', &
+      topics_type('EARTHQUAKE,DYNAMIC,WAVE,INERTIA,VELOCITY,IMPACT,BLAST,SEISMIC,PSEUDO-STATIC', &
         'there is no inertia: every step is an equilibrium; nearest: a horizontal share of *GRAVITY '// &
         '(pseudo-static): docs/cannot.md'), &
-      topics_type('CREEP,VISC,RATE OF,TIME DEPEND', &
+      topics_type('CREEP,VISC,RATE OF,TIME DEPEND,SECONDARY', &
         'no law here flows in time; nearest: a *USER MATERIAL, which gets TIME= of the *PHASE: '// &
         'docs/cannot.md'), &
       topics_type('TIME', &
         'every step is an equilibrium; TIME= of *PHASE is for a *USER MATERIAL that depends on it'), &
-      topics_type('HEAT,THERMAL,TEMPERATURE,FREEZ,UNSATURAT,SUCTION,GAS', &
+      topics_type('HEAT,THERMAL,TEMPERATURE,FREEZ,UNSATURAT,SUCTION,SWELL,SHRINK,EXPANSIVE,GAS', &
         'temperature, suction and gas are not there: docs/cannot.md'), &
-      topics_type('PARALLEL,MPI,GPU,CLUSTER', &
+      topics_type('MPI,GPU,CLUSTER', &
         'threads of one machine: --threads N; more machines are not there: docs/performance.md')])
   end function missing
 end module qsmpm_help_topics

@@ -27,7 +27,12 @@ module qsmpm_rigid_shape
     real(wp), allocatable :: core(:, :)
   contains
     procedure :: distance_of
+    procedure :: outline_of
   end type rigid_shape_type
+
+  !> Pieces in which a full circle is drawn.
+  integer, parameter :: arc_pieces = 64
+  real(wp), parameter :: pi = acos(-1.0_wp)
 
   type :: distance_type
     real(wp) :: value = 0.0_wp
@@ -176,6 +181,53 @@ contains
       call polygon_distance(self, x, distance)
     end select
   end function distance_of
+
+  !> Corners of the outline in the plane, counter-clockwise, a full circle as 64; of a plane two points that are
+  !> `reach` to both sides of its own, the body at the left hand.
+  pure function outline_of(self, reach) result(corners)
+    class(rigid_shape_type), intent(in) :: self
+    real(wp), intent(in) :: reach
+    real(wp), allocatable :: corners(:, :)
+    real(wp) :: before(2), behind(2), angle, turn
+    integer :: i, n
+
+    allocate (corners(2, 0))
+    select case (self%kind)
+    case (kind_half_space)
+      before = reach*[self%normal(2), -self%normal(1)]
+      corners = reshape([self%place(:2) + before, self%place(:2) - before], [2, 2])
+    case (kind_ball)
+      call add_arc(self%place(:2), self%radius, 0.0_wp, 2.0_wp*pi*(arc_pieces - 1)/arc_pieces, corners)
+    case default
+      n = size(self%core, 2)
+      do i = 1, n
+        before = outward(self%core(:, modulo(i - 2, n) + 1), self%core(:, i))
+        behind = outward(self%core(:, i), self%core(:, modulo(i, n) + 1))
+        turn = atan2(before(1)*behind(2) - before(2)*behind(1), dot_product(before, behind))
+        angle = atan2(before(2), before(1))
+        if (turn > 0.0_wp) then
+          call add_arc(self%core(:, i), self%radius, angle, angle + turn, corners)
+        else
+          corners = reshape([corners, self%core(:, i) + self%radius*(before + behind)/ &
+            (1.0_wp + dot_product(before, behind))], [2, size(corners, 2) + 1])
+        end if
+      end do
+    end select
+  end function outline_of
+
+  !> Points on an arc, its ends among them.
+  pure subroutine add_arc(centre, radius, from, to, corners)
+    real(wp), intent(in) :: centre(2), radius
+    !> Angles of its ends.
+    real(wp), intent(in) :: from, to
+    !> (2,n)
+    real(wp), allocatable, intent(inout) :: corners(:, :)
+    integer :: i, pieces
+
+    pieces = max(1, nint(arc_pieces*(to - from)/(2.0_wp*pi)))
+    corners = reshape([corners, (centre + radius*[cos(from + i*(to - from)/pieces), sin(from + i*(to - from)/pieces)], &
+      i=0, pieces)], [2, size(corners, 2) + pieces + 1])
+  end subroutine add_arc
 
   !> Distance of what is round about a point.
   pure subroutine round_distance(from_centre, radius, distance)

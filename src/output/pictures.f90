@@ -1,5 +1,5 @@
-!> Pictures of a state for ParaView: the material points as a cloud of vertices, the background
-!> mesh with what is in its cells.
+!> Pictures of a state for ParaView: the material points as boxes of their volume (qsmpm_point_boxes), each a cell with
+!> the fields of its point; the background mesh with what is in its cells.
 module qsmpm_pictures
   use, intrinsic :: iso_fortran_env, only: int8
   use qsmpm_kinds, only: wp
@@ -8,16 +8,17 @@ module qsmpm_pictures
   use qsmpm_field_list, only: field_type, field_list_type, row_components, shown_in_results
   use qsmpm_fields, only: padded, list_results, cell_fill, cell_point_count
   use qsmpm_model, only: model_type
+  use qsmpm_point_boxes, only: box_corners
   use qsmpm_stress_error, only: stress_error_type
   use qsmpm_vtu, only: vtu_type, start_vtu, add_reals, add_integers, add_bytes, write_vtu, &
-    section_point_data, section_cell_data, section_points, section_cells
+    section_cell_data, section_points, section_cells
   implicit none
   private
 
   public :: write_points_picture, write_mesh_picture
 
-  !> VTK's number of a lone vertex.
-  integer(int8), parameter :: vtk_vertex = 1_int8
+  !> VTK's numbers of a quadrilateral and a brick.
+  integer(int8), parameter :: vtk_quad = 9_int8, vtk_brick = 12_int8
 
 contains
 
@@ -32,20 +33,23 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(vtu_type) :: vtu
     type(field_list_type) :: list
+    real(wp), allocatable :: corners(:, :)
     integer :: i
 
     associate (points => model%state%points)
-      call start_vtu(vtu, points%count, points%count)
+      call start_vtu(vtu, points%count*2**model%mesh%dimension, points%count)
       call list_results(model, estimate, list)
       do i = 1, list%count
         if (list%fields(i)%shown >= shown_in_results) call add_field(vtu, list%fields(i), points%count)
       end do
-      call add_vertices(vtu, points%count)
+      call box_corners(model, corners)
+      call add_reals(vtu, section_points, 'corners', corners)
+      call add_boxes(vtu, points%count, model%mesh%dimension)
     end associate
     call write_vtu(vtu, path, error)
   end subroutine write_points_picture
 
-  !> A field; none where the points do not carry it. The positions are those of the picture.
+  !> A field; none where the points do not carry it.
   subroutine add_field(vtu, field, points)
     type(vtu_type), intent(inout) :: vtu
     type(field_type), intent(in) :: field
@@ -57,30 +61,30 @@ contains
     if (field%point_count() /= points) return
     if (associated(field%labels)) then
       allocate (labels, source=field%labels)
-      call add_integers(vtu, section_point_data, trim(field%name), labels)
+      call add_integers(vtu, section_cell_data, trim(field%name), labels)
     else
       call field%get_values(row_components(field%kind), reals)
-      call add_reals(vtu, merge(section_points, section_point_data, field%name == 'position'), trim(field%name), reals)
+      call add_reals(vtu, section_cell_data, trim(field%name), reals)
     end if
   end subroutine add_field
 
-  !> One vertex cell a point.
-  subroutine add_vertices(vtu, count)
+  !> One cell a point, with corners of its own.
+  subroutine add_boxes(vtu, count, dimension)
     !> The picture.
     type(vtu_type), intent(inout) :: vtu
     !> Number of points.
-    integer, intent(in) :: count
+    integer, intent(in) :: count, dimension
     integer, allocatable :: integers(:)
     integer(int8), allocatable :: bytes(:)
     integer :: i
 
-    allocate (integers, source=[(i - 1, i=1, count)])
+    allocate (integers, source=[(i - 1, i=1, count*2**dimension)])
     call add_integers(vtu, section_cells, 'connectivity', integers)
-    allocate (integers, source=[(i, i=1, count)])
+    allocate (integers, source=[(i*2**dimension, i=1, count)])
     call add_integers(vtu, section_cells, 'offsets', integers)
-    allocate (bytes(count), source=vtk_vertex)
+    allocate (bytes(count), source=merge(vtk_quad, vtk_brick, dimension == 2))
     call add_bytes(vtu, section_cells, 'types', bytes)
-  end subroutine add_vertices
+  end subroutine add_boxes
 
   !> Write the background mesh at its present coordinates.
   subroutine write_mesh_picture(path, model, error)

@@ -1,5 +1,6 @@
 !> Results as numbers: `results.h5` with one group a picture under /steps, the way a body fails in a safety phase under
-!> /mechanisms by the number of the phase, and the mesh under /mesh.
+!> /mechanisms by the number of the phase, and the mesh under /mesh. Beside the points of a picture are the rigid
+!> bodies, the contacts and the water levels (qsmpm_surroundings).
 !>
 !> The group of each picture lives in a file of its own, `results/NNNNNN.h5`, and the mesh in
 !> `results/mesh.h5`; `results.h5` holds links to them, which every HDF5 reader follows. So each
@@ -16,6 +17,7 @@ module qsmpm_results
   use qsmpm_element, only: vtk_type
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: numbered
+  use qsmpm_surroundings, only: put_surroundings
   use qsmpm_stress_error, only: stress_error_type
   implicit none
   private
@@ -113,6 +115,7 @@ contains
       do i = 1, list%count
         if (list%fields(i)%shown >= shown_in_results) call put_field(image, list%fields(i), model%state%points%count)
       end do
+      call put_surroundings(image, '/step', model)
       call save_image(image, path, error)
     end associate
   end subroutine write_state

@@ -184,8 +184,22 @@ contains
       kind = 'UInt8'
     end if
     tag = '        <DataArray type="'//kind//'" Name="'//array%name//'" NumberOfComponents="'// &
-      integer_text(components)//'" format="appended" offset="'//integer_text(offset)//'"/>'
+      integer_text(components)//'"'//names_of(components)//' format="appended" offset="'//integer_text(offset)//'"/>'
   end function array_tag
+
+  !> Names of the components of a tensor: VTK's own order of the last two is another one.
+  pure function names_of(components) result(text)
+    integer, intent(in) :: components
+    character(len=:), allocatable :: text
+    character(len=2), parameter :: names(0:5) = ['XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
+    integer :: i
+
+    text = ''
+    if (components /= size(names)) return
+    do i = 0, size(names) - 1
+      text = text//' ComponentName'//integer_text(i)//'="'//names(i)//'"'
+    end do
+  end function names_of
 
   !> Bytes of an array without its length.
   pure integer(long) function byte_count(array)

@@ -11,6 +11,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 from qsmpm_bench.measure import significant  # noqa: E402
+from qsmpm_verify.plots import set_ticks  # noqa: E402
 
 plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm", "font.size": 9.0, "axes.grid": True,
                      "grid.alpha": 0.3})
@@ -36,6 +37,8 @@ def log_lines(path: Path, lines: list[Line], x: str, y: str, title: str = "") ->
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title, fontsize=9)
+    set_ticks(axes.xaxis, *axes.get_xlim())
+    set_ticks(axes.yaxis, *axes.get_ylim())
     axes.legend(fontsize=8)
     return save(figure, path)
 
@@ -57,12 +60,12 @@ def stacked(path: Path, names: list[str], parts: dict[str, list[float]], x: str)
 
 def bars(path: Path, names: list[str], values: list[float], x: str, limit: tuple[float, str] | None = None) -> Path:
     """One horizontal bar a name with its figure, and the line of a target."""
-    figure, axes = plt.subplots(figsize=(6.4, 0.32 * len(names) + 1.2))
+    figure, axes = plt.subplots(figsize=(6.4, 0.32 * len(names) + 1.4), layout="constrained")
     drawn: Any = axes.barh(names, values, color="tab:blue")
     axes.bar_label(drawn, labels=[f" {significant(value)}" for value in values], fontsize=8)
     if limit is not None:
         axes.axvline(limit[0], color="tab:red", linewidth=1.0, label=limit[1])
-        axes.legend(fontsize=8)
+        figure.legend(fontsize=8, frameon=False, loc="outside upper right")
     axes.invert_yaxis()
     axes.margins(x=0.15, y=0.5 / len(names))
     axes.set_xlabel(x)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from qsmpm_verify import choosing
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
-from qsmpm_verify.drawing import draw
+from qsmpm_verify.drawing import draw, tips
 from qsmpm_verify.front import Sample, choices, front, lasting_errors
 from qsmpm_verify.pages import figure_folder, link_to, markdown_table, write_between
 from qsmpm_verify.peer_points import with_peers

@@ -12,7 +12,7 @@ from pathlib import Path
 from qsmpm_verify import chart, choosing, scene, stability_map, view
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
 from qsmpm_verify.cases import load_all, select
-from qsmpm_verify.hypertext import STYLE, command, figure, inline_svg, table, text
+from qsmpm_verify.hypertext import SCRIPT, STYLE, command, figure, inline_svg, table, text, with_tips
 from qsmpm_verify.judge import Verdict, judge
 from qsmpm_verify.machine import describe
 from qsmpm_verify.places import CASES, STABILITY, TOP
@@ -54,7 +54,7 @@ def chart_part(words: Namespace) -> tuple[str, int]:
         failed += sum(not s.good for s in samples)
         parts.append(f"<h3>{text(study.title)}</h3>\n<p>Reference: {text(study.source)}. {text(study.note)}</p>\n")
         parts.append(
-            figure(inline_svg(picture), f"{study.error.name} over CPU seconds of one core; broad: no run is better")
+            figure(with_tips(inline_svg(picture), chart.tips(study, samples)), f"{study.error.name} over CPU seconds of one core; broad: no run is better")
         )
         parts.append(table(chart.choice_header(study), [("", row) for row in chart.choice_rows(samples)]))
         rows = [("best" if row[4] == "best" else "", row) for row in chart.run_rows(study, samples)]
@@ -98,6 +98,7 @@ def map_part(words: Namespace) -> str:
     matrix = stability_map.fill_matrix(tests, asked)
     picture = stability_map.draw(methods, tests, matrix, words.folder / "charts" / "stability.svg")
     stability_map.write_csv(tests, matrix, words.folder / "charts" / "stability.csv")
+    shown = with_tips(inline_svg(picture), stability_map.tips(methods, tests, matrix))
     rows = []
     for t in tests:
         limits = [f"{t.good:g}", f"{t.fair:g}"] if t.figure else ["-", "-"]
@@ -114,7 +115,7 @@ def map_part(words: Namespace) -> str:
         for title, kind in (("What fails silently", silent), ("What the failures say", reported))
     )
     return (
-        "<h2 id=map>Where methods fail</h2>\n" + figure(inline_svg(picture), stability_map.count_line(matrix))
+        "<h2 id=map>Where methods fail</h2>\n" + figure(shown, stability_map.count_line(matrix))
         + table(["test", "what", "asks", "good to", "degraded to"], rows) + lists
         + command("tools/qsmpm-verify map")
     )  # fmt: skip
@@ -178,10 +179,21 @@ def study_part() -> str:
         except (ValueError, KeyError, TypeError) as error:
             raise Trouble(f"{path}: cut, or not the figures of a study ({error!r})") from error
         picture = path.with_name("study.svg")
-        shown = figure(inline_svg(picture), f"{deck}: error over CPU seconds") if picture.is_file() else ""
+        drawing = with_tips(inline_svg(picture), study_tips(told.get("runs", []))) if picture.is_file() else ""
+        shown = figure(drawing, f"{deck}: error over CPU seconds") if drawing else ""
         items = "".join(f"<li>{text(line)}</li>" for line in lines)
         parts.append(f"<h3>{text(deck)}: {text(history)}</h3>\n<ul>{items}</ul>\n{shown}")
     return "<h2 id=studies>Your scenes</h2>\n" + "".join(parts) if parts else ""
+
+
+def study_tips(runs: Sequence[dict]) -> dict[str, list[str]]:
+    """What the marks of a study's drawing tell, by the names of their groups."""
+    good = [run for run in runs if "figure" in run and "seconds" in run]
+    return {
+        f"runs-{number}": [f"{method}, grid 2^{run.get('level', 0)}: {run['figure']:.6g}, {run['seconds']:.3g} CPU s"
+                           for run in good if run.get("method") == method and run.get("steps") == 1]
+        for number, method in enumerate(dict.fromkeys(run.get("method") for run in good))
+    }  # fmt: skip
 
 
 def or_gap(title: str, make: Callable[[], str], gaps: list[str]) -> str:
@@ -202,10 +214,11 @@ def page_of(parts: Sequence[str], summary: str, facts: str, again: str) -> str:
         if f"id={name}>" in "".join(parts)
     )  # fmt: skip
     return (
-        f"<!doctype html><html lang=en><meta charset=utf-8><title>QSMPM report</title><style>{STYLE}</style>\n"
+        "<!doctype html><html lang=en><meta charset=utf-8><meta name=viewport content='width=device-width, initial-scale=1'>"
+        f"<title>QSMPM report</title><style>{STYLE}</style>\n"
         f"<h1>QSMPM: what it computes, how well and at what cost</h1>\n<p>{summary}</p>\n"
-        f"<p>{links}<a href='#machine'>Machine</a></p>\n{''.join(parts)}<h2 id=machine>Machine and versions</h2>\n{facts}"
-        f"{again}</html>\n"
+        f"<nav>{links}<a href='#machine'>Machine</a></nav>\n{''.join(parts)}<h2 id=machine>Machine and versions</h2>\n{facts}"
+        f"{again}<script>{SCRIPT}</script></html>\n"
     )
 
 

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-from matplotlib.axis import Axis
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from qsmpm_verify.front import Sample, front, lasting_errors, order
-from qsmpm_verify.plots import save
+from qsmpm_verify.plots import save, set_ticks
 from qsmpm_verify.studies import Study
 
 MARKS = "osD^v<>pPX*h"
@@ -36,22 +34,6 @@ def label_of(method: str, samples: Sequence[Sample]) -> str:
         return f"{method}; no order"
     counted = sum(s.good and not s.at_floor for s in own)
     return f"{method}; order {fitted:.1f}" + (" (2 sizes)" if counted == 2 else "")
-
-
-def plain_number(value: float) -> str:
-    """A tick's text: 0.02, 3 or 5e-5."""
-    power = math.floor(math.log10(value) + 1e-9)
-    if -3 <= power < 4:
-        return f"{value:g}"
-    return f"{value / 10.0**power:g}e{power}"
-
-
-def set_ticks(axis: Axis, low: float, high: float) -> None:
-    """Numbers at powers of ten; between them too where the axis has few of those."""
-    decades = math.log10(high / low)
-    axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0) if decades < 2.2 else (1.0,), numticks=20))
-    axis.set_major_formatter(FuncFormatter(lambda value, place: plain_number(value)))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def shown_methods(study: Study, samples: Sequence[Sample]) -> list[str]:
@@ -83,9 +65,21 @@ def draw_methods(axes: plt.Axes, study: Study, samples: Sequence[Sample]) -> lis
             axes.loglog(seconds, errors, "-", color="0.8", lw=0.8, zorder=1)
             continue
         place = shown.index(method.label)
-        axes.loglog(seconds, errors, "-" + MARKS[place], color=f"C{place}", ms=5, lw=1.2)
+        axes.loglog(seconds, errors, "-" + MARKS[place], color=f"C{place}", ms=5, lw=1.2, gid=f"runs-{place}")
         ends.append((seconds[-1], errors[-1], label_of(method.label, samples), f"C{place}"))
     return ends
+
+
+def tips(study: Study, samples: Sequence[Sample]) -> dict[str, list[str]]:
+    """What the marks of the drawing tell, by the names of their groups."""
+    told = {
+        f"runs-{place}": [f"{s.method}, {study.size} {s.size:g}: error {s.error:.2e}, {s.seconds:.3g} CPU s"
+                          for s in samples if s.method == label and s.good]
+        for place, label in enumerate(shown_methods(study, samples))
+    }  # fmt: skip
+    told |= {f"other-{k}": [f"{o.label}: error {error:.2e}, {seconds:.3g} CPU s" for _, error, seconds in o.points]
+             for k, o in enumerate(study.others)}
+    return told
 
 
 def name_ends(axes: plt.Axes, ends: Sequence[tuple[float, float, str, str]]) -> None:
@@ -107,7 +101,7 @@ def draw_others(axes: plt.Axes, study: Study) -> None:
         _, error, seconds = zip(*other.points)
         axes.loglog(
             seconds, error, "--" + MARKS[place % len(MARKS)], color="0.35" if other.how == "stored" else "black",
-            mfc="white", ms=5, lw=0.9, label=f"{other.label} ({'stored' if other.how == 'stored' else 'run here'})",
+            mfc="white", ms=5, lw=0.9, gid=f"other-{place}", label=f"{other.label} ({'stored' if other.how == 'stored' else 'run here'})",
         )  # fmt: skip
 
 

@@ -11,9 +11,11 @@ from qsmpm_verify.told import units
 
 AXES = {"x": 0, "y": 1, "z": 2}
 COMPONENTS = {"xx": 0, "yy": 1, "zz": 2, "xy": 3, "xz": 4, "yz": 5}
+# Names that the program does not write, and the field that is meant.
+SHORT = {"pressure": "stress"}
 NAMES = (
-    "displacement", *(f"displacement_{a}" for a in AXES), *(f"stress_{c}" for c in COMPONENTS), "pressure", "mises",
-    "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
+    "displacement", *(f"displacement_{a}" for a in AXES), "stress", *(f"stress_{c}" for c in COMPONENTS), "pressure", "mises",
+    "total_stress", "pore_pressure", "plastic", "material", "volume_ratio", *(f"strain_{c}" for c in COMPONENTS),
     "volume_strain", "shear_strain", "accumulated_plastic_shear_strain",
 )  # fmt: skip
 
@@ -25,41 +27,53 @@ def mises(stress: Array) -> Array:
 
 
 def scalar_field(points: Points, name: str) -> Array:
-    """One value a point. Pressure is the mean stress, compression positive; displacement is its size."""
-    if name == "displacement":
-        return np.linalg.norm(points.field("displacement"), axis=1)
-    if name == "pressure":
-        return -points.field("stress")[:, :3].mean(axis=1)
+    """One value a point: a field of numbers, the size of a vector, the mean of a stress (compression positive), a component."""
+    if name in SHORT:
+        return scalar_field(points, SHORT[name])
     if name == "mises":
         return mises(points.field("stress"))
     if name == "volume_ratio":
         return points.field("volume") / points.field("initial_volume")
-    kind, _, part = name.partition("_")
-    places = AXES if kind == "displacement" else COMPONENTS if kind in ("stress", "strain") else {}
+    if name in points.fields:
+        return _whole(points, name)
+    kind, _, part = name.rpartition("_")
+    values = points.fields.get(kind, np.zeros(0))
+    places = {3: AXES, 6: COMPONENTS}.get(values.shape[-1], {}) if values.ndim == 2 else {}
     if part in places:
-        values = points.field(kind)
-        if places[part] >= values.shape[1]:
-            raise ResultError(f"{points.path}: {kind} has {values.shape[1]} components, no {part}")
         return values[:, places[part]]
-    if name in points.fields and points.fields[name].ndim == 1:
-        return points.fields[name].astype(float)
-    more = [n for n, v in points.fields.items() if v.ndim == 1 and n not in NAMES]
-    raise ResultError(f"{points.path}: no field '{name}'; there are {', '.join([*NAMES, *more])}")
+    more = [n for n, v in points.fields.items() if v.ndim == 1]
+    tensors = [f"{n}_{'x' if v.shape[1] == 3 else 'xx'} ..." for n, v in points.fields.items() if v.ndim == 2]
+    raise ResultError(f"{points.path}: no field '{name}'; there are {', '.join(dict.fromkeys([*NAMES, *more, *tensors]))}")
+
+
+def _whole(points: Points, name: str) -> Array:
+    """One value for all components of a field."""
+    values = points.fields[name]
+    if values.ndim == 1:
+        return values.astype(float)
+    if values.shape[1] == 3:
+        return np.linalg.norm(values, axis=1)
+    if name in ("stress", "total_stress"):
+        return -values[:, :3].mean(axis=1)
+    raise ResultError(f"{points.path}: {name} has components: say {name}_xx, {name}_xy ..., shear_strain or volume_strain")
 
 
 def title_of(name: str) -> str:
     """A field as a legend names it: displacement y, stress xx, plastic shear strain."""
+    name = SHORT.get(name, name)
     return {"volume_ratio": "volume over that of the start", "mises": "von Mises stress", "plastic": "state",
-            "pressure": "mean stress, compression positive"}.get(name, name.replace("_", " "))  # fmt: skip
+            "stress": "mean stress, compression positive", "total_stress": "mean total stress, compression positive",
+            "pore_pressure": "pore pressure, compression positive"}.get(name, name.replace("_", " "))  # fmt: skip
 
 
 def unit_of(folder: Path, name: str) -> str:
     """Unit of a field, from *UNITS of the echoed deck in the folder; empty when it says none."""
     words = units(folder)
-    if name.startswith("displacement"):
+    if name.startswith(("displacement", "position")):
         return words.get("LENGTH", "")
     if name == "stress_error":
         return ""
-    if name.startswith(("stress", "pressure", "mises")) and {"LENGTH", "FORCE"} <= words.keys():
-        return f"{words['FORCE']}/{words['LENGTH']}2"
-    return ""
+    if name.startswith("load"):
+        return words.get("FORCE", "")
+    stress = name.startswith(("stress", "total_stress", "mises")) or name.endswith("pressure")
+    return f"{words['FORCE']}/{words['LENGTH']}2" if stress and {"LENGTH", "FORCE"} <= words.keys() else ""

@@ -4,20 +4,57 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 STYLE = """
-body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
+body { font: 15px/1.45 sans-serif; color: #222; max-width: 1080px; margin: 2em auto; padding: 0 1em; overflow-wrap: anywhere; }
 h1, h2 { line-height: 1.2; } h2 { border-bottom: 1px solid #ccc; margin-top: 2em; }
 table { border-collapse: collapse; font-size: 13px; margin: .8em 0; }
 th, td { padding: 2px 9px; border-bottom: 1px solid #e3e3e3; text-align: left; }
-th { background: #f4f4f4; } td.n { text-align: right; }
+th { background: #f4f4f4; } td.n { text-align: right; white-space: nowrap; }
 figure { margin: 1em 0; } figure svg, figure img { max-width: 100%; height: auto; }
+.wide { overflow-x: auto; } .wide table { overflow-wrap: normal; } .wide svg { max-width: none; width: 100%; min-width: 640px; }
+#tip { position: fixed; display: none; max-width: 21em; padding: 3px 8px; border-radius: 4px; background: #222; color: #fff;
+  font-size: 12.5px; pointer-events: none; z-index: 9; } [data-tip] { cursor: crosshair; }
 figcaption, .command { font-size: 12.5px; color: #555; } code { background: #f4f4f4; padding: 1px 4px; }
-@media print { details { display: block; } details > * { display: block; } figure, table { break-inside: avoid; } a { color: inherit; } }
+@media print { body { max-width: none; font-size: 10pt; margin: 0; } #tip, nav { display: none; } figure, tr { break-inside: avoid; }
+  h2, h3 { break-after: avoid; } .wide { overflow: visible; } .wide svg { min-width: 0; } table { font-size: 8pt; } a { color: inherit; } }
 .missed { background: #f7c6c6; } .best { background: #e4f5e8; } details { margin: .6em 0; } summary { cursor: pointer; }
 """
+
+# Values of the nearest mark in reach of the pointer; folded parts are printed too.
+REACH = 14
+SCRIPT = """
+const tip = document.createElement("div"); tip.id = "tip"; document.body.append(tip);
+const marks = new Map();
+document.querySelectorAll("svg").forEach(svg => marks.set(svg, [...svg.querySelectorAll("[data-tip]")]));
+function away(mark, x, y) {
+  const r = mark.getBoundingClientRect();
+  return Math.hypot(Math.max(r.left - x, 0, x - r.right), Math.max(r.top - y, 0, y - r.bottom))
+    + 1e-3 * Math.hypot((r.left + r.right) / 2 - x, (r.top + r.bottom) / 2 - y);
+}
+function show(event) {
+  const svg = event.target.closest ? event.target.closest("svg") : null;
+  let best = null, least = REACH;
+  for (const mark of (svg && marks.get(svg)) || []) {
+    const far = away(mark, event.clientX, event.clientY);
+    if (far < least) { best = mark; least = far; }
+  }
+  tip.style.display = best ? "block" : "none";
+  if (!best) return;
+  tip.textContent = best.dataset.tip;
+  tip.style.left = Math.max(4, Math.min(event.clientX + 14, innerWidth - tip.offsetWidth - 4)) + "px";
+  tip.style.top = Math.max(4, Math.min(event.clientY + 14, innerHeight - tip.offsetHeight - 4)) + "px";
+}
+addEventListener("pointermove", show); addEventListener("pointerdown", show);
+addEventListener("scroll", () => { tip.style.display = "none"; });
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details:not([open])")]; folded.forEach(d => { d.open = true; });
+});
+addEventListener("afterprint", () => { folded.forEach(d => { d.open = false; }); });
+""".replace("REACH", str(REACH))
 
 NUMBER = re.compile(r"(<= |>= )?-?\d[\d.]*(e[-+]?\d+)?$")
 
@@ -36,7 +73,7 @@ def table(header: Sequence[str], rows: Sequence[tuple[str, Sequence[str]]]) -> s
         + "</tr>\n"
         for kind, cells in rows
     )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table>\n"
+    return f"<div class=wide><table><thead><tr>{head}</tr></thead><tbody>\n{body}</tbody></table></div>\n"
 
 
 def command(line: str) -> str:
@@ -55,6 +92,35 @@ def inline_svg(path: Path) -> str:
     return drawing
 
 
+def _group(drawing: str, name: str) -> slice | None:
+    """Where the group of a name stands in a drawing, its parts with it."""
+    hit = re.search(rf'<g id="(\w*_)?{re.escape(name)}">', drawing)
+    if not hit:
+        return None
+    deep = 0
+    for tag in re.finditer(r"<(/?)g\b", drawing[hit.start() :]):
+        deep += -1 if tag[1] else 1
+        if deep == 0:
+            return slice(hit.start(), hit.start() + tag.end())
+    return None
+
+
+def with_tips(drawing: str, tips: Mapping[str, Sequence[str]]) -> str:
+    """A drawing whose marks tell their values: texts by the name of a group, one for each of its marks or one for it all."""
+    for name, texts in tips.items():
+        place = _group(drawing, name)
+        if place is None:
+            continue
+        group = drawing[place]
+        if group.count("<use") == len(texts) and texts:
+            left = iter(texts)
+            group = re.sub("<use", lambda _: f'<use data-tip="{text(next(left))}"', group)
+        elif len(texts) == 1:
+            group = group.replace(">", f' data-tip="{text(texts[0])}">', 1)
+        drawing = drawing[: place.start] + group + drawing[place.stop :]
+    return drawing
+
+
 def figure(content: str, caption: str) -> str:
     """A picture with its text."""
-    return f"<figure>{content}<figcaption>{text(caption)}</figcaption></figure>\n"
+    return f"<figure><div class=wide>{content}</div><figcaption>{text(caption)}</figcaption></figure>\n"

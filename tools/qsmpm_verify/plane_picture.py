@@ -12,24 +12,29 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: E402
-from matplotlib.collections import LineCollection  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import BoundaryNorm, Normalize  # noqa: E402
 
 from qsmpm_verify.body_net import Net, nets_of  # noqa: E402
 from qsmpm_verify.outlines import CORNERS, Outline  # noqa: E402
 from qsmpm_verify.results import Array, Mesh  # noqa: E402
+from qsmpm_verify.surroundings import NOTHING, Surroundings  # noqa: E402
 
 # Fields of whole numbers: they have classes, and nothing between them.
 CLASSES: dict[str, dict[int, str]] = {"plastic": {0: "elastic", 1: "yields"}, "material": {}}
 WIDTH = 9.6
 DOTS = 125
+# Length of the largest bar of pressure, over the size of the view.
+BAR = 0.1
+SOLID, PRESSED, WATER = "0.82", "#c2314f", "#1f6fd0"
 
 
 @dataclass(frozen=True)
 class Frame:
     """What the pictures of a series have in common: corners of the view, values at the ends of the colours, the field.
 
-    `names` are those of classes that only the run knows, `length` is the unit of the axes.
+    `names` are those of classes that only the run knows, `length` is the unit of the axes; `pressure` the largest one of
+    the contacts, `stress` its unit.
     """
 
     low: Array
@@ -40,6 +45,8 @@ class Frame:
     title: str
     names: dict[int, str] = field_of(default_factory=dict)
     length: str = ""
+    pressure: float = 0.0
+    stress: str = ""
 
     def classes(self) -> list[int]:
         """Numbers of the classes of a field that has them; none else."""
@@ -48,13 +55,15 @@ class Frame:
 
 @dataclass(frozen=True)
 class Body:
-    """Points of a state: where they started, where they are, their values, which are of one kind; their outline there."""
+    """Points of a state: where they started, where they are, their values, which are of one kind; their outline there;
+    what stands beside them."""
 
     start: Array
     place: Array
     values: Array
     kinds: Array
     outline: Outline
+    around: Surroundings = NOTHING
 
 
 def _colours(frame: Frame) -> tuple[matplotlib.colors.Colormap, Normalize]:
@@ -102,6 +111,32 @@ def draw_body(axes: plt.Axes, body: Body, frame: Frame, outline: bool = True) ->
     axes.set_aspect("equal")
 
 
+def draw_around(axes: plt.Axes, around: Surroundings, frame: Frame) -> None:
+    """Rigid bodies behind, pressure on them as bars that stand on the soil, water levels with their mark."""
+    size = float((frame.high - frame.low).max())
+    bodies = [area for area in (body.area(2 * size) for body in around.bodies) if area is not None]
+    if bodies:
+        axes.add_collection(PolyCollection(bodies, facecolors=SOLID, edgecolors="0.25", linewidths=1.0, zorder=1,
+                                           label="rigid body"))
+    if frame.pressure > 0:
+        told = f"contact pressure, largest {frame.pressure:.3g} {frame.stress}".strip()
+        axes.add_collection(PolyCollection(list(around.bars(BAR * size / frame.pressure)), facecolors=PRESSED,
+                                           linewidths=0, alpha=0.75, zorder=5, label=told))
+    for number, line in enumerate(around.water):
+        axes.plot(*line[:, :2].T, color=WATER, lw=1.4, zorder=6, label="" if number else "water level")
+        x = frame.low[0] + 0.06 * (frame.high[0] - frame.low[0])
+        mark = max(x, line[0, 0]) if line[-1, 0] > x else line[:, 0].mean()
+        height = float(np.interp(mark, line[:, 0], line[:, 1]))
+        axes.plot(mark, height + 0.008 * size, "v", color=WATER, ms=6, mfc="white", zorder=6)
+
+
+def legend(figure: plt.Figure, axes: plt.Axes) -> None:
+    """What stands beside the soil, named below the picture; nothing where nothing does."""
+    drawn, names = axes.get_legend_handles_labels()
+    if drawn:
+        figure.legend(drawn, names, loc="outside lower left", ncols=3, fontsize=8, frameon=False)
+
+
 def draw_mesh(axes: plt.Axes, mesh: Mesh) -> None:
     """Edges of the cells at the start; corners come first in every cell."""
     pairs = [
@@ -134,11 +169,14 @@ def label_axes(axes: plt.Axes, frame: Frame) -> None:
 def plane_picture(body: Body, frame: Frame, caption: str, outline: bool = True, mesh: Mesh | None = None) -> Array:
     """One picture as rows of red, green and blue; every picture of a frame has the same size."""
     size = frame.high - frame.low
-    height = float(np.clip(0.84 * WIDTH * size[1] / size[0] + 0.9, 2.2, 9.0))
+    named = bool(body.around.bodies or body.around.water)
+    height = float(np.clip(0.84 * WIDTH * size[1] / size[0] + (1.25 if named else 0.9), 2.2, 9.0))
     figure, axes = plt.subplots(figsize=(WIDTH, height), dpi=DOTS, layout="constrained")
     if mesh is not None:
         draw_mesh(axes, mesh)
     draw_body(axes, body, frame, outline)
+    draw_around(axes, body.around, frame)
+    legend(figure, axes)
     axes.set_title(caption, fontsize=10, loc="left")
     axes.tick_params(labelsize=8)
     label_axes(axes, frame)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -10,13 +11,15 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.axis import Axis  # noqa: E402
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: E402
 
 from qsmpm_verify.bodies import body_of, frame_of  # noqa: E402
 from qsmpm_verify.fields import unit_of  # noqa: E402
 from qsmpm_verify.measures import column_stress_error  # noqa: E402
-from qsmpm_verify.plane_picture import bar, draw_body, label_axes  # noqa: E402
+from qsmpm_verify.plane_picture import bar, draw_around, draw_body, label_axes, legend  # noqa: E402
 from qsmpm_verify.reference import van_langen  # noqa: E402
-from qsmpm_verify.results import Curves, ResultError, read_cpu_seconds, read_curves, read_mesh, read_points  # noqa: E402
+from qsmpm_verify.results import Array, Curves, ResultError, read_cpu_seconds, read_curves, read_mesh, read_points  # noqa: E402
 from qsmpm_verify.told import factor_text, phase_name, phase_number  # noqa: E402
 
 # Text stays text and the same figures give the same file.
@@ -40,7 +43,24 @@ def first_history(curves: Curves, beside: str = "") -> str:
 def label(curves: Curves, name: str) -> str:
     """Axis label with the unit."""
     unit = curves.units.get(name, "")
+    name = name.replace("_", " ")
     return f"{name} [{unit}]" if unit else name
+
+
+def plain_number(value: float) -> str:
+    """A tick's text: 0.02, 3 or 5e-5."""
+    power = math.floor(math.log10(value) + 1e-9)
+    if -3 <= power < 4:
+        return f"{value:g}"
+    return f"{value / 10.0**power:g}e{power}"
+
+
+def set_ticks(axis: Axis, low: float, high: float) -> None:
+    """Numbers at powers of ten; between them too where the axis has few of those."""
+    decades = math.log10(high / low)
+    axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0) if decades < 2.2 else (1.0,), numticks=20))
+    axis.set_major_formatter(FuncFormatter(lambda value, place: plain_number(value)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def save(figure: plt.Figure, path: Path) -> Path:
@@ -53,14 +73,25 @@ def save(figure: plt.Figure, path: Path) -> Path:
     return path
 
 
+def parts_of(curves: Curves, folder: Path, x: str, phase: int | str | None, alone: bool) -> list[tuple[str, Array]]:
+    """Lines of a run with their names: one, but one a phase over the load factor, which begins anew in each."""
+    if phase is not None:
+        return [(folder.name, curves.rows_of_phase(phase))]
+    numbers = list(dict.fromkeys(curves.text["phase"] if "phase" in curves.text else curves.column("phase").astype(int).tolist()))
+    if x != "load_factor" or not alone or len(numbers) < 2:
+        return [(folder.name, np.arange(len(curves)))]
+    home = curves.path.parent
+    return [(f"phase {phase_name(home, n) if isinstance(n, int) else n}", curves.rows_of_phase(n)) for n in numbers]
+
+
 def plot_columns(results: list[Path], x: str, y: str | None, out: Path, phase: int | str | None = None) -> Path:
     """One column over another for several runs, of all phases or of one."""
     figure, axes = plt.subplots(figsize=(6.4, 4.4))
     for folder in results:
         curves = read_curves(folder)
         name = y or first_history(curves)
-        rows = slice(None) if phase is None else curves.rows_of_phase(phase)
-        axes.plot(curves.column(x)[rows], curves.column(name)[rows], label=folder.name)
+        for part, rows in parts_of(curves, folder, x, phase, len(results) == 1):
+            axes.plot(curves.column(x)[rows], curves.column(name)[rows], label=part)
         axes.set_xlabel(label(curves, x))
         axes.set_ylabel(label(curves, name))
     if phase is not None:
@@ -85,11 +116,13 @@ def plot_points(results: list[Path], out: Path) -> Path:
                                 sharex=True, layout="constrained")
     for axes, folder, points, body in zip(rows[:, 0], results, states, bodies):
         draw_body(axes, body, frame)
+        draw_around(axes, body.around, frame)
         phase = phase_name(folder, points.phase)
         axes.set_title(f"{folder.name}: phase {phase}, load factor {points.load_factor:.4g}", fontsize=9, loc="left")
         axes.tick_params(labelsize=8)
         label_axes(axes, frame)
     bar(figure, list(rows[:, 0]), frame, shrink=0.6, pad=0.01)
+    legend(figure, rows[0, 0])
     return save(figure, out)
 
 
@@ -174,7 +207,9 @@ def column_figure(runs: dict[str, Path], out: Path) -> Path | None:
     left.set_ylabel("stress error, share of the base stress")
     right.set_xlabel("CPU seconds, 40 steps")
     left.legend(fontsize=8)
+    set_ticks(left.yaxis, *left.get_ylim())
     for axes in (left, right):
+        set_ticks(axes.xaxis, *axes.get_xlim())
         axes.grid(alpha=0.3, which="both")
     return save(figure, out)
 

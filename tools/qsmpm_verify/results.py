@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from qsmpm_verify.surroundings import NOTHING, Surroundings, read_surroundings
 from qsmpm_verify.told import phase_number
 from qsmpm_verify.trouble import Trouble
 
@@ -124,6 +125,7 @@ class Points:
     fields: dict[str, Array]
     nodes: Array = field(default_factory=lambda: np.zeros((0, 3)))
     """Coordinates of the mesh as it was at the start of the run, one row a node."""
+    around: Surroundings = NOTHING
 
     def field(self, name: str) -> Array:
         """A field; an unknown name tells the known ones."""
@@ -222,7 +224,7 @@ def _read_group(path: Path, folder: str, what: str, number: int | None) -> Point
             points = group["points"]
             count = points["volume"].shape[0]
             fields = {name: _rows_first(points[name][...], count) for name in points}
-            nodes = file["mesh/coordinates"][...]
+            nodes, around = file["mesh/coordinates"][...], read_surroundings(group)
             attributes = {name: np.ravel(value)[0] for name, value in group.attrs.items()}
     except (OSError, KeyError) as error:
         raise ResultError(f"{path}: cut, or not the states of a run ({error})") from error
@@ -233,4 +235,5 @@ def _read_group(path: Path, folder: str, what: str, number: int | None) -> Point
         float(attributes.get("load_factor", np.nan)),
         fields,
         nodes,
+        around,
     )

@@ -12,10 +12,9 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 
 from qsmpm_verify.batch import add_running_words, checked_program, efforts_up_to
-from qsmpm_verify.drawing import set_ticks
 from qsmpm_verify.pages import markdown_table, write_between
 from qsmpm_verify.places import BUILD, SCENES, TOP
-from qsmpm_verify.plots import save
+from qsmpm_verify.plots import save, set_ticks
 from qsmpm_verify.progress import Progress
 from qsmpm_verify.reductions import Cost, Saving, load_reductions, measure
 from qsmpm_verify.report import table

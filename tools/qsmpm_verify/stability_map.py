@@ -95,7 +95,8 @@ def draw(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, path: Pa
         for column, method in enumerate(methods):
             field = matrix.get((test.id, method))
             colour = COLOURS[field.outcome if field else NONE]
-            axes.add_patch(plt.Rectangle((column, row), 1, 1, facecolor=colour, edgecolor="white", lw=1.5))
+            axes.add_patch(plt.Rectangle((column, row), 1, 1, facecolor=colour, edgecolor="white", lw=1.5,
+                                         gid=f"field-{row}-{column}"))
             shown = cell_text(field).replace(" (", "\n(")
             axes.text(column + 0.5, row + 0.5, shown, ha="center", va="center", fontsize=8)
     axes.set_xlim(0, len(methods))
@@ -110,6 +111,17 @@ def draw(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix, path: Pa
     names = [f"{SIGNS[kind]}{kind}" for kind in COLOURS]
     axes.legend(marks, names, ncols=5, fontsize=8, frameon=False, loc="upper right", bbox_to_anchor=(1.0, 0.0))
     return save(figure, path)
+
+
+def tips(methods: Sequence[str], tests: Sequence[Test], matrix: Matrix) -> dict[str, list[str]]:
+    """What the fields of the drawing tell, by the names of their groups."""
+    told = {}
+    for row, test in enumerate(tests):
+        for column, method in enumerate(methods):
+            field = matrix.get((test.id, method))
+            if field:
+                told[f"field-{row}-{column}"] = [f"{test.id} {method}: {field.outcome}, {cell_text(field)}. {field.note[:160]}".strip()]
+    return told
 
 
 def write_csv(tests: Sequence[Test], matrix: Matrix, path: Path) -> None:

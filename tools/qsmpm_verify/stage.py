@@ -1,12 +1,15 @@
-"""Pictures of bodies in space by VTK, off screen: points coloured by a field in the skin of the body, mesh edges."""
+"""Pictures of bodies in space by VTK, off screen: the skin of the body filled by a field, points that left it, mesh edges."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from qsmpm_verify.paraview import COLOURS, WATER, Pieces
 from qsmpm_verify.results import Array, Mesh
+from qsmpm_verify.solid_skin import Skin
 
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  text
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  the renderer itself
@@ -107,6 +110,46 @@ def hull(start: Array, spacing: float) -> vtkPolyData:
     return skin.GetOutput()
 
 
+def filled(skin: Skin, values: Array, table: vtkLookupTable) -> vtkActor:
+    """A skin with its field, smooth from point to point, lit so that its form is seen."""
+    data = vtkPolyData()
+    data.SetPoints(_points_of(skin.places))
+    cells = vtkCellArray()
+    ends = 3 * np.arange(len(skin.faces) + 1, dtype=np.int64)
+    cells.SetData(numpy_to_vtkIdTypeArray(ends, deep=True), numpy_to_vtkIdTypeArray(skin.faces.astype(np.int64).ravel(), deep=True))
+    data.SetPolys(cells)
+    data.GetPointData().SetScalars(numpy_to_vtk(np.ascontiguousarray(values[skin.source], dtype=float), deep=True))
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.SetLookupTable(table)
+    mapper.UseLookupTableScalarRangeOn()
+    mapper.InterpolateScalarsBeforeMappingOn()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetInterpolationToFlat()
+    actor.GetProperty().SetAmbient(0.55)
+    actor.GetProperty().SetDiffuse(0.5)
+    return actor
+
+
+def beside(pieces: Pieces, kind: int) -> vtkActor:
+    """Rigid bodies, or water that is seen through."""
+    data = vtkPolyData()
+    data.SetPoints(_points_of(np.concatenate(pieces.places)))
+    faces = vtkCellArray()
+    for nodes, what, _ in pieces.faces:
+        if what == kind:
+            faces.InsertNextCell(len(nodes), nodes)
+    data.SetPolys(faces)
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*(c / 255 for c in COLOURS[kind]))
+    actor.GetProperty().SetOpacity(0.3 if kind == WATER else 0.6)
+    return actor
+
+
 def mesh_edges(mesh: Mesh) -> vtkActor:
     """Edges of the cells, thin and grey."""
     grid = vtkUnstructuredGrid()
@@ -133,7 +176,7 @@ def _bar(table: vtkLookupTable, look: Look) -> vtkScalarBarActor:
     bar.SetLookupTable(table)
     bar.SetTitle("")
     bar.SetNumberOfLabels(5)
-    bar.SetLabelFormat("%-#.4g")
+    bar.SetLabelFormat("%.3g")
     bar.SetOrientationToHorizontal()
     bar.SetUnconstrainedFontSize(True)
     for text in (bar.GetTitleTextProperty(), bar.GetLabelTextProperty()):
@@ -169,6 +212,8 @@ def picture(
     values: Array,
     spacing: float,
     caption: str,
+    skins: Sequence[Skin],
+    pieces: Pieces,
     before: vtkPolyData | None = None,
     mesh: Mesh | None = None,
 ) -> Array:
@@ -181,7 +226,13 @@ def picture(
     if before is not None:
         renderer.AddActor(_lines(before, (0.45, 0.45, 0.45), 1.5, 0.12))
     pixels = _aim(renderer, look)
-    renderer.AddActor(cloud(places, values, table, 0.9 * spacing * pixels))
+    for skin in skins:
+        renderer.AddActor(filled(skin, values, table))
+    for kind in sorted({what for _, what, _ in pieces.faces}):
+        renderer.AddActor(beside(pieces, kind))
+    alone = np.setdiff1d(np.arange(len(places)), np.concatenate([skin.inside for skin in skins]) if skins else [])
+    if len(alone):
+        renderer.AddActor(cloud(places[alone], values[alone], table, 0.9 * spacing * pixels))
     renderer.AddViewProp(_caption(caption, look))
     renderer.AddViewProp(_bar(table, look))
     renderer.ResetCameraClippingRange()

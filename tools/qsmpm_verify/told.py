@@ -23,7 +23,7 @@ def units(folder: Path) -> dict[str, str]:
     """Words of *UNITS: LENGTH and FORCE; empty when the deck has none."""
     hit = re.search(r"^\*UNITS(.*)$", echoed(folder), re.MULTILINE | re.IGNORECASE)
     parts = (part.partition("=") for part in hit[1].split(",")) if hit else ()
-    return {word.strip().upper(): value.strip() for word, _, value in parts if value}
+    return {word.strip().upper(): value.strip() for word, _, value in parts if value.strip() not in ("", "-")}
 
 
 def materials(folder: Path) -> dict[int, str]:

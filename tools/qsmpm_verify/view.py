@@ -14,6 +14,7 @@ import numpy as np
 
 from qsmpm_verify.bodies import body_of, frame_of, is_flat, start_of
 from qsmpm_verify.fields import NAMES, scalar_field, title_of, unit_of
+from qsmpm_verify.paraview import pieces_of
 from qsmpm_verify.plane_picture import plane_picture
 from qsmpm_verify.results import (
     Array, Points, ResultError, phase_of_steps, read_mechanism, read_mesh, read_points, written_mechanisms, written_steps,
@@ -103,10 +104,11 @@ def caption_of(job: str, points: Points, words: argparse.Namespace) -> str:
 
 
 def space_frames(states: list[Points], values: list[Array], title: str, words: argparse.Namespace, job: str) -> list[Array]:
-    """Pictures of a body in space: points as spheres in its skin."""
+    """Pictures of a body in space: its skin filled by the field; points that have left it as spheres."""
     if not util.find_spec("vtkmodules"):
         raise Trouble("view of a body in space needs the Python package vtk: run tools/setup")
     from qsmpm_verify import stage
+    from qsmpm_verify.solid_skin import skins_of
 
     start = start_of(states[0])
     places = [points.field("position") for points in states]
@@ -118,7 +120,9 @@ def space_frames(states: list[Points], values: list[Array], title: str, words: a
     outline = None if words.no_outline else stage.hull(start, max(spacing, 1.2 * neighbours(start)))
     mesh = read_mesh(words.result) if words.mesh else None
     return [
-        stage.picture(look, place, value, spacing, f"{caption_of(job, points, words)}, {title}", outline, mesh)
+        stage.picture(look, place, value, spacing, f"{caption_of(job, points, words)}, {title}",
+                      skins_of(start_of(points), place, points.fields.get("material", np.zeros(len(place)))),
+                      pieces_of(points, 1.0), outline, mesh)
         for points, place, value in zip(states, places, values)
     ]
 

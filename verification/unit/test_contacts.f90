@@ -22,7 +22,7 @@ module test_contacts
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
-  use qsmpm_rigid_shape, only: distance_type, ball, half_space, rounded_polygon, box_polygon, &
+  use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon, completed_by_image, largest_round
   use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
@@ -53,6 +53,7 @@ contains
     call tests%start('contacts')
     call check_distances(tests)
     call check_polygons(tests)
+    call check_outlines(tests)
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
@@ -65,6 +66,45 @@ contains
     call check_penetration(tests)
     call check_rest(tests)
   end subroutine collect_contacts
+
+  !> What is drawn of a shape is its surface, the body at the left hand.
+  subroutine check_outlines(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: corner(2, 6) = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 2.0_wp, 2.0_wp, 1.0_wp, 2.0_wp, &
+      1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp], [2, 6])
+
+    call check_outline('a circle', ball([1.0_wp, 0.5_wp, 0.0_wp], 0.7_wp), acos(-1.0_wp)*0.49_wp)
+    call check_outline('a round box', rounded_polygon(box_polygon([0.0_wp, 0.0_wp], [2.0_wp, 1.0_wp]), 0.2_wp), &
+      2.0_wp - (4.0_wp - acos(-1.0_wp))*0.04_wp)
+    call check_outline('a round corner piece', rounded_polygon(corner, 0.1_wp), 3.0_wp &
+      - 5.0_wp*(1.0_wp - acos(-1.0_wp)/4.0_wp)*0.01_wp)
+    call check_outline('a plane', half_space([1.0_wp, 1.0_wp, 0.0_wp], [0.6_wp, 0.8_wp, 0.0_wp]), 0.0_wp)
+
+  contains
+
+    subroutine check_outline(name, shape, area)
+      character(len=*), intent(in) :: name
+      type(rigid_shape_type), intent(in) :: shape
+      real(wp), intent(in) :: area
+      real(wp), allocatable :: x(:, :), after(:, :)
+      type(distance_type) :: distance
+      real(wp) :: most
+      integer :: i
+
+      allocate (x, source=shape%outline_of(3.0_wp))
+      allocate (after, source=cshift(x, 1, dim=2))
+      most = 0.0_wp
+      do i = 1, size(x, 2)
+        distance = shape%distance_of([x(:, i), 0.0_wp])
+        most = max(most, abs(distance%value))
+      end do
+      call tests%check('outline of '//name//' is its surface', most < 1.0e-12_wp)
+      call tests%close('outline of '//name//' holds its area', 0.5_wp*sum(x(1, :)*after(2, :) - x(2, :)*after(1, :)), area, &
+        5.0e-3_wp)
+      distance = shape%distance_of([0.5_wp*(x(:, 1) + x(:, 2)) + 0.01_wp*[x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)], 0.0_wp])
+      call tests%check('the body is at the left hand of the outline of '//name, distance%value < 0.0_wp)
+    end subroutine check_outline
+  end subroutine check_outlines
 
   !> Normal and curvature are the derivatives of the distance.
   subroutine check_distances(tests)

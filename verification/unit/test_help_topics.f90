@@ -29,13 +29,17 @@ contains
       'K0 procedure', 'lift', 'dewatering', 'consolidation', 'settlement', 'cohesion', 'limit load', 'amplitude', &
       'landslide', 'density', 'tunnel', 'young''s modulus', 'drainage', &
       'wall friction', 'friction angle', 'reaction', 'displacement control', 'gravity loading', 'time', &
-      'creep in time', 'yield', 'nlgeom', 'refinement']
+      'creep in time', 'yield', 'nlgeom', 'refinement', 'stiff', 'soft', 'failure', 'strain softening', 'slope', &
+      'footing', 'friction', 'total stress', 'movie', 'gmsh', 'python', 'bishop', 'monte carlo', 'liquefaction', 'ocr', &
+      'rigid', 'c', 'speed', 'concrete', 'rain']
     character(len=*), parameter :: answer(*) = [character(len=20) :: '*WATER LEVEL', '*RIGID BODY', '*CONTACT', &
       '*DEACTIVATE', '*SAFETY', 'not there', 'not there', 'no inertia', '*ACTIVATE', '*SAFETY', 'walls', 'walls', &
       '*DEACTIVATE', '*K0', 'FILL=LEVEL', '*WATER LEVEL', '*DRAIN STATE', '*HISTORY', '*MOHR COULOMB', &
       'LIMIT COMPLIANCE', '*PHASE', 'RUNOUT', '*UNIT WEIGHT', '*ELASTIC', '*ELASTIC', '*UNDRAINED', &
-      'walls', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
-      'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID']
+      '*CONTACT', '*MOHR COULOMB', '*HISTORY', '*PRESCRIBE', '*INITIAL', 'equilibrium', &
+      'no law', '*MOHR COULOMB', 'KINEMATICS', '*GRID', '*ELASTIC', '*ELASTIC', 'LIMIT COMPLIANCE', '*SOFTENING', &
+      'POLYGON', '*RIGID BODY', '*CONTACT', 'FIELDS', '*FIELD', '*MESH', 'embedding', 'slices', 'Python', &
+      '*USER MATERIAL', '*CAM CLAY', '*RIGID BODY', '*MOHR COULOMB', 'plan', '*ELASTIC', 'flows']
     character(len=:), allocatable :: text
     logical :: found
     integer :: k
@@ -50,6 +54,8 @@ contains
     call tests%check('a word without an answer is unknown', .not. found .and. index(text, 'unknown') > 0)
     call help_text('GRAVTY', text, found)
     call tests%check('a slip of the pen is told as one', .not. found .and. index(text, 'GRAVITY') > 0)
+    call tests%check('a short word of a topic is not held by a longer one', len(topic_text('PICTON')) == 0 .and. &
+      len(topic_text('SUBWALL')) == 0)
     call tests%check('a word that is none has no topic', len(topic_text('PUDDING')) == 0)
   end subroutine words_of_engineers
 

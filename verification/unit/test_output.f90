@@ -15,6 +15,7 @@ module test_output
   use qsmpm_model, only: model_type
   use qsmpm_number_text, only: real_text, short_text, duration_text, numbered
   use qsmpm_observer, only: step_record_type
+  use qsmpm_point_boxes, only: box_corners
   use qsmpm_pictures, only: write_points_picture
   use qsmpm_inactive_points, only: allocate_inactive
   use qsmpm_points, only: allocate_points, allocate_carried, allocate_surface_points, allocate_watched
@@ -181,6 +182,8 @@ contains
     type(error_type), allocatable :: error
     character(len=:), allocatable :: text
     real(wp) :: displacement(3, 3), position(3, 3)
+    real(wp), allocatable :: corners(:, :)
+    integer :: p
 
     call make_model(model)
     call disturb(model)
@@ -190,7 +193,7 @@ contains
     call tests%check('a picture is written', .not. allocated(error))
     if (allocated(error)) return
     call read_text(directory//'/points.vtu', text, error)
-    call tests%check('a picture has three points', index(text, 'NumberOfPoints="3"') > 0)
+    call tests%check('a picture has three points of four corners', index(text, 'NumberOfPoints="12" NumberOfCells="3"') > 0)
     call tests%check('no temporary file is left', .not. file_exists(directory//'/points.vtu.tmp'))
     call tests%check('the error of the stresses is in the picture', index(text, 'Name="stress_error"') > 0)
     displacement = block_of(text, 'displacement')
@@ -201,6 +204,13 @@ contains
       call tests%check('the displacements stand where the head says', &
         same_bits([displacement(:2, :)], [points%position - points%initial_position]))
     end associate
+    call box_corners(model, corners)
+    do p = 1, 3
+      associate (box => corners(:, 4*p - 3:4*p), points => model%state%points)
+        call tests%close('the box of a point is in its middle', sum(box(1, :))/4.0_wp, points%position(1, p), 1.0e-12_wp)
+        call tests%close('and as large', (box(1, 2) - box(1, 1))*(box(2, 3) - box(2, 2)), points%volume(p), 1.0e-12_wp)
+      end associate
+    end do
     call tests%check('the third component is zero in the plane', &
       all(abs(displacement(3, :)) <= 0.0_wp))
   end subroutine test_vtu

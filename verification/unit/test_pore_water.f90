@@ -17,6 +17,7 @@ module test_pore_water
   use qsmpm_stages, only: cut_stage
   use qsmpm_undrained_law, only: excess_pressure_name
   use qsmpm_surface_pressure, only: surface_pressure_type, pressure_at, reached_pressure
+  use qsmpm_water_lines, only: water_line_type, water_lines
   use qsmpm_water_table, only: water_table_type, level_at, slope_at, head_at, submerged_share
   use deck_samples, only: joined
   use scene_samples, only: layers_deck, twin_deck, changed, outcome
@@ -161,6 +162,8 @@ contains
     call load_at(model, step, 0.5_wp, load)
     call tests%close('half way between two levels', sum(load(2, :)), &
       0.5_wp*(-4.0_wp*10.0_wp + 2.0_wp*(-2.0_wp*10.0_wp - 2.0_wp*18.0_wp)), rounding*100)
+    model%state%progress%fraction = 0.25_wp
+    call check_drawn(tests, 'a level on its way', model, [0], [1.75_wp], [minval(model%state%coordinates(1, :))])
     model%state%progress%fraction = 1.0_wp
     call update_pore_pressure(model)
     call tests%close('twice the gravity, twice the pressure', maxval(abs(model%state%points%pore_pressure &
@@ -183,11 +186,45 @@ contains
       call tests%close('of all bodies', final(1)%height(1), 1.0_wp, rounding)
       call tests%close('of one', final(2)%height(1), 2.0_wp, rounding)
     end associate
+    call check_drawn(tests, 'levels of all and of one body', model, [0, 2], [1.0_wp, 2.0_wp], [0.0_wp, &
+      minval(model%state%points%position(1, :), mask=model%state%points%body == 2)])
     model%state%progress%phase = 2
     call start_phase(model)
+    model%state%progress%fraction = 1.0_wp
+    call check_drawn(tests, 'the level of one body alone', model, [2], [2.0_wp], &
+      [minval(model%state%points%position(1, :), mask=model%state%points%body == 2)])
     call tests%check('the level of all is gone, not that of one', all(model%loading%water_final%present .eqv. &
       [.false., .true., .false.]) .and. all(model%loading%water_start%present .eqv. [.true., .true., .false.]))
   end subroutine check_bodies
+
+  !> Levels as pictures draw them: whose, how high, where they begin.
+  subroutine check_drawn(tests, name, model, bodies, heights, first)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: bodies(:)
+    real(wp), intent(in) :: heights(:), first(:)
+    type(water_line_type), allocatable :: lines(:)
+    integer :: i
+    logical :: same
+
+    call water_lines(model, lines)
+    same = size(lines) == size(bodies)
+    do i = 1, size(lines)
+      if (same) same = is_level(lines(i), bodies(i), heights(i), first(i))
+    end do
+    call tests%check('drawn: '//name, same)
+  end subroutine check_drawn
+
+  !> Whether a line is of a body, level, of a height, and begins at a place.
+  pure logical function is_level(line, body, height, first)
+    type(water_line_type), intent(in) :: line
+    integer, intent(in) :: body
+    real(wp), intent(in) :: height, first
+
+    is_level = line%body == body .and. abs(line%corners(1, 1) - first) <= rounding .and. &
+      all(abs(line%corners(2, :) - height) <= rounding) .and. all(abs(line%corners(3, :)) <= 0.0_wp)
+  end function is_level
 
   !> Pore pressure and total stress as fields; the excess pressure of a law is part of the first alone, as its stress
   !> has it already.

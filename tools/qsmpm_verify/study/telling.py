@@ -9,8 +9,8 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from qsmpm_verify.drawing import MARKS, set_ticks
-from qsmpm_verify.plots import save
+from qsmpm_verify.drawing import MARKS
+from qsmpm_verify.plots import save, set_ticks
 from qsmpm_verify.report import table
 from qsmpm_verify.study.judgement import Answer, bands_by_method
 from qsmpm_verify.study.search import Search, Trial, Wish
@@ -72,7 +72,7 @@ def draw_study(trials: Sequence[Trial], answer: Answer, choice: Trial | None, wi
 
     for number, method in enumerate(dict.fromkeys(t.method for t in good)):
         own, colour = [t for t in good if t.method == method and t.steps == 1], f"C{number % 10}"
-        axes.loglog(*zip(*map(place, own)), "-" + MARKS[number % len(MARKS)], color=colour, ms=5, lw=1.2)
+        axes.loglog(*zip(*map(place, own)), "-" + MARKS[number % len(MARKS)], color=colour, ms=5, lw=1.2, gid=f"runs-{number}")
         axes.annotate(method, place(own[-1]), fontsize=8, color=colour, xytext=(6, 6), textcoords="offset points")
     for t in (t for t in good if t.steps > 1):
         axes.loglog(*place(t), "x", color="0.3", ms=7)

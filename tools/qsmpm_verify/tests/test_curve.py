@@ -8,6 +8,8 @@ import unittest
 from pathlib import Path
 
 from qsmpm_verify.cli import main
+from qsmpm_verify.plots import parts_of
+from qsmpm_verify.results import read_curves
 from qsmpm_verify.units import kind_of, mismatch, read_unit, wrong_kind
 
 
@@ -121,6 +123,11 @@ class Curve(unittest.TestCase):
         self.refused("no phase 'pull'; there are rest, push", "--phase", "pull")
         out = self.folder / "phase.svg"
         self.assertEqual(main(["plot", str(self.run_folder), "--phase", "push", "--y", "stress", "--out", str(out)]), 0)
+        # Over the load factor, which begins anew, a line a phase; over another column one line.
+        curves = read_curves(self.run_folder)
+        parts = [(name, rows.tolist()) for name, rows in parts_of(curves, self.run_folder, "load_factor", None, True)]
+        self.assertEqual(parts, [("phase 'rest'", [0]), ("phase 'push'", [1])])
+        self.assertEqual([len(rows) for _, rows in parts_of(curves, self.run_folder, "strain", None, True)], [2])
         self.assertIn("phase 'push'", out.read_text())
 
     def test_a_tolerance_decides_the_exit_code(self) -> None:

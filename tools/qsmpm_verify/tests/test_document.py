@@ -12,6 +12,7 @@ from unittest import mock
 
 from qsmpm_verify import chart, document, scene, stability_map
 from qsmpm_verify.cli import main
+from qsmpm_verify.hypertext import with_tips
 from qsmpm_verify.machine import describe
 from qsmpm_verify.places import TOP
 from qsmpm_verify.tests import test_chart, test_map, test_scene
@@ -129,6 +130,11 @@ class Report(unittest.TestCase):
         self.assertEqual(page.count("<svg"), 3)
         self.assertIn("4 -&gt; 0.5 (8.0x)", page)
         self.assertIn("<h3>Which method for which error</h3>", page)
+        # Marks of the chart and fields of the map have their values, each its own.
+        self.assertRegex(page, r'<use data-tip="one, cells 1: error 1.00e-03, 1 CPU s"')
+        self.assertRegex(page, r'<use data-tip="theirs: error 5.00e-01, ')
+        self.assertRegex(page, r'<g id="stability_field-0-0" data-tip="S1 A: pass')
+        self.assertIn("name=viewport", page)
         for word in ("qsmpm-verify chart s", "qsmpm-verify map", "qsmpm-verify run --effort quick", "3 figures of the"):
             self.assertIn(word, page)
         self.assertIn("3 figures of the verification cases held, 1 missed", said)
@@ -181,6 +187,12 @@ class Report(unittest.TestCase):
             gaps: list[str] = []
             self.assertIn("This part is missing: ", document.or_gap("Your scenes", document.study_part, gaps))
             self.assertEqual(gaps, ["Your scenes"])
+
+    def test_tips_go_to_their_marks_and_none_where_the_count_differs(self) -> None:
+        drawing = '<g id="a_runs-1"><g><use x="1"/><use x="2"/></g></g><g id="a_runs-2"><use x="3"/></g><g id="a_cell-1"><path/></g>'
+        told = with_tips(drawing, {"runs-1": ["p", "q<"], "runs-2": ["r", "s"], "cell-1": ["t"], "cell-2": ["u"]})
+        self.assertEqual(told, '<g id="a_runs-1"><g><use data-tip="p" x="1"/><use data-tip="q&lt;" x="2"/></g></g>'
+                               '<g id="a_runs-2"><use x="3"/></g><g id="a_cell-1" data-tip="t"><path/></g>')
 
     def test_the_machine_is_described(self) -> None:
         facts = dict(describe(Path("/bin/true"), TOP))

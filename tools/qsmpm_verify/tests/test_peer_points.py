@@ -9,9 +9,10 @@ from unittest import mock
 
 from qsmpm_verify import peer_points
 from qsmpm_verify.choosing import cells, cheapest, table_lines
-from qsmpm_verify.drawing import label_of, plain_number
+from qsmpm_verify.drawing import label_of
 from qsmpm_verify.front import Sample
 from qsmpm_verify.places import STUDIES, TOP
+from qsmpm_verify.plots import plain_number
 from qsmpm_verify.studies import load_studies
 from qsmpm_verify.trouble import RunFailed, Trouble
 

@@ -11,12 +11,14 @@ from unittest import mock
 
 import h5py
 import numpy as np
+from matplotlib.collections import PolyCollection
 from PIL import Image
 
+from qsmpm_verify.bodies import frame_of
 from qsmpm_verify.cli import main
 from qsmpm_verify.fields import mises, scalar_field, unit_of
 from qsmpm_verify.plane_picture import plane_picture
-from qsmpm_verify.results import Points, ResultError, read_mesh, written_steps
+from qsmpm_verify.results import Points, ResultError, read_mesh, read_points, written_steps
 
 
 def write_state(folder: Path, steps: tuple[int, ...]) -> None:
@@ -40,6 +42,17 @@ def write_state(folder: Path, steps: tuple[int, ...]) -> None:
             points["plastic"] = np.arange(8) % 2
             points["material"] = np.ones(8, dtype=int)
     (folder / "block.echo.inp").write_text('*UNITS, LENGTH=m, FORCE=kN\n*MATERIAL, NAME="soft clay"\n')
+
+
+def write_surroundings(folder: Path) -> None:
+    """Step 5 has a wall at its left, pressed by 20 and 60 kN/m2 on two halves of the soil's height, and water over it."""
+    with h5py.File(folder / "results.h5", "a") as file:
+        step = file["steps/000005"]
+        step["rigid_bodies/000001/outline"] = [[0.5, -2.0, 0], [0.5, 3.0, 0], [0.2, 3.0, 0], [0.2, -2.0, 0]]
+        step["rigid_bodies/000002/outline"], step["rigid_bodies/000002/plane"] = [[9, 0, 0], [-9, 0, 0]], [[0, 0, 0], [0, 1, 0]]
+        step["contacts/position"], step["contacts/normal"] = [[0.5, 0.25, 0], [0.5, 0.75, 0]], [[-1, 0, 0], [-1, 0, 0]]
+        step["contacts/extent"], step["contacts/pressure"] = [0.5, 0.5], [60.0, 20.0]
+        step["water/000001"] = [[0.0, 0.8, 0], [2.0, 1.4, 0]]
 
 
 def write_safety(folder: Path) -> None:
@@ -125,6 +138,43 @@ class View(unittest.TestCase):
         self.assertEqual(self.call("--field", "plastic", "--mesh", "--no-outline", "--out", str(self.folder / "q.png"))[0], 0)
         bare = np.asarray(Image.open(self.folder / "q.png").convert("RGB")).astype(int)
         self.assertGreater(int((np.abs(image - bare).max(axis=2) > 60).sum()), 700)
+
+    def test_bodies_pressures_and_water_are_drawn_where_they_are(self) -> None:
+        write_surroundings(self.folder)
+        around = read_points(self.folder, 5).around
+        self.assertEqual((len(around.bodies), around.pressure, len(around.water)), (2, 60.0, 1))
+        np.testing.assert_allclose(around.bars(0.01), [
+            [[0.5, 0.5], [0.5, 0.0], [-0.1, 0.0], [-0.1, 0.5]], [[0.5, 1.0], [0.5, 0.5], [0.3, 0.5], [0.3, 1.0]]])
+        # Of a plane what is behind it, away from its normal.
+        self.assertEqual(np.ptp(around.bodies[1].area(3.0), axis=0).tolist(), [18.0, 3.0])
+        self.assertEqual(around.bodies[1].area(3.0)[:, 1].max(), 0.0)
+        self.assertEqual(read_points(self.folder, 2).around.pressure, 0.0)
+        with mock.patch("qsmpm_verify.plane_picture.PolyCollection", wraps=PolyCollection) as drawn:
+            self.assertEqual(self.call("--out", str(self.folder / "p.png"))[0], 0)
+        bodies, bars = drawn.call_args_list
+        self.assertEqual((len(bodies.args[0]), bars.kwargs["label"]), (2, "contact pressure, largest 60 kN/m2"))
+        # The view holds the bars, and a part of the bodies that go on far beyond it.
+        frame = frame_of([read_points(self.folder, 5)], [np.zeros(8)], "plastic", "")
+        self.assertLess(frame.low[0], bars.args[0][0][:, 0].min())
+        self.assertGreater(frame.low[1], -1.0)
+        self.assertGreater(frame.high[1], 1.4)
+
+    def test_tensors_have_a_mean_and_components_and_units(self) -> None:
+        with h5py.File(self.folder / "results.h5", "a") as file:
+            points = file["steps/000005/points"]
+            points["total_stress"] = points["stress"][...] - 30.0 * np.array([1, 1, 1, 0, 0, 0])
+            points["strain"], points["load"] = np.zeros((8, 6)), np.tile([3.0, 4.0, 0.0], (8, 1))
+        state = read_points(self.folder, 5)
+        np.testing.assert_allclose(scalar_field(state, "total_stress"), 30 - 5 / 3 * np.arange(8))
+        np.testing.assert_allclose(scalar_field(state, "total_stress_xx"), 5 * np.arange(8) - 30)
+        self.assertEqual(set(scalar_field(state, "load")), {5.0})
+        with self.assertRaisesRegex(ResultError, "strain has components: say strain_xx"):
+            scalar_field(state, "strain")
+        for name, unit in (("total_stress", "kN/m2"), ("pore_pressure", "kN/m2"), ("load_y", "kN"), ("strain_xx", "")):
+            self.assertEqual(unit_of(self.folder, name), unit, name)
+        (self.folder / "block.echo.inp").write_text("*UNITS, LENGTH=-, FORCE=-\n")
+        self.assertEqual((unit_of(self.folder, "stress"), unit_of(self.folder, "displacement")), ("", ""))
+        self.assertEqual(self.call("--field", "total_stress", "--out", str(self.folder / "p.png"))[0], 0)
 
     def test_a_film_has_a_picture_a_step_in_the_same_colours(self) -> None:
         out = self.folder / "f.gif"

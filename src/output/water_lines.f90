@@ -1,0 +1,136 @@
+!> Water levels of a state as lines to be drawn: from end to end of the mesh, or of the body whose own it is.
+module qsmpm_water_lines
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: initial_keep
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_tree, only: lineage
+  use qsmpm_pore_water, only: dry_tables, has_water, take_levels
+  use qsmpm_water_table, only: level_at, water_table_type
+  implicit none
+  private
+
+  public :: water_line_type, water_lines
+
+  type :: water_line_type
+    !> Of which body, 0 for all that have none of their own.
+    integer :: body = 0
+    !> Places in space, the third coordinate 0 (3,n).
+    real(wp), allocatable :: corners(:, :)
+  end type water_line_type
+
+contains
+
+  !> The water levels as the load stands: between those of the phase before and those of the phase; one that is new, or
+  !> goes, is where it is.
+  subroutine water_lines(model, lines)
+    type(model_type), intent(in) :: model
+    !> Not allocated before.
+    type(water_line_type), allocatable, intent(inout) :: lines(:)
+    type(water_table_type), allocatable :: start(:), final(:)
+    integer, allocatable :: path(:)
+    integer :: i, b
+    logical :: all_told
+
+    allocate (lines(0))
+    if (model%state%progress%phase < 1) return
+    if (.not. allocated(model%analysis%phases(1)%water_levels)) return
+    if (.not. has_water(model%analysis)) return
+    call dry_tables(model%analysis, final)
+    allocate (path, source=lineage(model%analysis%phases, model%state%progress%phase))
+    do i = 1, size(path)
+      associate (phase => model%analysis%phases(path(i)))
+        start = final
+        call take_levels(model%analysis, phase, final)
+        if (phase%initial%kind /= initial_keep) start = final
+      end associate
+    end do
+    all_told = .false.
+    do b = 1, size(final)
+      if (all_told .and. .not. (start(b)%own .or. final(b)%own)) cycle
+      call add_line(model, b, start(b), final(b), lines)
+      all_told = all_told .or. .not. (start(b)%own .or. final(b)%own)
+    end do
+  end subroutine water_lines
+
+  !> The level of a body, of all that have none of their own where it has none.
+  pure subroutine add_line(model, body, start, final, lines)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    type(water_table_type), intent(in) :: start, final
+    type(water_line_type), allocatable, intent(inout) :: lines(:)
+    type(water_line_type) :: line
+    type(water_line_type), allocatable :: more(:)
+    real(wp), allocatable :: x(:)
+    real(wp) :: ends(2)
+    integer :: i
+
+    associate (share => model%state%progress%fraction)
+      if (.not. (final%present .or. (start%present .and. share < 1.0_wp))) return
+      line%body = merge(body, 0, start%own .or. final%own)
+      ends = ends_of(model, line%body, final%across)
+      if (ends(2) < ends(1)) return
+      allocate (x(0))
+      if (start%present) x = start%x
+      if (final%present) x = [x, final%x]
+      call sort_within(ends, x)
+      allocate (line%corners(3, size(x)), source=0.0_wp)
+      do i = 1, size(x)
+        line%corners(final%across, i) = x(i)
+        line%corners(final%axis, i) = height_between(start, final, share, line%corners(:, i))
+      end do
+    end associate
+    allocate (more(size(lines) + 1))
+    more(:size(lines)) = lines
+    more(size(more)) = line
+    call move_alloc(more, lines)
+  end subroutine add_line
+
+  !> Height of the level at a place.
+  pure real(wp) function height_between(start, final, share, place) result(height)
+    type(water_table_type), intent(in) :: start, final
+    real(wp), intent(in) :: share, place(3)
+
+    if (start%present .and. final%present) then
+      height = (1.0_wp - share)*level_at(start, place) + share*level_at(final, place)
+    else if (final%present) then
+      height = level_at(final, place)
+    else
+      height = level_at(start, place)
+    end if
+  end function height_between
+
+  !> Ends of the mesh along an axis, or of the points of a body.
+  pure function ends_of(model, body, axis) result(ends)
+    type(model_type), intent(in) :: model
+    !> 0 for the mesh.
+    integer, intent(in) :: body, axis
+    real(wp) :: ends(2)
+
+    if (body == 0) then
+      ends = [minval(model%state%coordinates(axis, :)), maxval(model%state%coordinates(axis, :))]
+    else
+      associate (points => model%state%points)
+        ends = [minval(points%position(axis, :), mask=points%body == body), &
+          maxval(points%position(axis, :), mask=points%body == body)]
+      end associate
+    end if
+  end function ends_of
+
+  !> The ends and the numbers between them, growing, each once.
+  pure subroutine sort_within(ends, x)
+    real(wp), intent(in) :: ends(2)
+    real(wp), allocatable, intent(inout) :: x(:)
+    real(wp) :: sorted(size(x) + 2)
+    integer :: n
+
+    sorted(1) = ends(1)
+    n = 1
+    do while (any(x > sorted(n) .and. x < ends(2)))
+      sorted(n + 1) = minval(x, mask=x > sorted(n))
+      n = n + 1
+    end do
+    sorted(n + 1) = ends(2)
+    deallocate (x)
+    allocate (x, source=sorted(:n + 1))
+  end subroutine sort_within
+end module qsmpm_water_lines
