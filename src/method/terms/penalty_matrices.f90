@@ -33,7 +33,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> The force is added (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: move(size(force, 1), size(penalty%matrix, 1)), total(size(force, 1))
+    real(wp) :: move(size(force, 1), most_nodes(penalty%connectivity)), total(size(force, 1))
     integer :: k, n, a, b, first
 
     do k = 1, penalty%connectivity%count
