@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Does VTK read what a run writes, and does it say the same as the HDF5 results?
+"""Does VTK read what a run writes, and does it say the same as the HDF5 results? Do rigid bodies, contacts and water levels
+in them agree with the curves and the points?
 
 Usage: read_pictures.py BINARY
 """
@@ -66,5 +67,39 @@ for deck, dimension in DECKS.items():
         read_start = vtk_to_numpy(grid.GetCellData().GetArray("initial_volume"))
         check(f"{deck}: initial volumes agree with HDF5 and are not the present ones", np.array_equal(read_start, start) and start.min() > 0 and not np.array_equal(start, now))
         check(f"{deck}: VTK reads the mesh", mesh.GetNumberOfCells() > 0 and mesh.GetNumberOfPoints() > 0)
+
+
+def run_tutorial(name: str, folder: pathlib.Path) -> h5py.Group:
+    """The last step of a deck of the tutorial."""
+    run = run_limited([sys.argv[1], "run", TOP / f"docs/tutorial/{name}.inp", "--out", folder / name, "--quiet"], 100.0)
+    check(f"{name} runs", run.code == 0)
+    steps = h5py.File(folder / name / "results.h5")["steps"]
+    return steps[sorted(steps)[-1]]
+
+
+with tempfile.TemporaryDirectory() as name:
+    folder = pathlib.Path(name)
+    step = run_tutorial("10_wall", folder)
+    last = (folder / "10_wall/curves.csv").read_text().splitlines()[-1].split(",")
+    body, contacts = step["rigid_bodies/000001"], step["contacts"]
+    pressures = contacts["pressure"][...] * contacts["extent"][...]
+    check("wall: its pose is its move", np.allclose(body["pose"], [float(last[10]), 0, 0, 0]) and float(last[10]) > 0.01)
+    check("wall: its outline is where it has moved to", np.isclose(body["outline"][:, 0].max(), float(last[10])) and
+          np.isclose(np.ptp(body["outline"][:, 1]), 1.4))
+    check("wall: its force is the one of the curves", np.isclose(-body["force"][0], float(last[11])))
+    # The force is on the lengths of the start of the step, which the step has stretched by 0.14 %.
+    check("wall: the pressures are its force", abs(np.sum(pressures) / float(last[11]) - 1) < 2e-3)
+    rest = h5py.File(folder / "10_wall/results.h5")["steps/000001"]
+    resting = np.sum(rest["contacts/pressure"][...] * rest["contacts/extent"][...])
+    check("wall: at rest too, where nothing stretches", abs(resting + rest["rigid_bodies/000001/force"][0]) < 1e-7)
+    check("wall: the soil looks at it, from where it is", bool(np.all(contacts["normal"][:, 0] < -0.9)) and
+          np.allclose(contacts["position"][:, 0], float(last[10]), atol=2e-3))
+    check("wall: numbers of body and surface", set(contacts["body"][...]) == {1} == set(contacts["surface"][...]))
+    step = run_tutorial("9_drawdown", folder)
+    level = step["water/000001"][...]
+    check("water: the level as drawn, from end to end", np.allclose(level[:, :2], [[0, 4.5], [7.833333, 4.5], [11.166667, 2.5], [16, 2.5]]))
+    pore, place = step["points/pore_pressure"][...], step["points/position"][...]
+    wanted = 10 * np.maximum(0, np.interp(place[:, 0], level[:, 0], level[:, 1]) - place[:, 1])
+    check("water: the pressure below it is that of its height", np.allclose(pore, wanted, atol=1e-9))
 print(f"{passed} passed, {failed} failed")
 sys.exit(1 if failed or not passed else 0)

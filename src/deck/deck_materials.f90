@@ -10,6 +10,7 @@ module qsmpm_deck_materials
   use qsmpm_deck_k0, only: add_k0_keyword
   use qsmpm_deck_softening, only: add_softening_keyword
   use qsmpm_deck_state, only: deck_state_type, source_line
+  use qsmpm_deck_strength_constants, only: add_strength_constants_keyword
   use qsmpm_deck_undrained, only: add_undrained_keyword
   use qsmpm_deck_user_material, only: add_user_material_keywords
   use qsmpm_keyword_table, only: table_type, in_model, in_material, once, many
@@ -45,6 +46,7 @@ contains
       'elasticity; it costs accuracy where the pressure varies smoothly.', locking_fields, &
       '*VOLUMETRIC LOCKING, TYPE=UNIFORM PRESSURE, FACTOR=0.5')
     call add_user_material_keywords(table)
+    call add_strength_constants_keyword(table)
   end subroutine add_material_keywords
 
   !> *MATERIAL.

@@ -20,6 +20,7 @@ module qsmpm_deck_references
   use qsmpm_deck_stage_check, only: check_stages
   use qsmpm_deck_profile, only: check_profiles
   use qsmpm_deck_water, only: check_water
+  use qsmpm_deck_strength_constants, only: check_strength_constants
   use qsmpm_deck_undrained, only: check_undrained
   use qsmpm_deck_mesh, only: check_inline_mesh
   use qsmpm_deck_point_check, only: check_point_deck
@@ -47,6 +48,7 @@ contains
     call check_materials(state)
     call check_softening(state)
     call check_profiles(state)
+    call check_strength_constants(state)
     call check_undrained(state)
     call check_node_sets(state)
     call check_surfaces(state)

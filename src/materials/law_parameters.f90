@@ -1,7 +1,7 @@
 !> What the user says of a soil law, as plain data that describes itself: the card of the deck, the fields that belong
 !> to
 !> it, what other rooms ask of such a law before there is one, the model that is made of it, and how its strength is
-!> divided by a factor; a law that does not say so is refused in a safety analysis.
+!> divided by a factor; a law that does not say so wants the constants named that are (qsmpm_strength_constants).
 !>
 !> A law extends `law_parameters_type` beside its model and is entered in qsmpm_standard_laws; the deck makes its card,
 !> help and echo of this. The default of a field is the value that the component has; a value outside its range is not
@@ -10,6 +10,7 @@ module qsmpm_law_parameters
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, error_deck, fail
   use qsmpm_principal_model, only: principal_model_type
+  use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_strength_factor, only: strength_factor_type
   implicit none
   private
@@ -54,8 +55,9 @@ module qsmpm_law_parameters
     procedure(describe_interface), deferred :: describe
     procedure(fields_interface), deferred :: fields
     procedure(make_interface), deferred :: make_model
-    !> Lower the strength.
+    !> Lower the strength, as the law knows it or the constants that the user names.
     procedure :: lower => refuse_to_lower
+    procedure :: lower_named => refuse_constants
   end type law_parameters_type
 
   !> One of a list.
@@ -129,6 +131,21 @@ contains
     end associate
     law = self%describe()
     call fail(error, error_deck, '*'//law%keyword//' does not say which of its parameters are a strength that a '// &
-      'factor may divide')
+      'factor may divide: name them by *STRENGTH CONSTANTS')
   end subroutine refuse_to_lower
+
+  !> Refuse constants that the user names.
+  subroutine refuse_constants(self, named, by, error)
+    class(law_parameters_type), intent(inout) :: self
+    type(strength_constant_type), intent(in) :: named(:)
+    type(strength_factor_type), intent(in) :: by
+    !> error_deck: names the card.
+    type(error_type), allocatable, intent(out) :: error
+    type(law_description_type) :: law
+
+    associate (unused => named, neither => by)
+    end associate
+    law = self%describe()
+    call fail(error, error_deck, '*'//law%keyword//' wants no *STRENGTH CONSTANTS')
+  end subroutine refuse_constants
 end module qsmpm_law_parameters

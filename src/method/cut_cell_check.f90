@@ -205,7 +205,8 @@ contains
     call warn_of_lost(model, check%lost, .false., 'How far stresses beside it are off is not measured any more', &
       check, observer)
     check%worst = max(check%worst, check%share)
-    curable = is_curable(model)
+    curable = .false.
+    if (check%share > told_from) curable = is_curable(model, check%place)
     if (level_of(check%share, curable) <= check%level) return
     check%level = level_of(check%share, curable)
     call observer%note(prefix(check%level)//violation_text(check%share)//', most at '//place_text(check%place)// &
@@ -214,16 +215,26 @@ contains
       'cells of half the size halve it                                   ', curable)))
   end subroutine warn_of_cut_cells
 
-  !> Whether there is an outline that INTEGRATION=CELL would follow: that of a body that cannot yield.
-  pure logical function is_curable(model)
+  !> Whether INTEGRATION=CELL would follow the outline at the place where it is worst: that of a body that cannot yield.
+  pure logical function is_curable(model, place)
     type(model_type), intent(in) :: model
-    integer :: k
+    !> (dimension)
+    real(wp), intent(in) :: place(:)
+    real(wp) :: distance, least
+    integer :: p, body
 
     is_curable = .false.
     if (model%analysis%method%integration == integrate_cells) return
-    do k = 1, size(model%outlines)
-      is_curable = is_curable .or. .not. flows(model, model%outlines(k)%body)
+    least = huge(least)
+    body = 0
+    do p = 1, model%state%points%count
+      if (.not. any(model%outlines%body == model%state%points%body(p))) cycle
+      distance = norm2(model%state%points%position(:, p) - place)
+      if (.not. distance < least) cycle
+      least = distance
+      body = model%state%points%body(p)
     end do
+    if (body > 0) is_curable = .not. flows(model, body)
   end function is_curable
 
   !> What is made of a violation.

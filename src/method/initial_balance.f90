@@ -101,18 +101,30 @@ contains
     class(observer_type), intent(inout) :: observer
     type(correction_type), intent(out) :: correction
     type(error_type), allocatable, intent(out) :: error
-    character(len=12) :: change
 
     call correct_stresses(model, step, merge(0.0_wp, exact, balance%move > exact), correction, error)
     if (allocated(error) .or. .not. correction%change > 0.0_wp) return
-    write (change, '(es7.1)') correction%change
-    call observer%note(kind_of(correction%before)//'K0 stresses: '//balance_text(balance)//'; corrected for the '// &
-      'cells of the grid, by '//trim(change)//' of the largest stress at the most')
+    call note_correction(balance, correction, observer)
     call initialise_step(model, step, error)
     if (allocated(error)) return
-    call measure_balance(model, step, balance, any(model%laws%pressure_factor > 0.0_wp))
+    call measure_balance(model, step, balance, correction%by_law)
     call discard_terms(step%terms)
   end subroutine correct_balance
+
+  !> Say what was corrected.
+  subroutine note_correction(before, correction, observer)
+    type(balance_type), intent(in) :: before
+    type(correction_type), intent(in) :: correction
+    class(observer_type), intent(inout) :: observer
+    character(len=:), allocatable :: done
+    character(len=12) :: change
+
+    write (change, '(es7.1)') correction%change
+    done = 'corrected for the cells of the grid, by '
+    if (correction%evened_only) done = 'made even in the cells that have one pressure, by '
+    call observer%note(kind_of(correction%before)//'K0 stresses: '//balance_text(before)//'; '//done//trim(change)// &
+      ' of the largest stress at the most')
+  end subroutine note_correction
 
   !> What is out of balance, as a sentence.
   function balance_text(balance) result(text)
@@ -142,7 +154,8 @@ contains
 
     if (correction%before > 0.0_wp .and. correction%before <= refused) then
       words = 'the stiffness of a soil falls with its stress to next to nothing at the surface, and the cells '// &
-        'there are too coarse for that. Take smaller cells, or let the grid end where the ground does'
+        'there are too coarse for that. Take smaller cells, *METHOD, BASIS=GIMP, INTEGRATION=CELL, or let the grid '// &
+        'end where the ground does'
     else
       words = 'the ground or a layer of it is not level, *INITIAL gives another level, a load of the phase is not '// &
         'in them, or too few points integrate the cells (*METHOD, INTEGRATION=CELL). '//advice

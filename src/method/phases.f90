@@ -209,9 +209,10 @@ contains
     loop%report%lag_warned = .false.
     associate (phase => model%analysis%phases(model%state%progress%phase))
       if (phase%initial%kind /= initial_keep) then
+        ! Of the stresses as given, before they are corrected for the grid.
+        call warn_of_initial_strength(model, observer)
         call check_initial_balance(model, loop%step, phase, observer, error)
         if (allocated(error)) return
-        call warn_of_initial_strength(model, observer)
       end if
       if (phase%kind == phase_safety) then
         if (len(share_note(phase)) > 0) call observer%note(share_note(phase))

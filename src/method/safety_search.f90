@@ -10,7 +10,7 @@ module qsmpm_safety_search
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail
   use qsmpm_initialisation, only: step_type
-  use qsmpm_lowered_laws, only: fit_laws
+  use qsmpm_lowered_laws, only: fit_laws, has_named_strength
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
   use qsmpm_observer, only: observer_type, step_record_type
@@ -57,9 +57,9 @@ contains
     search%controls%stabilisation_share = min(largest_share, phase%controls%stabilisation_share)
     search%controls%in_place = phase%safety%geometry == geometry_fixed
     before = model%state%progress%strength_factor
-    do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance))
+    do while (.not. is_closed(model%state%progress%bracket, phase%safety%tolerance, has_named_strength(model)))
       if (observer%stop_requested()) exit
-      factor = next_factor(model%state%progress%bracket)
+      factor = next_factor(model%state%progress%bracket, phase%safety%tolerance)
       call set_strength(model, factor)
       record = step_record_type()
       call take_step(model, step, solver, search, model%state%progress%fraction, observer, record, outcome, error)

@@ -2,6 +2,7 @@
 !> in force is another than that of the laws there are. States of the points stay.
 module qsmpm_lowered_laws
   use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: materials_active
   use qsmpm_analysis, only: material_type, phase_safety, three_dimensional
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_error, only: error_type, error_deck, fail
@@ -11,12 +12,13 @@ module qsmpm_lowered_laws
   use qsmpm_material_traits, only: traits_of, may_yield
   use qsmpm_model, only: model_type
   use qsmpm_safety_bracket, only: largest_factor, smallest_factor
+  use qsmpm_strength_constants, only: lower_constants
   use qsmpm_strength_factor, only: strength_factor_type, lower_strength, lower_tension, flow_material, &
     operator(==)
   implicit none
   private
 
-  public :: fit_laws, lower_material, check_lowering
+  public :: fit_laws, lower_material, check_lowering, has_named_strength
 
 contains
 
@@ -31,7 +33,7 @@ contains
     wanted = strength_in_force(model)
     if (model%strength == wanted) return
     do m = 1, size(model%laws)
-      if (.not. has_strength(model%analysis%materials(m))) cycle
+      if (.not. is_lowerable(model%analysis%materials(m))) cycle
       ! check_lowering has made all of these.
       call make_lowered_law(model, m, wanted, law, error)
       if (allocated(error)) cycle
@@ -81,8 +83,13 @@ contains
     if (material%undrained%given .and. by%flow /= flow_material .and. material%friction_angle > 0.0_wp) then
       call fail(error, error_deck, 'undrained soil with the associated flow of Davis gains strength without end: '// &
         'FLOW=MATERIAL')
-    else if (material%user%given .or. material%own_law) then
-      call fail(error, error_deck, 'of a model of the user''s it is not known which parameters are a strength')
+    else if (allocated(material%strength_constants)) then
+      call lower_named_constants(by, material, error)
+    else if (material%own_law) then
+      call fail(error, error_deck, 'of the law of a program it is not known what is its strength')
+    else if (material%user%given) then
+      call fail(error, error_deck, 'of a model of the user''s it is not known which constants are a strength: name '// &
+        'them by *STRENGTH CONSTANTS')
     else if (allocated(material%soil_law)) then
       call material%soil_law%lower(by, error)
     else
@@ -97,29 +104,60 @@ contains
     end if
   end subroutine lower_material
 
+  !> Lower the constants that the user names.
+  subroutine lower_named_constants(by, material, error)
+    type(strength_factor_type), intent(in) :: by
+    type(material_type), intent(inout) :: material
+    !> error_deck: the law has not these, or no angle of dilatancy is known.
+    type(error_type), allocatable, intent(out) :: error
+
+    if (allocated(material%soil_law)) then
+      call material%soil_law%lower_named(material%strength_constants, by, error)
+    else if (by%flow /= flow_material) then
+      call fail(error, error_deck, 'of a model of the user''s no flow rule is known: FLOW=MATERIAL')
+    else
+      call lower_constants(material%strength_constants, by, material%user%constants)
+    end if
+  end subroutine lower_named_constants
+
   !> Whether a material has a strength to lower.
-  pure logical function has_strength(material)
+  pure logical function is_lowerable(material)
     type(material_type), intent(in) :: material
     type(law_description_type) :: traits
 
     traits = traits_of(material)
-    has_strength = traits%has_strength .and. .not. (material%user%given .or. material%own_law)
-  end function has_strength
+    is_lowerable = traits%has_strength .and. .not. (material%user%given .or. material%own_law)
+    is_lowerable = is_lowerable .or. allocated(material%strength_constants)
+  end function is_lowerable
 
-  !> Safety phases want materials whose strength can be lowered. What is a law at both ends of the search is one
-  !> between.
+  !> Whether a body of the present phase has a law of which the user says what its strength is: it may harden.
+  pure logical function has_named_strength(model) result(named)
+    type(model_type), intent(in) :: model
+    logical :: active(size(model%analysis%materials))
+    integer :: m
+
+    active = materials_active(model%analysis, model%state%progress%phase)
+    named = .false.
+    do m = 1, size(active)
+      named = named .or. (active(m) .and. allocated(model%analysis%materials(m)%strength_constants))
+    end do
+  end function has_named_strength
+
+  !> Safety phases want materials whose strength can be lowered, those that a body has then. What is a law at both ends
+  !> of the search is one between.
   subroutine check_lowering(model, diagnostics)
     type(model_type), intent(in) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
     integer :: p, m
-    logical :: any_strength
+    logical :: any_strength, active(size(model%analysis%materials))
 
     do p = 1, size(model%analysis%phases)
       associate (phase => model%analysis%phases(p))
         if (phase%kind /= phase_safety) cycle
         any_strength = .false.
+        active = materials_active(model%analysis, p)
         do m = 1, size(model%analysis%materials)
-          if (.not. may_yield(model%analysis%materials(m))) cycle
+          if (.not. (active(m) .and. may_yield(model%analysis%materials(m)))) cycle
           any_strength = .true.
           call check_material(model, m, phase%name, phase%safety%flow, diagnostics)
         end do

@@ -21,7 +21,7 @@ module qsmpm_model_builder
   use qsmpm_model_surfaces, only: make_surfaces
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
-  use qsmpm_phase_start, only: resume_phase
+  use qsmpm_phase_summary, only: summarise_phases, summarise_rigid_bodies
   use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
@@ -321,6 +321,7 @@ contains
         count(model%state%surface%surface == s), ' surface points, area ', surface_area(model, s)
       call add_line(text, line)
     end do
+    call summarise_rigid_bodies(model, text)
     call summarise_phases(model, text)
     text = text//model%notes
   end subroutine model_summary
@@ -342,27 +343,4 @@ contains
 
     area = sum(model%state%surface%area, mask=model%state%surface%surface == surface)
   end function surface_area
-
-  !> Fixed components and resultant loads at the end of each phase.
-  subroutine summarise_phases(model, text)
-    type(model_type), intent(in) :: model
-    character(len=:), allocatable, intent(inout) :: text
-    type(model_type) :: phased
-    real(wp) :: resultant(3)
-    character(len=200) :: line
-    integer :: p, s
-
-    phased = model
-    do p = 1, size(model%analysis%phases)
-      phased%state%progress%phase = p
-      call resume_phase(phased)
-      resultant = phased%loading%gravity_final*sum(model%state%points%weight)
-      do s = 1, size(model%analysis%surfaces)
-        resultant = resultant + phased%loading%traction_final(:, s)*surface_area(model, s)
-      end do
-      write (line, '(3a,i0,a,3(1x,es13.6))') "phase '", model%analysis%phases(p)%name, "': ", &
-        count(phased%loading%constrained), ' fixed components, resultant load', resultant(:model%mesh%dimension)
-      call add_line(text, line)
-    end do
-  end subroutine summarise_phases
 end module qsmpm_model_builder

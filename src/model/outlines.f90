@@ -1,7 +1,8 @@
 !> Bodies whose outline is carried with the material: those that the grid cuts. Where cells are integrated it serves for
 !> that in bodies whose materials cannot yield: a body that flows folds and parts, which an outline does not follow, and
 !> the states that integration points take from the nearest material point cost a softening slope more than its outline
-!> gains. Elsewhere the outline only tells how far the integration is off (qsmpm_cut_cell_check).
+!> gains. Elsewhere the outline only tells how far the integration is off (qsmpm_cut_cell_check); bodies that touch such
+!> a one have theirs there too.
 !>
 !> The vertices of an outline are tracers. At the start of every step one that serves says which part of each cell its
 !> body holds, and the loads on it are laid on its edges or facets as the cells cut them, so that a uniform stress stays
@@ -58,11 +59,9 @@ contains
   subroutine carry_outlines(model)
     !> The model with its points, surfaces and tracers.
     type(model_type), intent(inout) :: model
-    type(carried_outline_type) :: outline
-    real(wp), allocatable :: vertices(:, :)
     real(wp) :: volumes(model%mesh%cell_count), size_of_cells
-    integer :: b, p
-    logical :: placed
+    integer :: b, p, before
+    logical :: added
 
     allocate (model%outlines(0))
     if (model%analysis%method%basis == basis_fem) return
@@ -72,17 +71,81 @@ contains
       size_of_cells = min(size_of_cells, cell_size(model%mesh, model%state%points%cell(p)))
     end do
     do b = 1, size(model%shapes)
-      if (.not. cuts_cells(model, volumes, b)) cycle
-      call divide_bounds(model, b, longest(model%mesh%dimension)*size_of_cells, vertices, outline)
-      if (size(vertices) == 0) cycle
-      call add_tracers(model, vertices, placed)
-      if (.not. placed) cycle
-      outline%before = model%state%tracers%count - outline%count
-      outline%integrates = model%analysis%method%integration == integrate_cells .and. .not. flows(model, b)
-      call find_surfaces(model, vertices, outline)
-      model%outlines = [model%outlines, outline]
+      if (cuts_cells(model, volumes, b)) call carry_outline(model, b, longest(model%mesh%dimension)*size_of_cells)
+    end do
+    ! Where one of two bodies that touch has an outline and the other none, what lies between them would count as if
+    ! nothing was beyond it.
+    added = .true.
+    do while (added)
+      added = .false.
+      do b = 1, size(model%shapes)
+        if (.not. touches_outline(model, b, touching*size_of_cells)) cycle
+        before = size(model%outlines)
+        call carry_outline(model, b, longest(model%mesh%dimension)*size_of_cells)
+        added = added .or. size(model%outlines) > before
+      end do
     end do
   end subroutine carry_outlines
+
+  !> Carry the outline of a body, unless it has none or a vertex lies outside of the mesh.
+  subroutine carry_outline(model, body, length)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: body
+    !> Greatest length of an edge.
+    real(wp), intent(in) :: length
+    type(carried_outline_type) :: outline
+    real(wp), allocatable :: vertices(:, :)
+    logical :: placed
+
+    call divide_bounds(model, body, length, vertices, outline)
+    if (size(vertices) == 0) return
+    call add_tracers(model, vertices, placed)
+    if (.not. placed) return
+    outline%before = model%state%tracers%count - outline%count
+    outline%integrates = integrates_inside(model, body)
+    call find_surfaces(model, vertices, outline)
+    model%outlines = [model%outlines, outline]
+  end subroutine carry_outline
+
+  !> Whether a body is integrated inside of its outline where it has one.
+  pure logical function integrates_inside(model, body) result(inside)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+
+    inside = model%analysis%method%integration == integrate_cells .and. .not. flows(model, body)
+  end function integrates_inside
+
+  !> Whether a body without an outline touches, by its points, one with an outline that only tells how far it is off.
+  pure logical function touches_outline(model, body, margin) result(touches)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    real(wp), intent(in) :: margin
+    real(wp), dimension(model%mesh%dimension, 2) :: own, other
+    integer :: k
+
+    touches = .false.
+    if (any(model%outlines%body == body) .or. integrates_inside(model, body)) return
+    own = box_of(body)
+    do k = 1, size(model%outlines)
+      if (model%outlines(k)%integrates) cycle
+      other = box_of(model%outlines(k)%body)
+      touches = touches .or. all(own(:, 1) <= other(:, 2) + margin .and. own(:, 2) >= other(:, 1) - margin)
+    end do
+  contains
+    !> Lower and upper corner of the boxes of the points of a body.
+    pure function box_of(number) result(box)
+      integer, intent(in) :: number
+      real(wp) :: box(model%mesh%dimension, 2)
+      integer :: d
+
+      associate (points => model%state%points)
+        do d = 1, size(box, 1)
+          box(d, 1) = minval(points%position(d, :) - points%half_size(d, :), mask=points%body == number)
+          box(d, 2) = maxval(points%position(d, :) + points%half_size(d, :), mask=points%body == number)
+        end do
+      end associate
+    end function box_of
+  end function touches_outline
 
   !> Whether a material of a body can yield.
   pure logical function flows(model, body)

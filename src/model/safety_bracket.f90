@@ -6,6 +6,10 @@
 !>   lost      dF/2 from the last stable F; below F = 1, where none is stable yet, dF less
 !>   between   never beyond the middle of the bracket
 !>   end       bracket as narrow as the tolerance, stable at F = 10, or lost down to F = 0.1
+!>
+!> Soil that hardens, or of which that is not known, may find no equilibrium at a factor from afar that it finds from
+!> near. Where the search is to make sure, the lost factor of a narrow bracket is tried again from the stable one, and
+!> the search goes on where it holds.
 module qsmpm_safety_bracket
   use qsmpm_kinds, only: wp
   use qsmpm_text, only: real_text
@@ -26,16 +30,22 @@ module qsmpm_safety_bracket
     real(wp) :: stable = 0.0_wp, lost = 0.0_wp
     !> dF
     real(wp) :: increment = first_increment
+    !> The lost factor was tried from the stable one.
+    logical :: from_stable = .false.
   end type bracket_type
 
 contains
 
   !> The factor to be tried.
-  pure real(wp) function next_factor(bracket) result(factor)
+  pure real(wp) function next_factor(bracket, tolerance) result(factor)
     type(bracket_type), intent(in) :: bracket
+    !> Width of the bracket that ends the search.
+    real(wp), intent(in) :: tolerance
 
     associate (b => bracket)
-      if (b%stable > 0.0_wp) then
+      if (is_closed(b, tolerance, .false.)) then
+        factor = b%lost
+      else if (b%stable > 0.0_wp) then
         factor = min(b%stable + b%increment, largest_factor)
         if (b%lost > 0.0_wp) factor = min(factor, 0.5_wp*(b%stable + b%lost))
       else if (b%lost > 0.0_wp) then
@@ -55,6 +65,8 @@ contains
 
     if (easy .and. bracket%stable > 0.0_wp) bracket%increment = growth*bracket%increment
     bracket%stable = factor
+    bracket%from_stable = .false.
+    if (.not. bracket%lost > factor) bracket%lost = 0.0_wp
   end subroutine note_stable
 
   !> There is none.
@@ -64,6 +76,7 @@ contains
 
     if (bracket%stable > 0.0_wp) bracket%increment = 0.5_wp*(factor - bracket%stable)
     bracket%lost = factor
+    bracket%from_stable = bracket%stable > 0.0_wp
   end subroutine note_lost
 
   !> The last stable factor went too far: the next one is to lie at a share of the way from the one before.
@@ -80,16 +93,19 @@ contains
     if (.not. again) return
     bracket%increment = max(share*(bracket%stable - before), tolerance)
     bracket%stable = before
+    bracket%from_stable = .false.
   end subroutine take_again
 
   !> Whether the search has ended.
-  pure logical function is_closed(bracket, tolerance)
+  pure logical function is_closed(bracket, tolerance, makes_sure)
     type(bracket_type), intent(in) :: bracket
     real(wp), intent(in) :: tolerance
+    !> The lost factor counts only from the stable one.
+    logical, intent(in) :: makes_sure
 
     associate (b => bracket)
       if (b%stable > 0.0_wp .and. b%lost > 0.0_wp) then
-        is_closed = b%lost - b%stable <= tolerance*(1.0_wp + rounding)
+        is_closed = b%lost - b%stable <= tolerance*(1.0_wp + rounding) .and. (b%from_stable .or. .not. makes_sure)
       else
         is_closed = .not. b%stable < largest_factor .or. &
           (b%lost > 0.0_wp .and. .not. b%lost > smallest_factor*(1.0_wp + rounding))

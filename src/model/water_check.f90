@@ -47,6 +47,9 @@ contains
           if (.not. phase%water_levels(i)%none) call check_slope(model, ground, phase%water_levels(i), tables, &
             diagnostics)
         end do
+        do i = 1, size(phase%water_levels)
+          if (.not. phase%water_levels(i)%none) call check_falls(model, phase%water_levels(i), tables, diagnostics)
+        end do
         if (size(phase%water_levels) > 0) call check_neighbours(model, ground, p, tables, diagnostics)
         call check_pressures(model, ground, p, tables, diagnostics)
       end associate
@@ -122,6 +125,34 @@ contains
     end associate
   end subroutine check_reach
 
+  !> A line falls over more than the box of a material point, by whose middle its slope is taken, or not at all.
+  subroutine check_falls(model, level, tables, diagnostics)
+    type(model_type), intent(in) :: model
+    type(water_level_type), intent(in) :: level
+    type(water_table_type), intent(in) :: tables(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: fall
+    integer :: i, p, b
+
+    do i = 1, size(level%line, 2) - 1
+      associate (from => level%line(:, i), to => level%line(:, i + 1), points => model%state%points)
+        fall = abs(to(2) - from(2))
+        if (fall <= max(same_height*mesh_height(model, tables(1)%axis), to(1) - from(1))) cycle
+        do p = 1, points%count
+          b = points%body(p)
+          if (.not. is_of(model, level, b, tables(b))) cycle
+          associate (x => points%position(tables(b)%across, p), half => points%half_size(tables(b)%across, p))
+            if (x + half <= from(1) .or. x - half >= to(1) .or. to(1) - from(1) >= 2.0_wp*half) cycle
+          end associate
+          call add_diagnostic(diagnostics, level%where, '*WATER LEVEL', 'the line falls by '//short(fall)// &
+            ' from x = '//short(from(1))//' to '//short(to(1))//', within the box of a material point, which takes '// &
+            'its slope in the middle: let it fall over the width of the wall, or of several points')
+          exit
+        end do
+      end associate
+    end do
+  end subroutine check_falls
+
   !> Where it slopes a line is in the ground or on it: water that stands free is level.
   subroutine check_slope(model, ground, level, tables, diagnostics)
     type(model_type), intent(in) :: model
@@ -151,7 +182,7 @@ contains
     end associate
   end subroutine check_slope
 
-  !> Bodies that touch have the same pressure where they do, unless a *PRESSURE acts on one of them.
+  !> Bodies that touch have the same pressure where they do, unless a *PRESSURE acts between them.
   subroutine check_neighbours(model, ground, number, tables, diagnostics)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
@@ -159,32 +190,57 @@ contains
     integer, intent(in) :: number
     type(water_table_type), intent(in) :: tables(:)
     type(diagnostics_type), intent(inout) :: diagnostics
-    real(wp), allocatable :: places(:, :)
     real(wp) :: jump
-    integer :: a, b, k
+    integer :: a, b
 
     do a = 1, size(tables)
       if (all(same_tables(tables(a), tables))) cycle
-      call facet_places(ground, a, hair*mesh_height(model, ground%axis), places)
-      do b = 1, size(tables)
-        if (b == a .or. same_tables(tables(a), tables(b))) cycle
-        if (b < a) cycle
-        if (is_pressed(model, ground, number, a) .or. is_pressed(model, ground, number, b)) cycle
-        do k = 1, size(places, 2)
-          jump = abs(tables(a)%unit_weight*head_at(tables(a), places(:, k)) &
-            - tables(b)%unit_weight*head_at(tables(b), places(:, k)))
-          if (jump <= same_height*mesh_height(model, ground%axis)*max(tables(a)%unit_weight, &
-            tables(b)%unit_weight)) cycle
-          if (.not. body_holds(ground, b, places(:model%mesh%dimension, k))) cycle
-          call add_diagnostic(diagnostics, model%analysis%phases(number)%water_levels(1)%where, '*WATER LEVEL', &
-            "the pressure of the water jumps by "//real_text(jump)//" from body '"//model%analysis%bodies(a)%name// &
-            "' to body '"//model%analysis%bodies(b)%name//"', which touch: nothing carries that; give both one "// &
-            'level, or put a *PRESSURE on the surface between them')
-          exit
-        end do
+      do b = a + 1, size(tables)
+        if (same_tables(tables(a), tables(b))) cycle
+        jump = largest_jump(model, ground, tables, a, b)
+        if (.not. jump > 0.0_wp) cycle
+        if (is_pressed(model, ground, number, a, b)) cycle
+        call add_diagnostic(diagnostics, model%analysis%phases(number)%water_levels(1)%where, '*WATER LEVEL', &
+          'the pressure of the water jumps by '//short(jump)//" from body '"//model%analysis%bodies(a)%name// &
+          "' to body '"//model%analysis%bodies(b)%name//"', which touch: nothing carries that; give both one "// &
+          'level, let it fall over the width of one of them, or put a *PRESSURE on the surface between them')
       end do
     end do
   end subroutine check_neighbours
+
+  !> Largest jump of the pressure between two bodies where they touch; 0 where it is none.
+  real(wp) function largest_jump(model, ground, tables, a, b) result(largest)
+    type(model_type), intent(in) :: model
+    type(overburden_type), intent(in) :: ground
+    type(water_table_type), intent(in) :: tables(:)
+    !> Numbers of the bodies.
+    integer, intent(in) :: a, b
+    real(wp), allocatable :: places(:, :)
+    real(wp) :: jump
+    integer :: k
+
+    largest = 0.0_wp
+    call facet_places(ground, a, hair*mesh_height(model, ground%axis), places)
+    do k = 1, size(places, 2)
+      jump = abs(tables(a)%unit_weight*head_at(tables(a), places(:, k)) &
+        - tables(b)%unit_weight*head_at(tables(b), places(:, k)))
+      if (jump <= same_height*mesh_height(model, ground%axis)*max(tables(a)%unit_weight, &
+        tables(b)%unit_weight)) cycle
+      if (jump > largest .and. body_holds(ground, b, places(:model%mesh%dimension, k))) largest = jump
+    end do
+  end function largest_jump
+
+  !> A number in six digits.
+  pure function short(value) result(text)
+    real(wp), intent(in) :: value
+    character(len=:), allocatable :: text
+    character(len=16) :: buffer
+    real(wp) :: rounded
+
+    write (buffer, '(es13.5e3)') value
+    read (buffer, *) rounded
+    text = real_text(rounded)
+  end function short
 
   !> Whether two levels are one.
   elemental logical function same_tables(a, b) result(same)
@@ -196,12 +252,12 @@ contains
     if (same) same = all(abs(a%x - b%x) <= 0.0_wp) .and. all(abs(a%height - b%height) <= 0.0_wp)
   end function same_tables
 
-  !> Whether a *PRESSURE acts on a body in a phase.
-  pure logical function is_pressed(model, ground, number, body) result(pressed)
+  !> Whether a *PRESSURE acts in a phase between two bodies: on one of them where the other one touches it.
+  pure logical function is_pressed(model, ground, number, a, b) result(pressed)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
-    !> Number of the phase.
-    integer, intent(in) :: number, body
+    !> Number of the phase, and of the bodies.
+    integer, intent(in) :: number, a, b
     integer, allocatable :: path(:)
     integer :: i, p, k
 
@@ -213,27 +269,36 @@ contains
           do i = 1, size(model%analysis%phases(path(p))%tractions)
             associate (load => model%analysis%phases(path(p))%tractions(i))
               if (.not. load%follows .or. model%analysis%surfaces(surface%surface(k))%name /= load%surface) cycle
-              pressed = pressed .or. body_holds(ground, body, inner_place(model, ground, k))
+              pressed = pressed .or. (holds(a, 1) .and. holds(b, -1)) .or. (holds(b, 1) .and. holds(a, -1))
             end associate
           end do
         end do
       end do
     end associate
+  contains
+    !> Whether a body holds the place behind the surface point, or the one before it.
+    pure logical function holds(body, side)
+      integer, intent(in) :: body
+      !> 1 behind, -1 before.
+      integer, intent(in) :: side
+
+      holds = body_holds(ground, body, place_beside(model, ground, k, side))
+    end function holds
   end function is_pressed
 
-  !> A place a hair behind a surface point, in the body.
-  pure function inner_place(model, ground, k) result(place)
+  !> A place a hair behind a surface point, in the body, or before it.
+  pure function place_beside(model, ground, k, side) result(place)
     type(model_type), intent(in) :: model
     type(overburden_type), intent(in) :: ground
-    !> Number of the surface point.
-    integer, intent(in) :: k
+    !> Number of the surface point; 1 behind it, -1 before it.
+    integer, intent(in) :: k, side
     real(wp) :: place(model%mesh%dimension)
 
     associate (surface => model%state%surface)
-      place = surface%position(:, k) - hair*mesh_height(model, ground%axis)*surface%area_vector(:, k) &
+      place = surface%position(:, k) - side*hair*mesh_height(model, ground%axis)*surface%area_vector(:, k) &
         /max(norm2(surface%area_vector(:, k)), tiny(1.0_wp))
     end associate
-  end function inner_place
+  end function place_beside
 
   !> No surface below the level of its body is under a pressure of water.
   subroutine check_pressures(model, ground, number, tables, diagnostics)
@@ -257,7 +322,7 @@ contains
           if (surface%surface(k) /= s) cycle
           do b = 1, size(tables)
             if (.not. head_at(tables(b), surface%position(:, k)) > same_height*mesh_height(model, ground%axis)) cycle
-            wet = wet .or. body_holds(ground, b, inner_place(model, ground, k))
+            wet = wet .or. body_holds(ground, b, place_beside(model, ground, k, 1))
           end do
         end do
         if (wet) call add_diagnostic(diagnostics, load%where, '*PRESSURE', "surface '"//load%surface// &

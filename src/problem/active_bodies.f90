@@ -1,13 +1,13 @@
-!> Which bodies are there in a phase: what *BODY, ACTIVE=NO, *ACTIVATE and *DEACTIVATE say, along the line of its
-!> ancestors. A body that a phase takes out is not there in that phase any more, though its weight and stress are
-!> lowered over it (qsmpm_unloading).
+!> Which bodies are there in a phase, and of which material: what *BODY, ACTIVE=NO, *ACTIVATE, *DEACTIVATE and
+!> *CHANGE MATERIAL say, along the line of its ancestors. A body that a phase takes out is not there in that phase any
+!> more, though its weight and stress are lowered over it (qsmpm_unloading).
 module qsmpm_active_bodies
   use qsmpm_analysis, only: analysis_type, body_change_type
   use qsmpm_phase_tree, only: lineage
   implicit none
   private
 
-  public :: bodies_active, bodies_named, body_number, has_stages
+  public :: bodies_active, body_materials, materials_active, bodies_named, body_number, has_stages
 
 contains
 
@@ -28,6 +28,58 @@ contains
         .or. bodies_named(analysis, analysis%phases(line(i))%activations)
     end do
   end function bodies_active
+
+  !> Number of the material that each body is of at the end of a phase, whether it is there or not; 0 where no material
+  !> has the name.
+  pure function body_materials(analysis, phase) result(number)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    !> (bodies)
+    integer :: number(size(analysis%bodies))
+    integer, allocatable :: line(:)
+    integer :: b, i, k
+
+    number = [(material_number(analysis, analysis%bodies(b)%material), b=1, size(number))]
+    allocate (line, source=lineage(analysis%phases, phase))
+    do i = 1, size(line)
+      if (.not. allocated(analysis%phases(line(i))%materials)) cycle
+      associate (changes => analysis%phases(line(i))%materials)
+        do k = 1, size(changes)
+          b = body_number(analysis, changes(k)%body)
+          if (b > 0) number(b) = material_number(analysis, changes(k)%material)
+        end do
+      end associate
+    end do
+  end function body_materials
+
+  !> Whether each material is that of a body which is there during a phase.
+  pure function materials_active(analysis, phase) result(active)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the phase.
+    integer, intent(in) :: phase
+    !> (materials)
+    logical :: active(size(analysis%materials))
+    logical :: there(size(analysis%bodies))
+    integer :: number(size(analysis%bodies)), b
+
+    there = bodies_active(analysis, phase)
+    number = body_materials(analysis, phase)
+    active = .false.
+    do b = 1, size(number)
+      if (there(b) .and. number(b) > 0) active(number(b)) = .true.
+    end do
+  end function materials_active
+
+  !> Number of a material by its name, 0 for none.
+  pure integer function material_number(analysis, name) result(number)
+    type(analysis_type), intent(in) :: analysis
+    character(len=*), intent(in) :: name
+
+    do number = size(analysis%materials), 1, -1
+      if (analysis%materials(number)%name == name) return
+    end do
+  end function material_number
 
   !> Whether each body is in a list of changes.
   pure function bodies_named(analysis, changes) result(named)

@@ -12,6 +12,7 @@ module qsmpm_analysis
   use qsmpm_strength_factor, only: flow_material
   use qsmpm_strength_profile, only: strength_profile_type
   use qsmpm_undrained_parameters, only: undrained_type
+  use qsmpm_strength_constants, only: strength_constant_type
   use qsmpm_user_material, only: user_material_type
   use qsmpm_point_test, only: point_test_type
   use qsmpm_text, only: string_type
@@ -228,6 +229,9 @@ module qsmpm_analysis
     real(wp) :: pressure_factor = -1.0_wp
     !> Model in a shared library.
     type(user_material_type) :: user
+    !> Constants that a factor of safety divides, of a law that does not know its strength; unallocated for none.
+    type(strength_constant_type), allocatable :: strength_constants(:)
+    type(source_line_type) :: strength_where
   end type material_type
 
   !> How the continuum is discretised.

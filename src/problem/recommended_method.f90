@@ -3,18 +3,23 @@
 !>   unperturbed grid of QUAD4 or HEX8    SPLINE2G, CELL, 9 (27) points; FACTOR 0.005 where a material can yield
 !>   the same with a moving mesh          SPLINE2, POINTS, 9 (27) points, FACTOR 5e-4
 !>   every other mesh                     STANDARD, CELL
+!>   the first with stiff bodies on lines STANDARD, CELL
+!>
+!> A body some hundred times as stiff as the softest one, a wall of concrete in soil, is a layer that splines over the
+!> cells around it do not follow: beside one that fills whole cells runs stop (stiff_bodies.toml), and cells that end
+!> where it does have no such trouble. Where it ends within cells splines still are the better choice.
 !>
 !> What the deck says itself stays. Programs that build an analysis without a deck name their method.
 module qsmpm_recommended_method
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, method_type, basis_auto, basis_standard, basis_spline2, &
-    basis_spline2g, integrate_points, integrate_cells, mesh_grid, stabilise_background, stabilise_ghost, &
-    three_dimensional
+    basis_spline2g, body_box, body_polygon, integrate_points, integrate_cells, mesh_grid, stabilise_background, &
+    stabilise_ghost, three_dimensional
   use qsmpm_material_traits, only: may_yield
   implicit none
   private
 
-  public :: undecided_method, decide_method
+  public :: undecided_method, decide_method, stiff_body
 
   !> Marks of what a deck leaves open.
   integer, parameter :: open_integration = 0, open_stabilisation = -1
@@ -22,6 +27,9 @@ module qsmpm_recommended_method
   real(wp), parameter :: factor_of_flow = 5.0e-3_wp, factor_of_push = 5.0e-4_wp
   !> Points of a cell that the second moments of quadratic functions need, in the plane and in space.
   integer, parameter :: points_in_plane = 9, points_in_space = 27
+  !> Young's modulus over the least one of the deck from which a body is stiff; a place on a line of the grid, as a
+  !> share of its length.
+  real(wp), parameter :: stiff = 300.0_wp, on_line = 1.0e-6_wp
 
 contains
 
@@ -38,10 +46,23 @@ contains
   pure subroutine decide_method(analysis)
     !> The analysis, read to its end.
     type(analysis_type), intent(inout) :: analysis
+    integer :: b
 
     if (analysis%method%basis /= basis_auto) return
+    b = stiff_body(analysis)
     if (analysis%mesh%kind == mesh_grid .and. is_spline_grid(analysis)) then
+      if (b > 0 .and. .not. analysis%moving_mesh%active) then
+        if (ends_on_lines(analysis, b)) then
+          call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
+            analysis%method%stabilisation_factor)
+          analysis%method_reason = "BASIS=STANDARD, INTEGRATION=CELL (body '"//analysis%bodies(b)%name// &
+            "' is so much stiffer than the softest that splines are lost beside it)"
+          return
+        end if
+      end if
       call decide_splines(analysis)
+      if (b > 0) analysis%method_reason = analysis%method_reason//"; body '"//analysis%bodies(b)%name//"' is much "// &
+        'stiffer than the softest: where it ends on lines of the grid BASIS=STANDARD is taken, which suits it better'
     else
       call take(analysis%method, basis_standard, integrate_cells, stabilise_background, &
         analysis%method%stabilisation_factor)
@@ -72,6 +93,80 @@ contains
         merge(points_in_space, points_in_plane, analysis%model == three_dimensional)
     end do
   end subroutine decide_splines
+
+  !> The first body that is much stiffer than the softest material of the deck, by a material that it has at the start
+  !> or gets; 0 for none. Of soil laws and models of the user no modulus is known.
+  pure integer function stiff_body(analysis) result(b)
+    type(analysis_type), intent(in) :: analysis
+    real(wp) :: least
+    integer :: m, p, i
+
+    b = 0
+    if (.not. (allocated(analysis%materials) .and. allocated(analysis%bodies) .and. allocated(analysis%phases))) return
+    least = huge(least)
+    do m = 1, size(analysis%materials)
+      if (analysis%materials(m)%young > 0.0_wp) least = min(least, analysis%materials(m)%young)
+    end do
+    do b = 1, size(analysis%bodies)
+      if (is_stiff(analysis%bodies(b)%material)) return
+      do p = 1, size(analysis%phases)
+        if (.not. allocated(analysis%phases(p)%materials)) cycle
+        do i = 1, size(analysis%phases(p)%materials)
+          associate (change => analysis%phases(p)%materials(i))
+            if (change%body == analysis%bodies(b)%name .and. is_stiff(change%material)) return
+          end associate
+        end do
+      end do
+    end do
+    b = 0
+  contains
+    !> Whether the material of a name is stiff.
+    pure logical function is_stiff(name)
+      character(len=*), intent(in) :: name
+      integer :: k
+
+      is_stiff = .false.
+      do k = 1, size(analysis%materials)
+        if (analysis%materials(k)%name == name) is_stiff = analysis%materials(k)%young >= stiff*least
+      end do
+    end function is_stiff
+  end function stiff_body
+
+  !> Whether the bounds of a body are lines of the grid: a box, or a polygon of such edges.
+  pure logical function ends_on_lines(analysis, b) result(ends)
+    type(analysis_type), intent(in) :: analysis
+    !> Number of the body.
+    integer, intent(in) :: b
+    integer :: d, i, n, next
+
+    ends = .false.
+    associate (body => analysis%bodies(b), axes => analysis%mesh%axes)
+      if (body%kind == body_box) then
+        ends = .true.
+        do d = 1, merge(3, 2, analysis%model == three_dimensional)
+          ends = ends .and. is_line(axes(d)%lines, body%box(d, 1)) .and. is_line(axes(d)%lines, body%box(d, 2))
+        end do
+      else if (body%kind == body_polygon) then
+        n = size(body%polygon, 2)
+        ends = .true.
+        do i = 1, n
+          next = modulo(i, n) + 1
+          ends = ends .and. is_line(axes(1)%lines, body%polygon(1, i)) .and. is_line(axes(2)%lines, &
+            body%polygon(2, i)) .and. any(abs(body%polygon(:, i) - body%polygon(:, next)) <= 0.0_wp)
+        end do
+      end if
+    end associate
+  end function ends_on_lines
+
+  !> Whether a coordinate is one of the lines of an axis, or beyond its ends.
+  pure logical function is_line(lines, x)
+    real(wp), intent(in) :: lines(:)
+    real(wp), intent(in) :: x
+
+    associate (near => on_line*(lines(size(lines)) - lines(1)))
+      is_line = any(abs(lines - x) <= near) .or. x < lines(1) .or. x > lines(size(lines))
+    end associate
+  end function is_line
 
   !> Fill in what is open.
   pure subroutine take(method, basis, integration, stabilisation, factor)

@@ -72,6 +72,7 @@ program run_unit_tests
   use test_polyhedron, only: collect_polyhedron
   use test_outline_seeding, only: collect_outline_seeding
   use test_outlines, only: collect_outlines
+  use test_phase_summary, only: collect_phase_summary
   use test_overburden, only: collect_overburden
   use test_pore_water, only: collect_pore_water
   use test_initial_stresses, only: collect_initial_stresses
@@ -200,6 +201,7 @@ program run_unit_tests
   call register('polyhedron', collect_polyhedron)
   call register('outline_seeding', collect_outline_seeding)
   call register('outlines', collect_outlines)
+  call register('phase_summary', collect_phase_summary)
   call register('overburden', collect_overburden)
   call register('pore_water', collect_pore_water)
   call register('initial_stresses', collect_initial_stresses)

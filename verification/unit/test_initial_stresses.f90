@@ -5,7 +5,10 @@ module test_initial_stresses
   use qsmpm_analysis, only: analysis_type, material_type, ended_by_load
   use qsmpm_deck, only: parse_deck, message_list_type, message_text
   use qsmpm_error, only: error_type
+  use qsmpm_initial_balance, only: balance_type, measure_balance
+  use qsmpm_initial_correction, only: correction_type, correct_stresses
   use qsmpm_initial_stress, only: measure_slope
+  use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_model, only: model_type, progress_type, phase_end_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
@@ -42,6 +45,7 @@ contains
     call check_softened(tests)
     call check_reduction(tests)
     call check_start_move(tests)
+    call check_one_pressure(tests)
   end subroutine collect_initial_stresses
 
   !> Horizontal stress of a value, of Jaky, of OCR and of POP; the passive ratio of friction alone.
@@ -294,6 +298,43 @@ contains
     progress%own_settlement = 0.0_wp
     call tests%check('none without K0 stresses', .not. has_start_move(progress))
   end subroutine check_start_move
+
+  !> Undrained Cam-Clay under empty rows, its cells of one pressure: K0 stresses that its own law balances, the pressure
+  !> even in effective stresses and none in the water.
+  subroutine check_one_pressure(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(balance_type) :: balance
+    type(correction_type) :: correction
+    type(error_type), allocatable :: error
+    real(wp) :: spread_of_cell
+    integer :: c
+
+    call make(joined('*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4| X, 0, 1, 1| Y, 0, 8, 8|*MATERIAL, NAME=clay|'// &
+      '*CAM CLAY| 1, 0.2, 0.04, 2.2, 0.3|*UNDRAINED, TYPE=A|*UNIT WEIGHT| 20|'// &
+      '*BODY, NAME=all, MATERIAL=clay, SHAPE=BOX| 0, 1, 0, 5|*METHOD, BASIS=SPLINE2G, INTEGRATION=CELL|'// &
+      '*NSET, NSET=base, PLANE=Y| 0|*NSET, NSET=left, PLANE=X| 0|*NSET, NSET=right, PLANE=X| 1|'// &
+      '*PHASE, NAME=start|*INITIAL, TYPE=K0| 5, 0.5|*FIX| base, ALL| left, X| right, X|*GRAVITY| 0, -1|*END PHASE|'), &
+      model)
+    call initialise_step(model, step, error)
+    call correct_stresses(model, step, 0.0_wp, correction, error)
+    call initialise_step(model, step, error)
+    call measure_balance(model, step, balance, .true.)
+    call tests%close('its own law holds the ground', balance%move, 0.0_wp, 1.0e-6_wp)
+    spread_of_cell = 0.0_wp
+    associate (points => model%state%points)
+      do c = 1, model%mesh%cell_count
+        if (.not. any(points%cell == c)) cycle
+        associate (mean => 0.5_wp*(points%stress(1, :) + points%stress(2, :)))
+          spread_of_cell = max(spread_of_cell, maxval(mean, mask=points%cell == c) - minval(mean, mask=points%cell == c))
+        end associate
+      end do
+      call tests%close('one pressure a cell', spread_of_cell, 0.0_wp, 1.0e-6_wp)
+      call tests%close('none in the water', maxval(abs(points%state(model%laws(1)%law%state_count, :))), 0.0_wp, 0.0_wp)
+    end associate
+    call tests%check('told as of the grid, not as a load forgotten', correction%before < 1.0e-2_wp)
+  end subroutine check_one_pressure
 
   !> A block of two phases, the second with *RESET DISPLACEMENTS.
   function block(initial) result(deck)

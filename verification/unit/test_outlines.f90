@@ -371,7 +371,38 @@ contains
       '*NSET, NSET=base, PLANE=Y|0|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|', model)
     call tests%check('the rock beside the soil alone is integrated inside of its outline', &
       all(model%outlines%integrates .eqv. [.true., .false.]))
+    call check_neighbours(tests)
   end subroutine check_soil
+
+  !> Beside soil that the grid cuts soil that ends on grid lines has its outline too, when they touch; what
+  !> INTEGRATION=CELL is said to follow is the outline of an elastic body where it is worst.
+  subroutine check_neighbours(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: head = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 3, 6|Y, 0, 2, 4|'// &
+      '*MATERIAL, NAME=rock|*ELASTIC|1000, 0.3|*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*MOHR COULOMB|1, 20, 0|', &
+      tail = '*NSET, NSET=base, PLANE=Y|0|*PHASE, NAME=p|*FIX|base, Y|*END PHASE|'
+    type(test_observer_type) :: observer
+    type(model_type) :: model
+    type(step_type), target :: step
+
+    call build(head//'*METHOD, INTEGRATION=CELL|*BODY, NAME=a, MATERIAL=soil, SHAPE=BOX|0, 1.5, 0, 1|'// &
+      '*BODY, NAME=b, MATERIAL=soil, SHAPE=BOX|1.5, 2.7, 0, 1|*BODY, NAME=c, MATERIAL=rock, SHAPE=BOX|0, 1, 1, 2|'// &
+      '*BODY, NAME=d, MATERIAL=soil, SHAPE=BOX|2, 3, 1.5, 2|'//tail, model)
+    call tests%check('of four bodies the one that is cut and the soil that touches it are carried', &
+      size(model%outlines) == 2)
+    if (size(model%outlines) == 2) call tests%check('these two', all(model%outlines%body == [2, 1]))
+    call build(head//'*METHOD, BASIS=GIMP, INTEGRATION=POINTS|*BODY, NAME=a, MATERIAL=soil, SHAPE=BOX|0, 1.1, 0, 1|'// &
+      '*BODY, NAME=b, MATERIAL=rock, SHAPE=BOX|1.9, 3, 0, 1|'//tail, model)
+    call prepare(model, step)
+    step%cut%share = 0.01_wp
+    step%cut%place = [1.0_wp, 0.5_wp]
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call tests%check('beside the soil cells follow no outline: '//observer%text, &
+      index(observer%text, 'half the size') > 0)
+    step%cut%place = [2.0_wp, 0.5_wp]
+    call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
+    call tests%check('beside the rock they do: '//observer%text, index(observer%text, 'take INTEGRATION=CELL') > 0)
+  end subroutine check_neighbours
 
   !> Nothing is carried for a body that ends on grid lines; the points of a support stay where they are.
   subroutine check_uncut(tests)

@@ -13,6 +13,8 @@ module test_recommended_method
 
   public :: collect_recommended_method
 
+  character(len=*), parameter :: concrete = '*MATERIAL, NAME=concrete|*ELASTIC| 3e5, 0.2|'// &
+    '*BODY, NAME=wall, MATERIAL=concrete, SHAPE=BOX| '
   character(len=*), parameter :: strength = '*MOHR COULOMB| 1, 30, 0|', moving = '*MOVING MESH, NSET=base, AXIS=Y, BASE=1|'
 
 contains
@@ -40,6 +42,13 @@ contains
       integrate_cells, stabilise_ghost, 5.0e-3_wp, 16)
     call check(tests, 'a method that is named', 'QUAD4', strength//'*METHOD, BASIS=GIMP|', basis_gimp, &
       integrate_points, stabilise_ghost, grid_ghost_factor, 0)
+    call check(tests, 'a stiff body on lines of the grid', 'QUAD4', strength//concrete//'0, 1, 0.5, 1|', &
+      basis_standard, integrate_cells, stabilise_background, background_factor, 0)
+    call check(tests, 'one that ends within cells', 'QUAD4', strength//concrete//'0, 1, 0.6, 1|', &
+      basis_spline2g, integrate_cells, stabilise_ghost, 5.0e-3_wp, 9)
+    call check(tests, 'one that is not so stiff', 'QUAD4', strength//'*MATERIAL, NAME=brick|*ELASTIC| 2.9e5, 0.2|'// &
+      '*BODY, NAME=wall, MATERIAL=brick, SHAPE=BOX| 0, 1, 0.5, 1|', basis_spline2g, integrate_cells, stabilise_ghost, &
+      5.0e-3_wp, 9)
   end subroutine collect_recommended_method
 
   !> Read a deck and look at its method.
@@ -65,7 +74,7 @@ contains
       call tests%check(name//': basis, integration and stabilisation', method%basis == basis .and. &
         method%integration == integration .and. method%stabilisation == stabilisation)
       call tests%close(name//': strength of the stabilisation', method%stabilisation_factor, factor, 0.0_wp)
-      call tests%check(name//': points of an element', analysis%bodies(1)%points_per_element == points)
+      call tests%check(name//': points of an element', analysis%bodies(size(analysis%bodies))%points_per_element == points)
       call tests%check(name//': a reason where the deck has none', &
         allocated(analysis%method_reason) .neqv. (index(cards, 'BASIS') > 0))
     end associate

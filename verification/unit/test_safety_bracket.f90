@@ -25,23 +25,28 @@ contains
     call check_ends(tests)
     call check_brackets(tests)
     call check_again(tests)
+    call check_sure(tests)
     call check_text(tests)
   end subroutine collect_safety_bracket
 
   !> Try factors on a body that is stable up to one, and remember them.
-  subroutine search(critical, tolerance, easy, bracket, tried)
+  subroutine search(critical, tolerance, easy, bracket, tried, reach)
     real(wp), intent(in) :: critical, tolerance
     !> Every equilibrium is easily found.
     logical, intent(in) :: easy
     type(bracket_type), intent(out) :: bracket
     real(wp), allocatable, intent(out) :: tried(:)
-    real(wp) :: factor
+    !> Largest step above F = 1 that finds equilibrium; any where it is not given.
+    real(wp), intent(in), optional :: reach
+    real(wp) :: factor, near
 
+    near = huge(near)
+    if (present(reach)) near = reach
     allocate (tried(0))
-    do while (.not. is_closed(bracket, tolerance) .and. size(tried) < 100)
-      factor = next_factor(bracket)
+    do while (.not. is_closed(bracket, tolerance, near < huge(near)) .and. size(tried) < 100)
+      factor = next_factor(bracket, tolerance)
       tried = [tried, factor]
-      if (factor <= critical) then
+      if (factor <= critical .and. (factor - bracket%stable <= near .or. .not. bracket%stable > 0.0_wp)) then
         call note_stable(factor, easy, bracket)
       else
         call note_lost(factor, bracket)
@@ -90,7 +95,7 @@ contains
     type(bracket_type) :: bracket
     real(wp), allocatable :: tried(:)
 
-    call tests%close('never below 0.1', next_factor(bracket_type(0.0_wp, 0.15_wp, 0.1_wp)), 0.1_wp, rounding)
+    call tests%close('never below 0.1', next_factor(bracket_type(0.0_wp, 0.15_wp, 0.1_wp), 0.005_wp), 0.1_wp, rounding)
     call search(0.83_wp, 0.03_wp, .false., bracket, tried)
     call tests%check('below 1 by 0.1, then up by halves', same(tried, [1.0_wp, 0.9_wp, 0.8_wp, 0.85_wp, 0.825_wp]))
     call tests%check('the bracket holds the factor', bracket%stable <= 0.83_wp .and. bracket%lost > 0.83_wp)
@@ -109,6 +114,21 @@ contains
     call tests%check('and at 0.1', abs(bracket%lost - 0.1_wp) <= rounding .and. .not. bracket%stable > 0.0_wp .and. &
       size(tried) == 10)
   end subroutine check_ends
+
+  !> A body that finds equilibrium from near alone: what was lost from afar is tried again from the stable factor.
+  subroutine check_sure(tests)
+    type(tests_type), intent(inout) :: tests
+    type(bracket_type) :: bracket
+    real(wp), allocatable :: tried(:)
+
+    call search(1.171_wp, 0.03_wp, .false., bracket, tried, 0.06_wp)
+    call tests%check('the lost factor of a narrow bracket is tried again and holds, the next one is lost', same(tried, &
+      [1.0_wp, 1.1_wp, 1.05_wp, 1.075_wp, 1.1_wp, 1.15_wp, 1.2_wp, 1.175_wp]))
+    call tests%check('the bracket is that of the body', bracket%stable <= 1.171_wp .and. bracket%lost > 1.171_wp)
+    call search(1.21_wp, 0.02_wp, .false., bracket, tried, 1.0_wp)
+    call tests%check('nothing is tried twice where it was lost from the stable one', same(tried, [1.0_wp, 1.1_wp, &
+      1.2_wp, 1.3_wp, 1.25_wp, 1.225_wp, 1.2125_wp]))
+  end subroutine check_sure
 
   !> Every body is bracketed as narrowly as is asked for.
   subroutine check_brackets(tests)
@@ -144,11 +164,11 @@ contains
     call take_again(1.1_wp, 0.4_wp, 0.005_wp, bracket, again)
     call tests%check('it is', again)
     call tests%close('from the factor before', bracket%stable, 1.1_wp, 0.0_wp)
-    call tests%close('up to the share', next_factor(bracket), 1.14_wp, rounding)
+    call tests%close('up to the share', next_factor(bracket, 0.005_wp), 1.14_wp, rounding)
     call tests%close('a lost one stays', bracket%lost, 1.3_wp, 0.0_wp)
     bracket = bracket_type(1.2_wp, 1.3_wp, 0.15_wp)
     call take_again(1.1_wp, 1.0e-3_wp, 0.005_wp, bracket, again)
-    call tests%close('not by less than the tolerance', next_factor(bracket), 1.105_wp, rounding)
+    call tests%close('not by less than the tolerance', next_factor(bracket, 0.005_wp), 1.105_wp, rounding)
     bracket = bracket_type(1.205_wp, 1.3_wp, 0.15_wp)
     call take_again(1.2_wp, 0.5_wp, 0.005_wp, bracket, again)
     call tests%check('one as near as the tolerance stays', .not. again .and. abs(bracket%stable - 1.205_wp) <= 0.0_wp)

@@ -2,13 +2,15 @@
 !> form of the strength on a slip line, and the laws that are made of it.
 module test_strength_factor
   use qsmpm_kinds, only: wp, pi
-  use qsmpm_analysis, only: material_type
+  use qsmpm_active_bodies, only: materials_active
+  use qsmpm_analysis, only: analysis_type, material_type
   use qsmpm_cam_clay, only: cam_clay_parameters_type
   use qsmpm_drucker_prager, only: drucker_prager_parameters_type
   use qsmpm_error, only: error_type
   use qsmpm_hardening_soil, only: hardening_soil_parameters_type
   use qsmpm_hardening_soil_surfaces, only: surfaces_type, make_surfaces
   use qsmpm_lowered_laws, only: lower_material
+  use qsmpm_strength_constants, only: strength_constant_type, divide_constant, divide_tangent, follow_friction
   use qsmpm_strength_factor, only: strength_factor_type, flow_material, flow_davis_a, flow_davis_b, lower_strength, &
     lower_tension
   use testing, only: tests_type
@@ -34,6 +36,8 @@ contains
     call check_drucker_prager(tests)
     call check_hardening_soil(tests)
     call check_refused(tests)
+    call check_named(tests)
+    call check_materials_in_use(tests)
   end subroutine collect_strength_factor
 
   !> Strength by place is lowered as the cohesion is, by a share that leaves what points know of it; undrained friction
@@ -235,4 +239,66 @@ contains
     call lower_material(strength_factor_type(2.0_wp), material, error)
     call tests%check('and a model of the user', allocated(error))
   end subroutine check_refused
+
+  !> Constants that the user names: of a UMAT by number, as a value or as an angle, and M of Cam-Clay alone.
+  subroutine check_named(tests)
+    type(tests_type), intent(inout) :: tests
+    type(material_type) :: material, clay
+    type(cam_clay_parameters_type) :: parameters
+    type(error_type), allocatable :: error
+
+    material%user%given = .true.
+    material%user%constants = [1000.0_wp, 0.3_wp, 6.0_wp, 30.0_wp, 25.0_wp, 40.0_wp]
+    material%strength_constants = [strength_constant_type(5, follow_friction), strength_constant_type(3, &
+      divide_constant), strength_constant_type(4, divide_tangent), strength_constant_type(6, divide_tangent)]
+    call lower_material(strength_factor_type(2.0_wp), material, error)
+    associate (c => material%user%constants)
+      call tests%close('constants that are not named stay', c(1), 1000.0_wp, 0.0_wp)
+      call tests%close('DIVIDE', c(3), 3.0_wp, rounding)
+      call tests%close('TAN', tangent(c(4)), 0.5_wp*tangent(30.0_wp), rounding)
+      call tests%close('the other TAN', tangent(c(6)), 0.5_wp*tangent(40.0_wp), rounding)
+      call tests%close('DILATANCY comes down with the smallest of them, whatever the order', c(5), c(4), 0.0_wp)
+    end associate
+    call lower_material(strength_factor_type(2.0_wp, flow_davis_a), material, error)
+    call tests%check('no flow of Davis for a model of the user', allocated(error))
+    parameters%slope = 1.2_wp
+    allocate (clay%soil_law, source=parameters)
+    clay%strength_constants = [strength_constant_type(1, divide_constant)]
+    call lower_material(strength_factor_type(1.5_wp), clay, error)
+    select type (law => clay%soil_law)
+    type is (cam_clay_parameters_type)
+      call tests%close('M/F', law%slope, 0.8_wp, rounding)
+    end select
+    clay%strength_constants%number = 2
+    call lower_material(strength_factor_type(1.5_wp), clay, error)
+    call tests%check('lambda is no strength', allocated(error))
+  end subroutine check_named
+
+  !> Materials that bodies are of in a phase: not those that a phase before has changed, nor of bodies that are gone.
+  subroutine check_materials_in_use(tests)
+    type(tests_type), intent(inout) :: tests
+    type(analysis_type) :: analysis
+    character(len=*), parameter :: names = 'abc'
+    integer :: i
+
+    allocate (analysis%bodies(2), analysis%materials(3), analysis%phases(3))
+    do i = 1, 3
+      analysis%materials(i)%name = names(i:i)
+      analysis%phases(i)%name = names(i:i)
+      allocate (analysis%phases(i)%materials(merge(1, 0, i == 2)), analysis%phases(i)%deactivations(merge(1, 0, i == 3)))
+    end do
+    do i = 1, 2
+      analysis%bodies(i)%name = names(i:i)
+      analysis%bodies(i)%material = names(i:i)
+    end do
+    analysis%phases(2)%materials(1)%body = 'a'
+    analysis%phases(2)%materials(1)%material = 'c'
+    analysis%phases(3)%deactivations(1)%body = 'b'
+    call tests%check('at first those of the bodies', all(materials_active(analysis, 1) .eqv. [.true., .true., .false.]))
+    call tests%check('a changed for c', all(materials_active(analysis, 2) .eqv. [.false., .true., .true.]))
+    call tests%check('then b taken out', all(materials_active(analysis, 3) .eqv. [.false., .false., .true.]))
+    analysis%phases(3)%parent = 'a'
+    call tests%check('of another line a is what it was', all(materials_active(analysis, 3) .eqv. &
+      [.true., .false., .false.]))
+  end subroutine check_materials_in_use
 end module test_strength_factor

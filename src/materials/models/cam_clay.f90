@@ -15,6 +15,8 @@ module qsmpm_cam_clay
   use qsmpm_law, only: status_ok, status_cut
   use qsmpm_law_parameters, only: law_parameters_type, law_description_type, field_visitor_type
   use qsmpm_principal_model, only: principal_model_type, stress_update_type, elastic_map
+  use qsmpm_strength_constants, only: strength_constant_type, divide_constant, lower_constants
+  use qsmpm_strength_factor, only: strength_factor_type, flow_material
   implicit none
   private
 
@@ -45,6 +47,7 @@ module qsmpm_cam_clay
     procedure :: describe
     procedure :: fields
     procedure :: make_model
+    procedure :: lower_named
   end type cam_clay_parameters_type
 
   !> The model; one state variable, pc.
@@ -103,6 +106,27 @@ contains
     call visitor%law_number('v0', self%volume, 'specific volume 1 + e at the start', '(1, inf)')
     call visitor%law_number('nu', self%poisson, "Poisson's ratio", '(-1, 0.5)', required=.false.)
   end subroutine fields
+
+  !> Lower M, the one constant that is a strength: at the critical state q = M p.
+  subroutine lower_named(self, named, by, error)
+    class(cam_clay_parameters_type), intent(inout) :: self
+    type(strength_constant_type), intent(in) :: named(:)
+    type(strength_factor_type), intent(in) :: by
+    !> error_deck: another constant or rule, a flow rule of other soil.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: slope(1)
+
+    if (any(named%number /= 1 .or. named%rule /= divide_constant)) then
+      call fail(error, error_deck, 'the strength of *CAM CLAY is M, its first constant: *STRENGTH CONSTANTS with '// &
+        '1, DIVIDE')
+    else if (by%flow /= flow_material) then
+      call fail(error, error_deck, '*CAM CLAY has no angle of dilatancy for the flow of Davis: FLOW=MATERIAL')
+    else
+      slope = self%slope
+      call lower_constants(named, by, slope)
+      self%slope = slope(1)
+    end if
+  end subroutine lower_named
 
   !> Refuse parameters that describe no clay.
   pure subroutine check(parameters, error)

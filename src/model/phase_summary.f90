@@ -1,0 +1,160 @@
+!> What `qsmpm check` says of phases and rigid bodies: what each phase fixes, and the loads at its end by their
+!> resultants, of the bodies that are there as they are drawn: weight, water in the pores, tractions and pressures on
+!> surfaces.
+module qsmpm_phase_summary
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: bodies_active, body_materials, has_stages
+  use qsmpm_analysis, only: phase_safety, rigid_plane, rigid_circle, rigid_box, rigid_cone
+  use qsmpm_model, only: model_type
+  use qsmpm_phase_start, only: resume_phase
+  use qsmpm_point_selection, only: select_points, append_points, select_surface_points, append_surface_points
+  use qsmpm_points, only: points_type, surface_points_type
+  use qsmpm_pore_water, only: water_forces, vertical_of
+  use qsmpm_surface_pressure, only: pressure_at
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: summarise_phases, summarise_rigid_bodies, phase_resultants, resultants_type
+
+  !> Resultant loads, per radian in axisymmetry [force] (3).
+  type :: resultants_type
+    real(wp) :: weight(3) = 0.0_wp, water(3) = 0.0_wp, surfaces(3) = 0.0_wp
+  end type resultants_type
+
+contains
+
+  !> Lines about the phases.
+  subroutine summarise_phases(model, text)
+    type(model_type), intent(in) :: model
+    !> Gets the lines.
+    character(len=:), allocatable, intent(inout) :: text
+    type(resultants_type) :: load
+    integer :: fixed, p
+
+    do p = 1, size(model%analysis%phases)
+      associate (phase => model%analysis%phases(p))
+        call phase_resultants(model, p, load, fixed)
+        text = text//"phase '"//phase%name//"': "//integer_text(fixed)//' fixed components'
+        if (phase%kind == phase_safety) text = text//', the loads of its parent'
+        text = text//'; weight'//vector_text(model, load%weight)
+        if (any(abs(load%water) > 0.0_wp)) text = text//', water'//vector_text(model, load%water)
+        if (any(abs(load%surfaces) > 0.0_wp)) text = text//', surfaces'//vector_text(model, load%surfaces)
+        text = text//', resultant load'//vector_text(model, load%weight + load%water + load%surfaces)//new_line('a')
+      end associate
+    end do
+  end subroutine summarise_phases
+
+  !> Resultant loads at the end of a phase, and how many components are fixed.
+  subroutine phase_resultants(model, number, load, fixed)
+    type(model_type), intent(in) :: model
+    !> Number of the phase.
+    integer, intent(in) :: number
+    type(resultants_type), intent(out) :: load
+    integer, intent(out) :: fixed
+    type(model_type) :: phased
+    real(wp), allocatable :: by_water(:, :)
+    integer :: d
+
+    d = model%mesh%dimension
+    phased = model
+    phased%state%progress%phase = number
+    call resume_phase(phased)
+    call take_bodies(phased, number)
+    fixed = count(phased%loading%constrained)
+    load%weight(:d) = phased%loading%gravity_final(:d)*sum(phased%state%points%weight)
+    call water_forces(phased, 1.0_wp, by_water)
+    if (allocated(by_water)) load%water(:d) = sum(by_water, dim=2)
+    call add_surfaces(phased, load%surfaces)
+  end subroutine phase_resultants
+
+  !> The points of the bodies that are there in a phase, with the weight of their material then.
+  subroutine take_bodies(model, number)
+    type(model_type), intent(inout) :: model
+    integer, intent(in) :: number
+    type(points_type) :: all_points
+    type(surface_points_type) :: all_surfaces
+    logical :: active(size(model%analysis%bodies))
+    integer :: material(size(model%analysis%bodies)), p, i
+
+    if (.not. has_stages(model%analysis)) return
+    active = bodies_active(model%analysis, number)
+    material = body_materials(model%analysis, number)
+    all_points = model%state%points
+    call append_points(model%state%inactive%points, all_points)
+    all_surfaces = model%state%surface
+    call append_surface_points(model%state%inactive%surface, all_surfaces)
+    call select_points(all_points, pack([(i, i=1, all_points%count)], active(all_points%body)), model%state%points)
+    call select_surface_points(all_surfaces, pack([(i, i=1, all_surfaces%count)], active(all_surfaces%body)), &
+      model%state%surface)
+    associate (points => model%state%points)
+      do p = 1, points%count
+        points%material(p) = material(points%body(p))
+        points%weight(p) = model%analysis%materials(points%material(p))%unit_weight*points%volume(p)
+      end do
+    end associate
+  end subroutine take_bodies
+
+  !> Resultant of tractions and pressures on the surfaces.
+  subroutine add_surfaces(model, resultant)
+    type(model_type), intent(in) :: model
+    real(wp), intent(inout) :: resultant(3)
+    integer :: k, d, axis
+
+    d = model%mesh%dimension
+    axis = vertical_of(model%analysis)
+    associate (surface => model%state%surface, load => model%loading)
+      do k = 1, surface%count
+        associate (s => surface%surface(k))
+          resultant = resultant + load%traction_final(:, s)*surface%area(k)
+          resultant(:d) = resultant(:d) - pressure_at(load%pressure_final(s), surface%position(axis, k)) &
+            *surface%area_vector(:, k)
+        end associate
+      end do
+    end associate
+  end subroutine add_surfaces
+
+  !> Lines about the rigid bodies.
+  subroutine summarise_rigid_bodies(model, text)
+    type(model_type), intent(in) :: model
+    !> Gets the lines.
+    character(len=:), allocatable, intent(inout) :: text
+    integer :: b, i
+
+    do b = 1, size(model%rigid_shapes)
+      associate (body => model%analysis%rigid_bodies(b))
+        text = text//'rigid body '//body%name//': '//shape_word(body%shape)//', reference point'// &
+          vector_text(model, model%rigid_shapes(b)%reference)//', touched by'
+        if (.not. any(model%contact_pairs%body == b)) text = text//' no surface'
+        do i = 1, size(model%contact_pairs)
+          if (model%contact_pairs(i)%body == b) text = text//' '// &
+            model%analysis%surfaces(model%contact_pairs(i)%surface)%name
+        end do
+        text = text//new_line('a')
+      end associate
+    end do
+  end subroutine summarise_rigid_bodies
+
+  !> What a shape is called.
+  pure function shape_word(shape) result(word)
+    integer, intent(in) :: shape
+    character(len=:), allocatable :: word
+
+    word = 'polygon'
+    if (shape == rigid_plane) word = 'plane'
+    if (shape == rigid_circle) word = 'circle'
+    if (shape == rigid_box) word = 'box'
+    if (shape == rigid_cone) word = 'cone'
+  end function shape_word
+
+  !> Components, with a blank before each.
+  pure function vector_text(model, vector) result(text)
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: vector(3)
+    character(len=:), allocatable :: text
+    character(len=40) :: line
+
+    write (line, '(3(1x,es12.5))') vector(:model%mesh%dimension)
+    text = trim(line)
+  end function vector_text
+end module qsmpm_phase_summary
