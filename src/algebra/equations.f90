@@ -17,7 +17,7 @@ module qsmpm_equations
   implicit none
   private
 
-  public :: equations_type, number_equations, add_block, add_diagonal, gather, scatter
+  public :: equations_type, number_equations, add_block, add_scalar_block, add_diagonal, gather, scatter
 
   !> Numbering, pattern and where each patch's blocks go.
   type :: equations_type
@@ -281,48 +281,77 @@ contains
     type(equations_type), intent(in) :: equations
     integer, intent(in) :: stencil
     !> (dimension, nodes, dimension, nodes)
-    real(wp), intent(in) :: block(:, :, :, :)
+    real(wp), contiguous, intent(in) :: block(:, :, :, :)
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: a, b, k, first
+    integer :: n, node, pair
 
-    first = equations%connectivity%first(stencil) - 1
-    do b = 1, size(block, 4)
-      associate (columns => equations%number(:, equations%connectivity%nodes(first + b)))
-        do a = 1, size(block, 2)
-          k = equations%pair_first(stencil) + (b - 1)*size(block, 2) + a - 1
-          if (equations%pair_offset(k) == 0) cycle
-          associate (rows => equations%number(:, equations%connectivity%nodes(first + a)))
-            if (matrix%symmetric .and. maxval(columns) < minval(rows)) cycle
-            call add_pair(rows, columns, equations%pair_offset(k), block(:, a, :, b), matrix)
-          end associate
-        end do
-      end associate
-    end do
+    n = size(block, 2)
+    node = equations%connectivity%first(stencil)
+    pair = equations%pair_first(stencil)
+    call add_pairs(size(block, 1), n, equations%connectivity%nodes(node:node + n - 1), &
+      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
+      matrix%values)
   end subroutine add_block
 
-  !> Add the components of a pair of nodes.
-  pure subroutine add_pair(rows, columns, offset, pair, matrix)
-    !> Equations of the components of both nodes, 0 where constrained.
-    integer, contiguous, intent(in) :: rows(:)
-    integer, contiguous, intent(in) :: columns(:)
-    !> Place of the second node's first equation before the end of the rows.
-    integer, intent(in) :: offset
-    !> (dimension, dimension)
-    real(wp), intent(in) :: pair(:, :)
-    type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: i, j, place, least
+  !> The block of a patch on the plain arrays of the equations and the matrix.
+  pure subroutine add_pairs(d, n, nodes, offset, number, symmetric, row_first, block, values)
+    !> Components and nodes.
+    integer, intent(in) :: d, n
+    !> As of equations_type, the parts of the patch: nodes, offsets of the pairs; and all numbers.
+    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
+    !> As of sparse_matrix_type.
+    logical, intent(in) :: symmetric
+    integer, intent(in) :: row_first(*)
+    real(wp), intent(in) :: block(d, n, d, n)
+    real(wp), intent(inout) :: values(*)
+    integer :: a, b, i, j, row, place, least
 
-    do i = 1, size(rows)
-      if (rows(i) == 0) cycle
-      place = matrix%row_first(rows(i) + 1) - offset
-      least = merge(rows(i), 1, matrix%symmetric)
-      do j = 1, size(columns)
-        if (columns(j) == 0) cycle
-        if (columns(j) >= least) matrix%values(place) = matrix%values(place) + pair(i, j)
-        place = place + 1
+    do b = 1, n
+      do a = 1, n
+        if (offset(a, b) == 0) cycle
+        do i = 1, d
+          row = number(i, nodes(a))
+          if (row == 0) cycle
+          place = row_first(row + 1) - offset(a, b)
+          least = merge(row, 1, symmetric)
+          do j = 1, d
+            if (number(j, nodes(b)) == 0) cycle
+            if (number(j, nodes(b)) >= least) values(place) = values(place) + block(i, a, j, b)
+            place = place + 1
+          end do
+        end do
       end do
     end do
-  end subroutine add_pair
+  end subroutine add_pairs
+
+  !> Add a matrix on the nodes of a patch to the matrix: the same for every component, and none couples with another.
+  pure subroutine add_scalar_block(equations, stencil, block, matrix)
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: stencil
+    !> (nodes, nodes)
+    real(wp), intent(in) :: block(:, :)
+    type(sparse_matrix_type), intent(inout) :: matrix
+    integer :: a, b, c, pair, row, before, place
+
+    pair = equations%pair_first(stencil) - 1
+    associate (number => equations%number, n => size(block, 1), &
+      nodes => equations%connectivity%nodes(equations%connectivity%first(stencil):))
+      do b = 1, n
+        before = 0
+        do c = 1, size(number, 1)
+          if (number(c, nodes(b)) == 0) cycle
+          do a = 1, n
+            row = number(c, nodes(a))
+            if (row == 0 .or. equations%pair_offset(pair + (b - 1)*n + a) == 0) cycle
+            if (matrix%symmetric .and. number(c, nodes(b)) < row) cycle
+            place = matrix%row_first(row + 1) - equations%pair_offset(pair + (b - 1)*n + a) + before
+            matrix%values(place) = matrix%values(place) + block(a, b)
+          end do
+          before = before + 1
+        end do
+      end do
+    end associate
+  end subroutine add_scalar_block
 
   !> Add to the diagonal at one component of a node; nothing where it is no unknown.
   pure subroutine add_diagonal(equations, component, node, value, matrix)

@@ -3,7 +3,6 @@
 !> was added.
 module qsmpm_added_cards
   use qsmpm_analysis, only: analysis_type, phase_type, material_type
-  use qsmpm_analysis_lists, only: append
   use qsmpm_deck, only: parse_deck, echo_text, message_list_type, message_text
   use qsmpm_error, only: error_type, error_deck, error_other, fail
   use qsmpm_text, only: integer_text, upper
@@ -183,7 +182,7 @@ contains
     end do
     call move_alloc(materials, extended%materials)
     do i = size(scene%phases) + 1, size(whole%phases)
-      call append(extended%phases, whole%phases(i))
+      extended%phases = [extended%phases, whole%phases(i)]
     end do
   end subroutine take_new
 end module qsmpm_added_cards

@@ -5,7 +5,6 @@ module qsmpm_stages
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, phase_type, fixity_type, prescription_type, traction_type, &
     initial_keep
-  use qsmpm_analysis_lists, only: append
   use qsmpm_drainage, only: set_drainage
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_mesh_sets, only: find_set
@@ -53,7 +52,7 @@ contains
       phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
     if (size(scene%phases) > 0) phase%controls = scene%phases(size(scene%phases))%controls
     phase%controls%steps = steps
-    call append(scene%phases, phase)
+    scene%phases = [scene%phases, phase]
   end subroutine append_stage
 
   !> Gravity at the end of a stage, per unit of its load factor.
@@ -131,7 +130,7 @@ contains
       phase%tractions(i) = traction
       return
     end do
-    call append(phase%tractions, traction)
+    phase%tractions = [phase%tractions, traction]
   end subroutine put_traction
 
   !> Displacement of a node set over a stage, per unit of its load factor.
@@ -168,7 +167,7 @@ contains
       phase%prescriptions(i) = prescription
       return
     end do
-    call append(phase%prescriptions, prescription)
+    phase%prescriptions = [phase%prescriptions, prescription]
   end subroutine change_displacement
 
   !> Components of a node set that are held from a stage on.
@@ -198,7 +197,7 @@ contains
       phase%fixities(i) = fixity
       return
     end do
-    call append(phase%fixities, fixity)
+    phase%fixities = [phase%fixities, fixity]
   end subroutine change_fixity
 
   !> Let a stage end where it stands: its loads become those reached, its displacements those done. A water level that

@@ -15,7 +15,7 @@ module qsmpm_strain
   use qsmpm_kinds, only: wp
   use qsmpm_isotropic_function, only: compose
   use qsmpm_spectral, only: spectral
-  use qsmpm_tensor, only: unpack_gradient, unpack_symmetric, pack_symmetric
+  use qsmpm_tensor, only: unpack_gradient, unpack_symmetric, pack_symmetric, transformed
   implicit none
   private
 
@@ -58,16 +58,26 @@ contains
     shear_strain = sqrt(2.0_wp*sum((strain(1:3) - volume_strain(strain)/3.0_wp)**2) + sum(strain(4:)**2))
   end function shear_strain
 
-  !> b <- F b F^T.
+  !> b <- F b F^T; in the plane by its components, as every point is deformed in every step.
   pure subroutine deform(gradient, b)
     !> Deformation gradient of a step, packed (5 or 9).
     real(wp), intent(in) :: gradient(:)
     !> Left Cauchy-Green tensor in stress order (4 or 6).
     real(wp), intent(inout) :: b(:)
-    real(wp) :: f(3, 3)
+    real(wp) :: f(3, 3), deformed(3, 3), row(2, 2)
 
-    f = unpack_gradient(gradient)
-    call pack_symmetric(matmul(matmul(f, unpack_symmetric(b)), transpose(f)), b)
+    if (size(gradient) == 5) then
+      associate (f => gradient)
+        row(1, :) = [f(1)*b(1) + f(3)*b(4), f(1)*b(4) + f(3)*b(2)]
+        row(2, :) = [f(2)*b(1) + f(4)*b(4), f(2)*b(4) + f(4)*b(2)]
+        b = [row(1, 1)*f(1) + row(1, 2)*f(3), row(2, 1)*f(2) + row(2, 2)*f(4), f(5)*b(3)*f(5), &
+          row(1, 1)*f(2) + row(1, 2)*f(4)]
+      end associate
+    else
+      f = unpack_gradient(gradient)
+      deformed = transformed(f, unpack_symmetric(b))
+      call pack_symmetric(deformed, b)
+    end if
   end subroutine deform
 
   !> Plastic shear strain gamma_p of a step.
@@ -78,14 +88,15 @@ contains
     real(wp), intent(in) :: start(:), end(:)
     !> Elastic shear compliance at the start and at the end.
     real(wp), intent(in) :: compliance(2)
-    real(wp) :: f(3, 3), values(3), vectors(3, 3), rotation(3, 3), change(3, 3), plastic(3, 3), strain(6)
+    real(wp) :: f(3, 3), values(3), vectors(3, 3), stretch(3, 3), rotation(3, 3), change(3, 3), plastic(3, 3), strain(6)
 
     f = unpack_gradient(gradient)
-    call spectral(matmul(f, transpose(f)), values, vectors)
+    stretch = matmul(f, transpose(f))
+    call spectral(stretch, values, vectors)
     values = half_logarithm(values)
-    rotation = matmul(compose(exp(-values), vectors), f)
-    change = compliance(2)*unpack_symmetric(end) &
-      - compliance(1)*matmul(matmul(rotation, unpack_symmetric(start)), transpose(rotation))
+    stretch = compose(exp(-values), vectors)
+    rotation = matmul(stretch, f)
+    change = compliance(2)*unpack_symmetric(end) - compliance(1)*transformed(rotation, unpack_symmetric(start))
     plastic = compose(values, vectors) - change
     call pack_symmetric(plastic, strain)
     strain(4:) = 2.0_wp*strain(4:)

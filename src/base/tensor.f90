@@ -11,7 +11,7 @@ module qsmpm_tensor
   implicit none
   private
 
-  public :: determinant, inverse, cofactor, cross, unpack_gradient, pack_gradient, &
+  public :: determinant, inverse, cofactor, cross, transformed, unpack_gradient, pack_gradient, &
     unpack_symmetric, pack_symmetric
 
   !> Number of gradient and of stress components for a dimension of 2 or 3.
@@ -79,6 +79,17 @@ contains
     b(3, 3) = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
     b = b*(1.0_wp/det)
   end function inverse
+
+  !> F a F^T.
+  pure function transformed(f, a) result(b)
+    !> Tensors (3,3).
+    real(wp), intent(in) :: f(3, 3), a(3, 3)
+    real(wp) :: b(3, 3)
+    real(wp) :: product(3, 3)
+
+    product = matmul(f, a)
+    b = matmul(product, transpose(f))
+  end function transformed
 
   !> Packed gradient to full tensor.
   pure function unpack_gradient(packed) result(a)

@@ -388,14 +388,9 @@ contains
     !> The list, allocated.
     type(string_type), allocatable, intent(inout) :: list(:)
     character(len=*), intent(in) :: word
-    type(string_type), allocatable :: longer(:)
-    integer :: i
+    type(string_type) :: item
 
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i)%text = list(i)%text
-    end do
-    longer(size(longer))%text = word
-    call move_alloc(longer, list)
+    item%text = word
+    list = [list, item]
   end subroutine add_word
 end module qsmpm_text

@@ -51,32 +51,18 @@ contains
   pure subroutine append_item(list, item)
     type(item_type), allocatable, intent(inout) :: list(:)
     type(item_type), intent(in) :: item
-    type(item_type), allocatable :: longer(:)
-    integer :: i
 
     if (.not. allocated(list)) allocate (list(0))
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i) = list(i)
-    end do
-    longer(size(longer)) = item
-    call move_alloc(longer, list)
+    list = [list, item]
   end subroutine append_item
 
   !> Put data lines at the end of a list.
   pure subroutine append_data(list, data)
     type(data_type), allocatable, intent(inout) :: list(:)
     type(data_type), intent(in) :: data
-    type(data_type), allocatable :: longer(:)
-    integer :: i
 
     if (.not. allocated(list)) allocate (list(0))
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i) = list(i)
-    end do
-    longer(size(longer)) = data
-    call move_alloc(longer, list)
+    list = [list, data]
   end subroutine append_data
 
   !> What the value of a parameter may be.

@@ -258,18 +258,12 @@ contains
     type(card_type), intent(inout) :: card
     character(len=*), intent(in) :: name, value
     logical, intent(in) :: has_value
-    type(parameter_type), allocatable :: longer(:)
-    integer :: i, n
+    type(parameter_type) :: parameter
 
-    n = size(card%parameters)
-    allocate (longer(n + 1))
-    do i = 1, n
-      longer(i) = card%parameters(i)
-    end do
-    longer(n + 1)%name = name
-    longer(n + 1)%value = value
-    longer(n + 1)%has_value = has_value
-    call move_alloc(longer, card%parameters)
+    parameter%name = name
+    parameter%value = value
+    parameter%has_value = has_value
+    card%parameters = [card%parameters, parameter]
   end subroutine add_parameter
 
   !> Put an item at the end of the row.

@@ -3,7 +3,6 @@
 module qsmpm_deck_objects
   use qsmpm_analysis, only: analysis_type, set_type, surface_type, body_type, material_type, history_type, phase_type, &
     traction_type, support_type, water_level_type, rigid_body_type, contact_type, rigid_move_type, mesh_none
-  use qsmpm_analysis_lists, only: append
   use qsmpm_cards, only: card_type
   use qsmpm_deck_state, only: deck_state_type, points_request_type
   use qsmpm_point_test, only: point_stage_type
@@ -63,29 +62,31 @@ contains
     type(history_type) :: history
     type(rigid_body_type) :: rigid_body
     type(contact_type) :: contact
+    type(points_request_type) :: request
+    type(point_stage_type) :: stage
 
     associate (analysis => state%analysis)
       select case (list)
       case (list_node_sets)
-        call append(analysis%node_sets, set)
+        analysis%node_sets = [analysis%node_sets, set]
       case (list_element_sets)
-        call append(analysis%element_sets, set)
+        analysis%element_sets = [analysis%element_sets, set]
       case (list_surfaces)
-        call append(analysis%surfaces, surface)
+        analysis%surfaces = [analysis%surfaces, surface]
       case (list_bodies)
-        call append(analysis%bodies, body)
+        analysis%bodies = [analysis%bodies, body]
       case (list_materials)
-        call append(analysis%materials, material)
+        analysis%materials = [analysis%materials, material]
       case (list_histories)
-        call append(analysis%histories, history)
+        analysis%histories = [analysis%histories, history]
       case (list_rigid_bodies)
-        call append(analysis%rigid_bodies, rigid_body)
+        analysis%rigid_bodies = [analysis%rigid_bodies, rigid_body]
       case (list_contacts)
-        call append(analysis%contacts, contact)
+        analysis%contacts = [analysis%contacts, contact]
       case (list_points)
-        call append_request(state%points)
+        state%points = [state%points, request]
       case (list_stages)
-        call append_stage(analysis%point_test%stages)
+        analysis%point_test%stages = [analysis%point_test%stages, stage]
       case (list_phases:)
         call open_phase_item(analysis, list)
       end select
@@ -102,48 +103,26 @@ contains
     type(water_level_type) :: level
     type(rigid_move_type) :: move
 
-    select case (list)
-    case (list_tractions)
-      call append(analysis%phases(size(analysis%phases))%tractions, traction)
-    case (list_supports)
-      call append(analysis%phases(size(analysis%phases))%supports, support)
-    case (list_water_levels)
-      call append(analysis%phases(size(analysis%phases))%water_levels, level)
-    case (list_moves)
-      call append(analysis%phases(size(analysis%phases))%moves, move)
-    case default
+    if (list == list_phases) then
       allocate (phase%fixities(0), phase%prescriptions(0), phase%tractions(0), phase%supports(0), &
         phase%activations(0), phase%deactivations(0), phase%materials(0), &
         phase%water_levels(0), phase%constant_load_test%at(0), phase%stops(0), phase%moves(0))
-      call append(analysis%phases, phase)
-    end select
+      analysis%phases = [analysis%phases, phase]
+      return
+    end if
+    associate (last => analysis%phases(size(analysis%phases)))
+      select case (list)
+      case (list_tractions)
+        last%tractions = [last%tractions, traction]
+      case (list_supports)
+        last%supports = [last%supports, support]
+      case (list_water_levels)
+        last%water_levels = [last%water_levels, level]
+      case (list_moves)
+        last%moves = [last%moves, move]
+      end select
+    end associate
   end subroutine open_phase_item
-
-  !> One more request for points.
-  pure subroutine append_request(list)
-    type(points_request_type), allocatable, intent(inout) :: list(:)
-    type(points_request_type), allocatable :: longer(:)
-    integer :: i
-
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i) = list(i)
-    end do
-    call move_alloc(longer, list)
-  end subroutine append_request
-
-  !> One more stage of a point test.
-  pure subroutine append_stage(list)
-    type(point_stage_type), allocatable, intent(inout) :: list(:)
-    type(point_stage_type), allocatable :: longer(:)
-    integer :: i
-
-    allocate (longer(size(list) + 1))
-    do i = 1, size(list)
-      longer(i) = list(i)
-    end do
-    call move_alloc(longer, list)
-  end subroutine append_stage
 
   !> Number of items of a list; loads and supports are those of the phase that was gone to.
   pure integer function count_items(state, list) result(count)

@@ -55,8 +55,6 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: strain_words(2) = [character(len=n) :: 'ENGINEERING', 'LOGARITHMIC']
   !> From 0.
   character(len=n), parameter, public :: height_words(0:1) = [character(len=n) :: 'FREE', 'FIXED']
-  !> From 0: a logical.
-  character(len=n), parameter, public :: answer_words(0:1) = [character(len=n) :: 'NO', 'YES']
 
 contains
 

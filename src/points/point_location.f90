@@ -168,12 +168,14 @@ contains
     class(carried_type), intent(inout) :: carried
     !> The place.
     integer, intent(in) :: p
-    real(wp) :: clamped(size(low)), beyond
+    real(wp) :: clamped(3), beyond
+    integer :: d
 
-    clamped = min(max(carried%position(:, p), low), high)
-    beyond = maxval(abs(clamped - carried%position(:, p)))
+    d = size(low)
+    clamped(:d) = min(max(carried%position(:, p), low), high)
+    beyond = maxval(abs(clamped(:d) - carried%position(:, p)))
     found = beyond <= wall_tolerance*cell_size
-    if (found) call locate(mesh, clamped, carried%cell(p), carried%local(:, p), found)
+    if (found) call locate(mesh, clamped(:d), carried%cell(p), carried%local(:, p), found)
     if (found .and. beyond > 0.0_wp) &
       call inverse_map(mesh, carried%cell(p), carried%position(:, p), carried%local(:, p), found)
   end function is_found

@@ -8,7 +8,6 @@ module qsmpm_column
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, set_type, fixity_type, three_dimensional, select_plane, &
     quantity_displacement, quantity_position, quantity_reaction
-  use qsmpm_analysis_lists, only: append
   use qsmpm_reduction, only: reduction_type, reduce_column, refuse, place_text, begin_reduction, &
     require_local_histories
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
@@ -174,18 +173,18 @@ contains
       side%selection = select_plane
       side%axis = 1
       side%box(1, 1) = analysis%mesh%axes(1)%lines(k)
-      call append(analysis%node_sets, side)
+      analysis%node_sets = [analysis%node_sets, side]
     end do
     roller%fixed = [.true., .false., .false.]
     do p = 1, size(analysis%phases)
       allocate (kept(0))
       do i = 1, size(analysis%phases(p)%fixities)
         if (covers_axis(members, set_number(analysis, analysis%phases(p)%fixities(i)%set), 1)) &
-          call append(kept, analysis%phases(p)%fixities(i))
+          kept = [kept, analysis%phases(p)%fixities(i)]
       end do
       do k = 1, 2
         roller%set = trim(side_names(k))
-        call append(kept, roller)
+        kept = [kept, roller]
       end do
       call move_alloc(kept, analysis%phases(p)%fixities)
     end do

@@ -6,7 +6,6 @@ module qsmpm_mirror_half
   use qsmpm_analysis, only: analysis_type, set_type, fixity_type, prescription_type, traction_type, support_type, &
     body_type, select_plane, select_box, select_segment, select_outline, body_box, body_polygon, &
     quantity_displacement, quantity_position, quantity_stress, quantity_strain, quantity_reaction
-  use qsmpm_analysis_lists, only: append
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
@@ -113,12 +112,12 @@ contains
       associate (phase => analysis%phases(p))
         do i = 1, size(phase%fixities)
           if (set_side(members, set_number(analysis, phase%fixities(i)%set), axis) /= side_other) &
-            call append(fixities, phase%fixities(i))
+            fixities = [fixities, phase%fixities(i)]
         end do
-        call append(fixities, roller)
+        fixities = [fixities, roller]
         do i = 1, size(phase%prescriptions)
           if (set_side(members, set_number(analysis, phase%prescriptions(i)%set), axis) /= side_other) &
-            call append(prescriptions, phase%prescriptions(i))
+            prescriptions = [prescriptions, phase%prescriptions(i)]
         end do
         call move_alloc(fixities, phase%fixities)
         call move_alloc(prescriptions, phase%prescriptions)
@@ -142,11 +141,11 @@ contains
       associate (phase => analysis%phases(p))
         do i = 1, size(phase%tractions)
           if (.not. surface_beyond(analysis, phase%tractions(i)%surface, axis, plane)) &
-            call append(tractions, phase%tractions(i))
+            tractions = [tractions, phase%tractions(i)]
         end do
         do i = 1, size(phase%supports)
           if (.not. surface_beyond(analysis, phase%supports(i)%surface, axis, plane)) &
-            call append(supports, phase%supports(i))
+            supports = [supports, phase%supports(i)]
         end do
         call move_alloc(tractions, phase%tractions)
         call move_alloc(supports, phase%supports)
@@ -208,7 +207,7 @@ contains
     allocate (kept(0), own(0), image(0))
     do b = 1, size(analysis%bodies)
       if (body_beyond(analysis%bodies(b), axis, step%plane - scene_tolerance(analysis))) cycle
-      call append(kept, analysis%bodies(b))
+      kept = [kept, analysis%bodies(b)]
       own = [own, b]
       image = [image, body_partner(analysis, b, axis)]
       ! A polygon goes through as much of z as the grid has.
@@ -244,6 +243,6 @@ contains
     middle%selection = select_plane
     middle%axis = axis
     middle%box(axis, 1) = plane
-    call append(analysis%node_sets, middle)
+    analysis%node_sets = [analysis%node_sets, middle]
   end subroutine half_sets
 end module qsmpm_mirror_half

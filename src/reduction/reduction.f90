@@ -193,16 +193,8 @@ contains
     type(expansion_type), intent(inout) :: expansion
     !> The next one.
     type(reduction_type), intent(in) :: step
-    type(reduction_type), allocatable :: longer(:)
-    integer :: i, n
 
-    n = 0
-    if (allocated(expansion%steps)) n = size(expansion%steps)
-    allocate (longer(n + 1))
-    do i = 1, n
-      longer(i) = expansion%steps(i)
-    end do
-    longer(n + 1) = step
-    call move_alloc(longer, expansion%steps)
+    if (.not. allocated(expansion%steps)) allocate (expansion%steps(0))
+    expansion%steps = [expansion%steps, step]
   end subroutine append_step
 end module qsmpm_reduction

@@ -4,7 +4,6 @@ module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, fixity_type, set_type, axisymmetric, select_plane, quantity_position, &
     quantity_stress, quantity_strain, quantity_reaction
-  use qsmpm_analysis_lists, only: append
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
@@ -94,7 +93,7 @@ contains
       allocate (kept(0))
       do i = 1, size(analysis%phases(p)%fixities)
         if (.not. is_level(members, set_number(analysis, analysis%phases(p)%fixities(i)%set))) cycle
-        call append(kept, analysis%phases(p)%fixities(i))
+        kept = [kept, analysis%phases(p)%fixities(i)]
         kept(size(kept))%fixed(3) = .false.
       end do
       call move_alloc(kept, analysis%phases(p)%fixities)
@@ -112,11 +111,11 @@ contains
     axis%name = axis_name
     axis%selection = select_plane
     axis%axis = 1
-    call append(analysis%node_sets, axis)
+    analysis%node_sets = [analysis%node_sets, axis]
     roller%set = axis_name
     roller%fixed(1) = .true.
     do p = 1, size(analysis%phases)
-      call append(analysis%phases(p)%fixities, roller)
+      analysis%phases(p)%fixities = [analysis%phases(p)%fixities, roller]
     end do
   end subroutine hold_axis
 

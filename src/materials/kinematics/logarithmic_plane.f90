@@ -88,7 +88,7 @@ contains
     character(len=:), allocatable, intent(inout) :: message
     type(plane_trial_type) :: trial
     type(stress_update_type) :: result
-    real(wp) :: tau(4), k(4, 4), lame, shear, width, value(3), c, s
+    real(wp) :: tau(4), b(4), k(4, 4), lame, shear, width, value(3), strain(3), c, s
     integer :: p
     logical :: may_yield
 
@@ -113,7 +113,9 @@ contains
       if (result%yields) then
         call to_principal(trial%trial(1), trial%trial(2), trial%trial(3), trial%trial(4), value, c, s)
         tau = from_principal(result%stress, c, s)
-        state(:4, p) = stress_order(from_principal(exp(2.0_wp*model%elastic_strain(shear, result%stress)), c, s))
+        strain = model%elastic_strain(shear, result%stress)
+        b = from_principal(exp(2.0_wp*strain), c, s)
+        state(:4, p) = [b(1) + b(2), b(1) - b(2), b(4), b(3)]
         call store_stress(trial%scale, tau(1), tau(2), tau(3), tau(4), gradient(:, p), stress(:, p), piola(:, p))
         if (with_tangent) call principal_tangent(model, shear, share, value, c, s, trial, result, gradient(:, p), &
           a(:, :, p))
@@ -323,15 +325,6 @@ contains
     radius = sqrt(half**2 + shear**2)
     value = [mean + radius, mean - radius, normal]
   end function principal_values
-
-  !> 11, 22, 33, 12.
-  pure function stress_order(tensor) result(stress)
-    !> Mean, half difference, shear, 33.
-    real(wp), intent(in) :: tensor(4)
-    real(wp) :: stress(4)
-
-    stress = [tensor(1) + tensor(2), tensor(1) - tensor(2), tensor(4), tensor(3)]
-  end function stress_order
 
   !> K of a point in the frame of the principal directions, then turned; and the stress that goes with it.
   pure subroutine principal_stiffness(trial, hookean, result, c, s, tau, k)

@@ -13,7 +13,7 @@ module qsmpm_boundary_stabilisation
   use qsmpm_background, only: build_background
   use qsmpm_configuration, only: configuration_type
   use qsmpm_element_ghost, only: build_element_ghost
-  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_equations, only: equations_type, add_scalar_block
   use qsmpm_point_location, only: activation_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
@@ -161,17 +161,13 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
-    real(wp), allocatable :: block(:, :, :, :)
-    integer :: k, n, c
+    integer :: k, n
 
+    associate (unused => displacement)
+    end associate
     do k = 1, self%penalty%connectivity%count
       n = self%penalty%connectivity%first(k + 1) - self%penalty%connectivity%first(k)
-      allocate (block(size(displacement, 1), n, size(displacement, 1), n), source=0.0_wp)
-      do c = 1, size(block, 1)
-        block(c, :, c, :) = self%penalty%matrix(:n, :n, k)
-      end do
-      call add_block(equations, self%first_stencil + k - 1, block, matrix)
-      deallocate (block)
+      call add_scalar_block(equations, self%first_stencil + k - 1, self%penalty%matrix(:n, :n, k), matrix)
     end do
   end subroutine add_blocks
 

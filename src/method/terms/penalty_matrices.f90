@@ -33,14 +33,21 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> The force is added (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    integer :: k, n, first
+    real(wp) :: move(size(force, 1), most_nodes(penalty%connectivity)), total(size(force, 1))
+    integer :: k, n, a, b, first
 
     do k = 1, penalty%connectivity%count
       first = penalty%connectivity%first(k)
       n = penalty%connectivity%first(k + 1) - first
       associate (nodes => penalty%connectivity%nodes(first:first + n - 1))
-        force(:, nodes) = force(:, nodes) &
-          + matmul(displacement(:, nodes), penalty%matrix(:n, :n, k))
+        move(:, :n) = displacement(:, nodes)
+        do b = 1, n
+          total = 0.0_wp
+          do a = 1, n
+            total = total + move(:, a)*penalty%matrix(a, b, k)
+          end do
+          force(:, nodes(b)) = force(:, nodes(b)) + total
+        end do
       end associate
     end do
   end subroutine add_penalty_force
