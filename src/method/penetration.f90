@@ -1,8 +1,9 @@
 !> Soil inside rigid bodies. Contact is asked for at surface points: where the surface is folded, has gaps or the body
-!> has corners smaller than a patch, soil may get into a body unseen. The material points tell.
+!> has corners smaller than a patch, soil may get into a body unseen. The material points tell. Where contact is asked
+!> for on the body soil may drift away from it and press from afar; they tell that too.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp
-  use qsmpm_contact_results, only: deepest_point
+  use qsmpm_contact_results, only: deepest_point, widest_gap
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
@@ -15,11 +16,15 @@ module qsmpm_penetration
 
   !> Depths over the size of a cell that are warned of, and refused.
   real(wp), parameter :: noticed = 0.1_wp, refused = 0.5_wp
+  !> Gap over the size of a cell that is warned of.
+  real(wp), parameter :: noticed_gap = 0.5_wp
 
   !> What has been reported so far.
   type :: penetration_check_type
     !> Depth last reported, in cells.
     real(wp) :: reported = noticed
+    !> Gap last reported, in cells.
+    real(wp) :: reported_gap = noticed_gap
   end type penetration_check_type
 
 contains
@@ -47,12 +52,30 @@ contains
     real(wp) :: depth
     integer :: body, point
 
+    call warn_of_gap(model, check, observer)
     call deepest_point(model, placed_bodies(model), body, point, depth)
     if (.not. depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*depth/model%cell_size
     call observer%note('warning: '//sentence(model, body, point, depth)//'; the surface of its *CONTACT must '// &
       'reach there; else smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
+
+  !> Warn where soil presses on a body from afar, and again when it is twice as far.
+  subroutine warn_of_gap(model, check, observer)
+    type(model_type), intent(in) :: model
+    type(penetration_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    real(wp) :: place(2), width
+    character(len=80) :: buffer
+    integer :: body
+
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    if (.not. width > check%reported_gap*model%cell_size) return
+    check%reported_gap = 2.0_wp*width/model%cell_size
+    write (buffer, '(f8.2,a,2(1x,es11.4))') width/model%cell_size, ' cells away at', place
+    call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(body)%name//"' from "// &
+      trim(adjustl(buffer))//': it has drifted from the body, whose place is wrong by as much; smaller steps and cells')
+  end subroutine warn_of_gap
 
   !> How deep, where and in which body.
   pure function sentence(model, body, point, depth) result(text)

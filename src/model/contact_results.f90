@@ -1,4 +1,4 @@
-!> What contact comes to: soil inside of rigid bodies, and the pressure at a place.
+!> What contact comes to: soil inside of rigid bodies, soil that presses from afar, and the pressure at a place.
 module qsmpm_contact_results
   use qsmpm_kinds, only: wp
   use qsmpm_body_points, only: body_points_type, present_body_points
@@ -10,7 +10,7 @@ module qsmpm_contact_results
   implicit none
   private
 
-  public :: deepest_point, contact_pressure_at
+  public :: deepest_point, widest_gap, contact_pressure_at
 
 contains
 
@@ -39,6 +39,39 @@ contains
       end do
     end do
   end subroutine deepest_point
+
+  !> How far the box of the nearest material point is away from a contact point of a body that carries a pressure, the
+  !> largest of all: the outline of the soil has drifted from the body where it is much.
+  subroutine widest_gap(model, bodies, body, place, width)
+    type(model_type), intent(in) :: model
+    !> The bodies where they are (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> 0 where no contact point carries a pressure.
+    integer, intent(out) :: body
+    real(wp), intent(out) :: place(2), width
+    type(body_points_type) :: on_bodies
+    real(wp) :: beyond(2), distance
+    integer :: i, p
+
+    body = 0
+    place = 0.0_wp
+    width = 0.0_wp
+    if (model%mesh%dimension /= 2) return
+    call present_body_points(model, bodies, on_bodies)
+    do i = 1, on_bodies%count
+      if (.not. (on_bodies%touched(i) .and. on_bodies%pressure(i) > 0.0_wp)) cycle
+      distance = huge(1.0_wp)
+      do p = 1, model%state%points%count
+        beyond = max(0.0_wp, abs(model%state%points%position(:, p) - on_bodies%position(:, i)) &
+          - model%state%points%half_size(:, p))
+        distance = min(distance, norm2(beyond))
+      end do
+      if (distance <= width) cycle
+      width = distance
+      body = model%contact_pairs(on_bodies%pair(i))%body
+      place = on_bodies%position(:, i)
+    end do
+  end subroutine widest_gap
 
   !> Pressure on the point of a contact that was nearest to a place at the start; 0 where there is none.
   real(wp) function contact_pressure_at(model, place) result(pressure)

@@ -3,7 +3,7 @@
 module test_body_contact
   use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
-  use qsmpm_contact_results, only: contact_pressure_at
+  use qsmpm_contact_results, only: contact_pressure_at, widest_gap
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
@@ -158,9 +158,33 @@ contains
     points%opening = 0.02_wp
     call keep_body_points(model, points)
     call present_body_points(model, placed_bodies(model), points)
+    call check_gap(tests, model, points)
     call tests%check('with a small opening they stay', all(points%touched) .and. all(points%opening > 0.01_wp))
     call end_system(step%system)
   end subroutine check_touch
+
+  !> Soil that presses from afar: the places above the ground do not touch any.
+  subroutine check_gap(tests, model, points)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    !> All in contact.
+    type(body_points_type), intent(inout) :: points
+    real(wp) :: place(2), width
+    integer :: body
+
+    points%pressure = 0.0_wp
+    call keep_body_points(model, points)
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('what does not press is not asked for', body == 0 .and. width <= 0.0_wp)
+    where (points%position(2, :) < 1.0_wp) points%pressure = 1.0_wp
+    call keep_body_points(model, points)
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('beside the soil the gap is below a spacing', body == 1 .and. width < 0.1_wp)
+    where (points%position(2, :) > 1.29_wp) points%pressure = 1.0_wp
+    call keep_body_points(model, points)
+    call widest_gap(model, placed_bodies(model), body, place, width)
+    call tests%check('above it it is what there is', width > 0.15_wp .and. width < 0.5_wp .and. place(2) > 1.29_wp)
+  end subroutine check_gap
 
   !> Soil that moves and turns as the body does feels nothing of it.
   subroutine check_rigid_motion(tests)
