@@ -28,6 +28,7 @@ module test_body_contact
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
   use term_samples, only: force_named
   use testing, only: tests_type
@@ -198,8 +199,8 @@ contains
 
     call make_step('TENSION=YES, ADHESION=5', ', ROTATION=4|0.03, -0.05', model, step)
     allocate (bodies, source=placed_bodies(model))
-    allocate (u(2, model%space%node_count))
-    do a = 1, size(u, 2)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    do a = 1, model%space%node_count
       x = 0.0_wp
       x(:2) = node_position(model%space, model%mesh, a)
       x = carry_along(bodies(1)%reference, rigid_pose_type(), rigid_pose_type([0.015_wp, -0.025_wp, 0.0_wp], &
@@ -225,12 +226,12 @@ contains
     integer :: a
 
     call make_step(contact, ', ROTATION=1|0.01, -0.03', model, step)
-    allocate (u(2, model%space%node_count), v(2, model%space%node_count))
+    allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)]
       v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
     end do
-    where (model%loading%constrained) v = 0.0_wp
+    where (step%equations%constrained) v = 0.0_wp
     allocate (x(step%equations%count), product(step%equations%count))
     call gather(step%equations, v, x)
     call evaluate_step(model, step, u, tangent_consistent)

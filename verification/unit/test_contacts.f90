@@ -31,6 +31,7 @@ module test_contacts
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
   use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
   use term_samples, only: force_named
   use testing, only: tests_type
@@ -289,12 +290,12 @@ contains
     integer :: a
 
     call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
-    allocate (u(2, model%space%node_count), v(2, model%space%node_count))
+    allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)] + [aside, 0.0_wp]
       v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
     end do
-    where (model%loading%constrained) v = 0.0_wp
+    where (step%equations%constrained) v = 0.0_wp
     allocate (x(step%equations%count), product(step%equations%count))
     call gather(step%equations, v, x)
     call evaluate_step(model, step, u, tangent_consistent)
@@ -389,7 +390,7 @@ contains
     real(wp) :: whole, lowered
 
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'ADHESION=8', '|0.1, -0.02', model, step)
-    allocate (u(2, model%space%node_count), source=0.0_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
     call evaluate_step(model, step, u, tangent_none)
     whole = sum(force_named(step, 'force of the contacts', u), mask=spread([.true., .false.], 2, size(u, 2)))
     call tests%close('a surface of 2 m slips at its adhesion', whole, 16.0_wp, 1.0e-10_wp)
@@ -460,7 +461,7 @@ contains
       index(error%message, "inside rigid body 'tool'") > 0)
     call end_system(step%system)
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -1.1', model, step)
-    allocate (u(2, model%space%node_count), source=0.0_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
     call evaluate_step(model, step, u, tangent_none)
     call tests%check('a body that moves by more than two cells loses the step', step%failure%failed)
     if (step%failure%failed) call tests%check('by a sentence ('//step%failure%reason//')', &
