@@ -127,7 +127,7 @@ contains
 
       is_stiff = .false.
       do k = 1, size(analysis%materials)
-        if (analysis%materials(k)%name == name) is_stiff = analysis%materials(k)%young >= stiff*least
+        if (analysis%materials(k)%name == name) is_stiff = analysis%materials(k)%young/stiff >= least
       end do
     end function is_stiff
   end function stiff_body

@@ -110,6 +110,15 @@ def _outward(before: Array, edges: Array, opposite: Array) -> tuple[Array, Array
     return rim, (width[rim] / count[rim] / size)[:, None] * mean
 
 
+def _skirts(places: Array, first: Array, last: Array, first_out: Array, last_out: Array) -> Array:
+    """Two triangles between each edge and its rim, cut along the diagonal that stays inside: at a re-entrant corner one does not."""
+    cuts = [((last, first, first_out), (last, first_out, last_out)), ((last, first, last_out), (first, first_out, last_out))]
+    pairs = [[np.stack(corners, axis=1) for corners in cut] for cut in cuts]
+    least = [np.minimum(_areas(places, one), _areas(places, other)) for one, other in pairs]
+    better = (least[1] > least[0])[:, None]
+    return np.concatenate([np.where(better, pairs[1][k], pairs[0][k]) for k in range(2)])
+
+
 def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outline: Outline) -> Net:
     """The net of the points with the rim around it."""
     edges, opposite = _boundary(triangles)
@@ -121,12 +130,22 @@ def _with_rim(before: Array, now: Array, triangles: Array, spacing: Array, outli
     number = np.zeros(len(before), dtype=int)
     number[rim] = len(before) + np.arange(len(rim))
     first, last = edges[:, 0], edges[:, 1]
-    skirts = np.concatenate([np.stack([last, first, number[first]], axis=1), np.stack([last, number[first], number[last]], axis=1)])
+    places = np.concatenate([before, before[rim] + out])
+    skirts = _skirts(places, first, last, number[first], number[last])
     return Net(
-        np.concatenate([before, before[rim] + out]), np.concatenate([now, now[rim] + moved]),
+        places, np.concatenate([now, now[rim] + moved]),
         np.concatenate([triangles, skirts]), np.concatenate([np.arange(len(before)), rim]),
         np.stack([number[first], number[last]], axis=1),
     )  # fmt: skip
+
+
+def _lies_inside(outline: Outline, corners: Array) -> Array:
+    """Whether triangles lie in a body: their middles, and three places on each edge, which may cross a re-entrant corner."""
+    found = outline.inside(corners.mean(axis=1))
+    for share in (0.3, 0.5, 0.7):
+        for k in range(3):
+            found &= outline.inside((1 - share) * corners[:, k] + share * corners[:, (k + 1) % 3])
+    return found
 
 
 def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
@@ -140,7 +159,7 @@ def net_of(start: Array, place: Array, outline: Outline) -> Net | None:
     own = outline.of(start, triangles, _areas(start, triangles))
     local = spacing[triangles].max(axis=1)
     torn = np.abs(_areas(place, triangles)) > TORN * np.maximum(_areas(start, triangles), 0.5 * local**2)
-    widest = np.where(own.inside(start[triangles].mean(axis=1)), WIDEST_INSIDE, WIDEST)
+    widest = np.where(_lies_inside(own, start[triangles]), WIDEST_INSIDE, WIDEST)
     kept = (_circumradii(start, triangles) <= widest * local) & ~torn
     return _with_rim(start, place, triangles[kept], spacing, own) if kept.any() else None
 

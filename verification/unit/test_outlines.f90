@@ -393,6 +393,7 @@ contains
     if (size(model%outlines) == 2) call tests%check('these two', all(model%outlines%body == [2, 1]))
     call build(head//'*METHOD, BASIS=GIMP, INTEGRATION=POINTS|*BODY, NAME=a, MATERIAL=soil, SHAPE=BOX|0, 1.1, 0, 1|'// &
       '*BODY, NAME=b, MATERIAL=rock, SHAPE=BOX|1.9, 3, 0, 1|'//tail, model)
+    call start_phase(model)
     call prepare(model, step)
     step%cut%share = 0.01_wp
     step%cut%place = [1.0_wp, 0.5_wp]

@@ -65,6 +65,16 @@ class TestNet(unittest.TestCase):
         for corner in corners:
             self.assertLess(np.min(np.linalg.norm(rim - corner, axis=1)), 1e-12)
 
+    def test_no_triangle_lies_across_a_re_entrant_corner(self) -> None:
+        corners = np.array([[0, 0], [8, 0], [8, 4], [4, 4], [4, 8], [0, 8.0]])
+        start = np.array([p for p in lattice(24, 24, 1 / 3, 1 / 3) if min(p) < 4])
+        net = self.made(start, start, Outline((corners,)))
+        middles = net.now[net.triangles].mean(axis=1)
+        a, b, c = (net.now[net.triangles[:, i]] for i in range(3))
+        areas = 0.5 * np.abs(np.linalg.det(np.stack([b - a, c - a], axis=1)))
+        self.assertEqual(np.sum(areas[middles.min(axis=1) > 4.001]), 0.0)
+        self.assertAlmostEqual(float(areas.sum()), 48.0, delta=0.01)
+
     def test_two_bodies_and_a_hole_are_not_bridged(self) -> None:
         left = lattice(4, 4)
         pair = np.concatenate([left, left + [7.0, 0.0]])
