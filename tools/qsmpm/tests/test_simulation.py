@@ -326,6 +326,61 @@ class Cards(unittest.TestCase):
             self.assertEqual(run.names("material"), ["soil"])
 
 
+PLATE = """*MODEL, TYPE=PLANE STRAIN
+*GRID, ELEMENT=QUAD4
+X, 0, 2, 8
+Y, 0, 2, 8
+*NSET, NSET=base, PLANE=Y
+0
+*SURFACE, NAME=top, TYPE=SEGMENT
+2, 1.1, 0, 1.1
+*MATERIAL, NAME=soil
+*ELASTIC
+1000, 0.3
+*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX
+0, 2, 0, 1.1
+*METHOD, BASIS=GIMP, INTEGRATION=CELL
+*RIGID BODY, NAME=plate, SHAPE=PLANE
+0, 1.1, 0, -1
+*CONTACT, BODY=plate, SURFACE=top
+*HISTORY, NAME=push, QUANTITY=BODY MOVE, COMPONENT=Y, BODY=plate
+*HISTORY, NAME=force, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=plate
+*PHASE, NAME=push
+*FIX
+base, ALL
+*MOVE, BODY=plate
+0, -0.01
+*CONTROLS, STEPS=2, TOLERANCE=1e-8
+*END PHASE
+"""
+
+
+class RigidBodies(unittest.TestCase):
+    """A host moves and loads a rigid body by cards, step by step, and reads its place and its force."""
+
+    def test_moved_then_loaded(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            deck = pathlib.Path(folder) / "plate.inp"
+            deck.write_text(PLATE)
+            with qsmpm.Simulation(deck) as run:
+                run.run()
+                self.assertAlmostEqual(run.histories["push"], -0.01, 12)
+                pushed = run.histories["force"]
+                self.assertGreater(pushed, 1.0)
+                run.add_cards("*PHASE, NAME=load\n*LOAD, BODY=plate, COMPONENT=Y\n-40\n*CONTROLS, STEPS=2, TOLERANCE=1e-8\n*END PHASE\n")
+                forces = [run.histories["force"] for _ in run.steps()]
+                self.assertAlmostEqual(forces[0], 0.5 * (pushed + 40), 5)
+                self.assertAlmostEqual(forces[1], 40.0, 5)
+                self.assertLess(run.histories["push"], -0.01)
+                down = run.histories["push"]
+                run.add_cards("*PHASE, NAME=lift\n*MOVE, BODY=plate\n0, 0.002\n*CONTROLS, STEPS=1, TOLERANCE=1e-8\n*END PHASE\n")
+                run.run()
+                self.assertAlmostEqual(run.histories["push"], down + 0.002, 12)
+                self.assertLess(run.histories["force"], 40.0)
+                with self.assertRaisesRegex(qsmpm.DeckError, r"\*LOAD: there is no rigid body 'plat'"):
+                    run.add_cards("*PHASE, NAME=wrong\n*LOAD, BODY=plat, COMPONENT=Y\n-1\n*END PHASE\n")
+
+
 class Materials(unittest.TestCase):
     """Models in Python."""
 
