@@ -2,7 +2,8 @@
 !> filled.
 !>
 !> Sides are those with which the point was laid out, times the stretch (b_ii)^1/2 where points carry their strain, then
-!> all of them by one factor to the present volume. A point without sides (image of a smaller model) has a cube.
+!> all of them by one factor to the present volume. A point without sides (image of a smaller model, rule of a cut
+!> cell) has a cube.
 module qsmpm_point_boxes
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
@@ -17,6 +18,9 @@ module qsmpm_point_boxes
   real(wp), parameter :: corner(3, 8) = reshape([-1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, &
     -1.0_wp, -1.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, &
     -1.0_wp, 1.0_wp, 1.0_wp], [3, 8])
+
+  !> Least side of a box over the largest, and of all [length]: points of the rule of a cut cell have sides of nothing.
+  real(wp), parameter :: flattest = 1.0e-3_wp, smallest = 1.0e-100_wp
 
 contains
 
@@ -51,11 +55,11 @@ contains
     d = model%mesh%dimension
     half = 0.0_wp
     associate (points => model%state%points)
-      volume = points%volume(p)
+      volume = max(0.0_wp, points%volume(p))
       if (model%analysis%model == axisymmetric) volume = volume/points%position(1, p)
       half(:d) = points%half_size(:d, p)
       if (size(points%left_cauchy_green, 2) == points%count) half(:d) = half(:d)*sqrt(points%left_cauchy_green(:d, p))
-      if (.not. all(half(:d) > 0.0_wp)) half(:d) = 0.5_wp
+      if (.not. minval(half(:d)) > max(flattest*maxval(half(:d)), smallest)) half(:d) = 0.5_wp
       half(:d) = half(:d)*(volume/product(2.0_wp*half(:d)))**(1.0_wp/d)
     end associate
   end function half_sides

@@ -211,6 +211,10 @@ contains
         call tests%close('and as large', (box(1, 2) - box(1, 1))*(box(2, 3) - box(2, 2)), points%volume(p), 1.0e-12_wp)
       end associate
     end do
+    model%state%points%half_size(:, 2) = tiny(1.0_wp)
+    call box_corners(model, corners)
+    call tests%close('a point without sides has a square of its volume', (corners(1, 6) - corners(1, 5))**2, &
+      model%state%points%volume(2), 1.0e-12_wp)
     call tests%check('the third component is zero in the plane', &
       all(abs(displacement(3, :)) <= 0.0_wp))
   end subroutine test_vtu
