@@ -42,8 +42,8 @@ contains
   subroutine start_body_loads(model)
     !> Its load fraction is still that of the phase before.
     type(model_type), intent(inout) :: model
-    real(wp) :: values(rows, size(model%analysis%rigid_bodies)), push(6)
-    integer :: b, i
+    real(wp) :: values(rows, size(model%analysis%rigid_bodies))
+    integer :: b
 
     if (size(values, 2) == 0) return
     values = kept_values(model%state%kept, kept_name)
@@ -51,28 +51,38 @@ contains
       values(start_row:start_row + 2, b) = load_on_body(model, b, model%state%progress%fraction)
       values(final_row:, b) = values(start_row:start_row + 2, b)
     end do
-    associate (phase => model%analysis%phases(model%state%progress%phase))
-      if (.not. allocated(phase%moves)) return
-      do b = 1, size(values, 2)
-        push = force_on_body(model, b)
-        do i = 1, size(phase%moves)
-          associate (move => phase%moves(i))
-            if (move%body /= model%analysis%rigid_bodies(b)%name) cycle
-            if (.not. move%is_load) values(:3, b) = 0.0_wp
-          end associate
-        end do
-        do i = 1, size(phase%moves)
-          associate (move => phase%moves(i), c => phase%moves(i)%component)
-            if (move%body /= model%analysis%rigid_bodies(b)%name .or. .not. move%is_load) cycle
-            values(c, b) = 1.0_wp
-            if (.not. was_free(model, b, c)) values(start_row + c - 1, b) = -push(c)
-            values(final_row + c - 1, b) = phase%load_factor*move%load
-          end associate
-        end do
-      end do
-    end associate
+    do b = 1, size(values, 2)
+      call take_cards(model, b, values(:, b))
+    end do
     call keep_values(model%state%kept, kept_name, values)
   end subroutine start_body_loads
+
+  !> What *MOVE and *LOAD of the phase make of a body: the first takes it in hand, the second frees an axis.
+  pure subroutine take_cards(model, body, values)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    !> Kept of it.
+    real(wp), intent(inout) :: values(rows)
+    real(wp) :: push(6)
+    integer :: i
+
+    push = force_on_body(model, body)
+    associate (phase => model%analysis%phases(model%state%progress%phase))
+      if (.not. allocated(phase%moves)) return
+      do i = 1, size(phase%moves)
+        if (phase%moves(i)%body == model%analysis%rigid_bodies(body)%name .and. .not. phase%moves(i)%is_load) &
+          values(:3) = 0.0_wp
+      end do
+      do i = 1, size(phase%moves)
+        associate (move => phase%moves(i), c => phase%moves(i)%component)
+          if (move%body /= model%analysis%rigid_bodies(body)%name .or. .not. move%is_load) cycle
+          values(c) = 1.0_wp
+          if (.not. was_free(model, body, c)) values(start_row + c - 1) = -push(c)
+          values(final_row + c - 1) = phase%load_factor*move%load
+        end associate
+      end do
+    end associate
+  end subroutine take_cards
 
   !> Whether a component was free so far.
   pure logical function was_free(model, body, component)

@@ -8,6 +8,7 @@ module test_body_loads
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
+  use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
   use qsmpm_linear_system, only: end_system
@@ -42,7 +43,8 @@ module test_body_loads
     push = '*PHASE, NAME=push|'//fix//'*MOVE, BODY=plate|0, -0.01|*END PHASE|', &
     load = '*PHASE, NAME=load|*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', &
     shift = '*PHASE, NAME=shift|*LOAD, BODY=plate, COMPONENT=X|3|*END PHASE|', &
-    lift = '*PHASE, NAME=lift|*MOVE, BODY=plate|0, 0.004|*END PHASE|'
+    lift = '*PHASE, NAME=lift|*MOVE, BODY=plate|0, 0.004|*END PHASE|', &
+    aside = '*PHASE, NAME=aside|*LOAD, BODY=plate, COMPONENT=X|2|*END PHASE|'
 
 contains
 
@@ -100,7 +102,7 @@ contains
     real(wp) :: force(6), pushed
     logical :: free(3)
 
-    call make_model(plate//push//load//shift//lift, model)
+    call make_model(plate//push//load//shift//lift//aside, model)
     call begin_analysis(model, step%terms)
     call run_phase(tests, model, step, 1)
     force = force_on_body(model, 1)
@@ -136,6 +138,15 @@ contains
       0.0_wp, 1.0e-12_wp)
     force = force_on_body(model, 1)
     call tests%check('and the push falls', force(2) < 39.0_wp .and. force(2) > 0.0_wp)
+    ! As if the field had been solved for along the axis that is held now.
+    call keep_values(model%state%kept, 'body_motion', reshape([0.0_wp, -0.01_wp], [2, 1]))
+    call run_phase(tests, model, step, 5)
+    before = pose
+    pose = pose_of(model, 1)
+    force = force_on_body(model, 1)
+    call tests%close('loaded along one axis it stays where it is along the other', pose%displacement(2), &
+      before%displacement(2), 1.0e-12_wp)
+    call tests%close('and carries the load', force(1), -2.0_wp, 1.0e-6_wp)
     call end_system(step%system)
   end subroutine check_phases
 

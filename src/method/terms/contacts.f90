@@ -157,7 +157,6 @@ contains
     self%scratch%at_rest = .true.
     do b = 1, size(self%scratch%now)
       motion = motion_in_phase(model, b)
-      motion%displacement = merge(0.0_wp, motion%displacement, free_components(model, b))
       self%scratch%load(:, b) = load_on_body(model, b, fraction)
       associate (share => fraction - model%state%progress%fraction, before => self%scratch%before(b)%pose)
         self%scratch%now(b)%pose = rigid_pose_type(before%displacement + share*motion%displacement, &
