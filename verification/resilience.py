@@ -625,6 +625,15 @@ def strange_library(checks: Checks, folder: pathlib.Path) -> None:
     checks.check("check sees a library that is not there", run.returncode == 6 and "there is no library" in run.stderr, run.stderr[-300:])
 
 
+def planned(checks: Checks, folder: pathlib.Path) -> None:
+    """The first step of a scene with rigid bodies can be planned, reduced or not."""
+    inputs = pathlib.Path(__file__).resolve().parents[1] / "input"
+    decks = pathlib.Path(__file__).resolve().parent / "cases" / "decks"
+    for deck in (inputs / "wall_passive.inp", inputs / "tbar.inp", decks / "scene_pipes.inp"):
+        run = subprocess.run([checks.binary, "plan", str(deck)], capture_output=True, text=True, timeout=PATIENCE)
+        checks.check(f"plan {deck.name} ends well", run.returncode == 0 and "expected of the run" in run.stdout, run.stderr[-300:])
+
+
 CLOCK_MODEL = r"""
 /* Elasticity that adds up DTIME in its first state variable and keeps the time at the end of the step in its second. */
 void umat_(double *stress, double *state, double *ddsdde, void *sse, void *spd, void *scd, void *rpl, void *ddsddt, void *drplde,
@@ -727,7 +736,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
-                 threads, two_runs, damaged, resealed, strange_library, leaves_by_exit, clocks_and_levels,
+                 threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit, clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:

@@ -9,7 +9,7 @@ module qsmpm_plan
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, begin_analysis
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_step_solver, only: attempt_type
@@ -165,6 +165,7 @@ contains
       call add_item(items, 'not made', 'more than '//integer_text(most_for_plan)//' equations')
       return
     end if
+    call begin_analysis(first, step%terms)
     call start_phase(first)
     call start_stopwatch(step%profile%watch, part_control)
     call start_clock(clock)

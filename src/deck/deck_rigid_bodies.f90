@@ -2,7 +2,7 @@
 module qsmpm_deck_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
-    rigid_polygon, contact_on_soil, contact_on_body, axisymmetric
+    rigid_polygon, rigid_cylinder, contact_on_soil, contact_on_body, axisymmetric, plane_strain
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
@@ -58,9 +58,9 @@ contains
       if (fields%reading) body%shape = 0
       call fields%choice('SHAPE', body%shape, bar_list(rigid_words), 'PLANE: all behind a plane. CIRCLE: in '// &
         'axisymmetry and 3D a sphere. CONE: tip downwards, with a shaft above. POLYGON: in axisymmetry with an '// &
-        'edge on the axis', required=.true.)
-      call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE and POLYGON; a quarter of a cell '// &
-        'when not given', range='(0, inf)', given=rounded)
+        'edge on the axis, in 3D all along z. CYLINDER: upright, in axisymmetry and 3D', required=.true.)
+      call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; a quarter '// &
+        'of a cell when not given', range='(0, inf)', given=rounded)
       call fields%data('plane', when='SHAPE=PLANE')
       call place_fields(fields, body)
       call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
@@ -73,6 +73,7 @@ contains
       call box_fields(fields, body%box)
       call cone_fields(fields, body)
       call polygon_fields(fields, body%polygon)
+      call cylinder_fields(fields, body)
     end associate
   end subroutine rigid_body_fields
 
@@ -94,10 +95,24 @@ contains
     call fields%data('cone', when='SHAPE=CONE')
     call fields%number('x', body%place(1), 'coordinate of the tip')
     call fields%number('y', body%place(2), 'coordinate of the tip')
+    call fields%number('z', body%place(3), 'coordinate of the tip', third=.true.)
     call fields%number('radius', body%radius, 'radius of the shaft', range='(0, inf)')
     call fields%number('angle', body%apex_angle, 'angle of the tip in degrees', range='(0, 180)')
     call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
   end subroutine cone_fields
+
+  !> A cylinder.
+  subroutine cylinder_fields(fields, body)
+    class(card_fields_type), intent(inout) :: fields
+    type(rigid_body_type), intent(inout) :: body
+
+    call fields%data('cylinder', when='SHAPE=CYLINDER')
+    call fields%number('x', body%place(1), 'coordinate of the middle of its base')
+    call fields%number('y', body%place(2), 'coordinate')
+    call fields%number('z', body%place(3), 'coordinate', third=.true.)
+    call fields%number('radius', body%radius, 'radius', range='(0, inf)')
+    call fields%number('height', body%shaft, 'from its base upwards', range='(0, inf)')
+  end subroutine cylinder_fields
 
   !> What a shape needs is there.
   subroutine finish_rigid_body(card, state)
@@ -105,10 +120,12 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
-      if (state%dimension == 3 .and. any(body%shape == [rigid_box, rigid_cone, rigid_polygon])) &
-        call state%report_error(card, 'in 3D a rigid body is a PLANE or a CIRCLE, which is a sphere there')
+      if (state%dimension == 3 .and. body%shape == rigid_box) call state%report_error(card, &
+        'in 3D a rigid body is no BOX: a POLYGON is a prism along z, a CYLINDER stands upright')
+      if (state%analysis%model == plane_strain .and. body%shape == rigid_cylinder) call state%report_error(card, &
+        'CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX or a CIRCLE')
       if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
-        'ROUND is for the corners of BOX, CONE and POLYGON')
+        'ROUND is for the corners of BOX, CONE, POLYGON and CYLINDER')
       select case (body%shape)
       case (rigid_plane)
         if (card%is_right() .and. .not. norm2(body%direction) > 0.0_wp) call state%report_error(card, &

@@ -6,6 +6,10 @@
 !> A polygon is rounded: it is drawn in by a radius r to its core, and what is within r of the core is the body. So n
 !> is continuous around convex corners, where H = (1 - n n')/(phi + r); along edges H is zero. A plane is a half space,
 !> a circle in axisymmetry or space a sphere. In axisymmetry a polygon that ends at the axis is completed by its image.
+!> In space a polygon is a prism along z, or turned about a line along y; there r is the distance from the line, e the
+!> direction away from it and t the one around it:
+!>
+!>   n = n_r e + n_y y,   H = H of the polygon in e, y + n_r/r t t'
 module qsmpm_rigid_shape
   use qsmpm_kinds, only: wp
   use qsmpm_polygon, only: polygon_contains
@@ -14,13 +18,14 @@ module qsmpm_rigid_shape
   private
 
   public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
-    completed_by_image, largest_round, edge_normal
+    turned_polygon, completed_by_image, largest_round, edge_normal
 
-  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3
+  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4
 
   type :: rigid_shape_type
     integer :: kind = kind_ball
-    !> Point of a plane and its unit normal; centre and radius of a ball, or radius of the corners.
+    !> Point of a plane and its unit normal, or of the line that a polygon is turned about; centre and radius of a
+    !> ball, or radius of the corners.
     real(wp) :: place(3) = 0.0_wp, normal(3) = 0.0_wp, radius = 0.0_wp
     !> Corners, counter-clockwise (2,n).
     real(wp), allocatable :: core(:, :)
@@ -66,6 +71,20 @@ contains
     shape%radius = round
     allocate (shape%core, source=drawn_in(vertices, round))
   end function rounded_polygon
+
+  !> A polygon with round corners turned about a line along y.
+  pure type(rigid_shape_type) function turned_polygon(place, vertices, round) result(shape)
+    !> A point of the line; its height does not count.
+    real(wp), intent(in) :: place(3)
+    !> Distance from the line and height, counter-clockwise, with the image beyond the line (2,n).
+    real(wp), intent(in) :: vertices(:, :)
+    !> Radius of the corners, below `largest_round`.
+    real(wp), intent(in) :: round
+
+    shape = rounded_polygon(vertices, round)
+    shape%kind = kind_turned
+    shape%place = place
+  end function turned_polygon
 
   !> Corners of a polygon whose edges are moved inwards.
   pure function drawn_in(vertices, round) result(core)
@@ -171,10 +190,34 @@ contains
       distance%value = dot_product(x - self%place, self%normal)
     case (kind_ball)
       call round_distance(x - self%place, self%radius, distance)
+    case (kind_turned)
+      call turned_distance(self, x - self%place, x(2), distance)
     case default
       call polygon_distance(self, x, distance)
     end select
   end function distance_of
+
+  !> Distance of a turned polygon.
+  pure subroutine turned_distance(shape, arm, height, distance)
+    class(rigid_shape_type), intent(in) :: shape
+    !> From the point of the line, and the height of the place.
+    real(wp), intent(in) :: arm(3), height
+    type(distance_type), intent(inout) :: distance
+    type(distance_type) :: section
+    real(wp) :: r, frame(3, 3)
+
+    r = hypot(arm(1), arm(3))
+    frame = identity
+    if (r > 0.0_wp) frame(:, 1) = [arm(1)/r, 0.0_wp, arm(3)/r]
+    frame(:, 3) = [-frame(3, 1), 0.0_wp, frame(1, 1)]
+    call polygon_distance(shape, [r, height, 0.0_wp], section)
+    distance%value = section%value
+    distance%normal = matmul(frame, section%normal)
+    ! On the line the ring has the curvature of the section.
+    section%curvature(3, 3) = section%curvature(1, 1)
+    if (r > 0.0_wp) section%curvature(3, 3) = section%normal(1)/r
+    distance%curvature = matmul(frame, matmul(section%curvature, transpose(frame)))
+  end subroutine turned_distance
 
   !> Distance of what is round about a point.
   pure subroutine round_distance(from_centre, radius, distance)

@@ -2,11 +2,12 @@
 !> from step to step: pose, and force and moment of the soil on them.
 !>
 !> The moment is about the reference point where it is at present: the centre of a circle or box, the tip of a cone, the
-!> point given of a plane, the centroid of a polygon. In axisymmetry forces are per radian, as reactions are.
+!> point given of a plane, the centroid of a polygon, the middle of a cylinder's base. In axisymmetry forces are per
+!> radian, as reactions are.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: rigid_body_type, axisymmetric, rigid_plane, rigid_circle, rigid_box, &
-    rigid_cone
+  use qsmpm_analysis, only: rigid_body_type, axisymmetric, three_dimensional, rigid_plane, rigid_circle, &
+    rigid_box, rigid_cone, rigid_cylinder
   use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
@@ -15,7 +16,7 @@ module qsmpm_rigid_bodies
   use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
-    box_polygon, completed_by_image, largest_round
+    box_polygon, turned_polygon, completed_by_image, largest_round
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -45,7 +46,7 @@ contains
     associate (bodies => model%analysis%rigid_bodies, contacts => model%analysis%contacts)
       allocate (model%rigid_shapes(size(bodies)), model%contact_pairs(size(contacts)))
       do b = 1, size(bodies)
-        call make_shape(bodies(b), model%analysis%model == axisymmetric, model%cell_size, &
+        call make_shape(bodies(b), model%analysis%model, model%cell_size, &
           model%rigid_shapes(b)%shape, model%rigid_shapes(b)%reference, diagnostics)
       end do
       do i = 1, size(contacts)
@@ -102,17 +103,22 @@ contains
   end function surface_number
 
   !> Shape and reference point of one body.
-  subroutine make_shape(body, axisymmetry, cell_size, shape, reference, diagnostics)
+  subroutine make_shape(body, kind_of_model, cell_size, shape, reference, diagnostics)
     type(rigid_body_type), intent(in) :: body
-    logical, intent(in) :: axisymmetry
+    !> plane_strain, axisymmetric or three_dimensional.
+    integer, intent(in) :: kind_of_model
     real(wp), intent(in) :: cell_size
     type(rigid_shape_type), intent(out) :: shape
     real(wp), intent(out) :: reference(3)
     type(diagnostics_type), intent(inout) :: diagnostics
     real(wp), allocatable :: vertices(:, :)
-    real(wp) :: round
+    real(wp) :: round, axis(2)
+    logical :: turned
 
     reference = body%place
+    turned = any(body%shape == [rigid_cone, rigid_cylinder]) .and. kind_of_model == three_dimensional
+    axis = body%place(:2)
+    if (turned) axis(1) = 0.0_wp
     select case (body%shape)
     case (rigid_plane)
       shape = half_space(body%place, body%direction)
@@ -123,18 +129,22 @@ contains
     case (rigid_box)
       vertices = box_polygon(body%box(:2, 1), body%box(:2, 2))
     case (rigid_cone)
-      vertices = cone_polygon(body%place(:2), body%radius, 0.5_wp*body%apex_angle*degree, body%shaft)
+      vertices = cone_polygon(axis, body%radius, 0.5_wp*body%apex_angle*degree, body%shaft)
+    case (rigid_cylinder)
+      vertices = box_polygon(axis - [body%radius, 0.0_wp], axis + [body%radius, body%shaft])
     case default
       vertices = body%polygon
     end select
-    if (axisymmetry) vertices = completed_by_image(vertices, 1.0e-6_wp*cell_size)
-    if (body%shape /= rigid_cone) reference(:2) = polygon_centroid(vertices)
+    if (kind_of_model == axisymmetric) vertices = completed_by_image(vertices, 1.0e-6_wp*cell_size)
+    if (.not. any(body%shape == [rigid_cone, rigid_cylinder])) reference(:2) = polygon_centroid(vertices)
     round = body%round
     if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest_round(vertices))
     if (round > most_of_edge*largest_round(vertices)) then
       call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
         "' cannot be as round as ROUND="//real_text(round)//': its edges allow '// &
         real_text(most_of_edge*largest_round(vertices)))
+    else if (turned) then
+      shape = turned_polygon(body%place, vertices, round)
     else
       shape = rounded_polygon(vertices, round)
     end if

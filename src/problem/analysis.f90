@@ -92,7 +92,8 @@ module qsmpm_analysis
   integer, parameter, public :: not_ended = 0, ended_by_load = 1, ended_by_limit = 2, ended_by_stop = 3, &
     ended_by_loss = 4
   !> Shapes of rigid bodies.
-  integer, parameter, public :: rigid_plane = 1, rigid_circle = 2, rigid_box = 3, rigid_cone = 4, rigid_polygon = 5
+  integer, parameter, public :: rigid_plane = 1, rigid_circle = 2, rigid_box = 3, rigid_cone = 4, rigid_polygon = 5, &
+    rigid_cylinder = 6
   !> Where contact is asked for: on a surface of the soil, or on the outline of the rigid body.
   integer, parameter, public :: contact_on_soil = 1, contact_on_body = 2
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
@@ -291,9 +292,10 @@ module qsmpm_analysis
     type(source_line_type) :: where
     !> One of rigid_*.
     integer :: shape = rigid_circle
-    !> A point of a plane, centre of a circle, tip of a cone; direction in which a plane looks at the soil.
+    !> A point of a plane, centre of a circle, tip of a cone, middle of the base of a cylinder; direction in which a
+    !> plane looks at the soil.
     real(wp) :: place(3) = 0.0_wp, direction(3) = 0.0_wp
-    !> Of a circle, and of the shaft of a cone; angle of its tip in degrees and length of the shaft.
+    !> Of a circle, a cylinder and the shaft of a cone; angle of its tip in degrees; length of the shaft or cylinder.
     real(wp) :: radius = 0.0_wp, apex_angle = 60.0_wp, shaft = 0.0_wp
     !> Lower and upper corner (3,2).
     real(wp) :: box(3, 2) = 0.0_wp

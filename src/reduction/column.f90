@@ -13,6 +13,7 @@ module qsmpm_column
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
   use qsmpm_water_symmetry, only: require_level_water
   implicit none
@@ -108,6 +109,8 @@ contains
       step%factor = (lines(size(lines)) - lines(1))/(lines(2) - lines(1))
     end associate
     call column_histories(analysis, members, step)
+    call flatten_rigid_bodies(analysis, [1])
+    call share_loads(analysis, step%factor)
     call hold_sides(analysis, members)
     call move_sides(analysis, members)
     call drop_unused_sets(analysis)
@@ -138,6 +141,7 @@ contains
           if (covers_axis(members, set_number(analysis, history%set), 1)) &
             step%history_factor(i) = merge(0.0_wp, step%factor, history%component == 1)
         end select
+        call reduce_rigid_history(history, [1], step%factor, step%history_factor(i))
         if (history%quantity /= quantity_reaction) history%at(1) = in_first(analysis%mesh%axes(1)%lines, history%at(1))
       end associate
     end do

@@ -1,15 +1,15 @@
-!> Surfaces that carry loads or supports in a scene: whether they depend on an axis, and which of
-!> them are used at all.
+!> Surfaces that carry loads or supports in a scene or may touch rigid bodies: whether they depend on an axis, and
+!> which of them are used at all.
 module qsmpm_loaded_surfaces
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, surface_type, select_box, select_segment, select_outline, &
-    body_polygon, carrier_points
+    body_polygon, carrier_points, contact_on_soil
   use qsmpm_reduction, only: refuse, place_text
   use qsmpm_set_members, only: scene_tolerance
   implicit none
   private
 
-  public :: surface_is_used, keep_used_surfaces, surface_number, require_loads_uniform
+  public :: surface_is_used, keep_used_surfaces, surface_number, require_loads_uniform, require_surface
 
 contains
 
@@ -26,7 +26,7 @@ contains
     end do
   end function surface_number
 
-  !> Whether a phase loads or supports a surface.
+  !> Whether a phase loads or supports a surface, or a rigid body may touch it.
   pure logical function surface_is_used(analysis, name) result(used)
     !> The scene.
     type(analysis_type), intent(in) :: analysis
@@ -35,6 +35,11 @@ contains
     integer :: p, i
 
     used = .false.
+    if (allocated(analysis%contacts)) then
+      do i = 1, size(analysis%contacts)
+        if (analysis%contacts(i)%place == contact_on_soil) used = used .or. analysis%contacts(i)%surface == name
+      end do
+    end if
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%tractions)
         used = used .or. analysis%phases(p)%tractions(i)%surface == name

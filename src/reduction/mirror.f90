@@ -20,6 +20,7 @@ module qsmpm_mirror
   use qsmpm_loaded_surfaces, only: surface_is_used, surface_number
   use qsmpm_mirror_stages, only: prove_stages
   use qsmpm_mirror_images, only: mirror_plane, body_partner, surface_partner
+  use qsmpm_rigid_symmetry, only: require_rigid_mirrored, contact_is_associated
   use qsmpm_water_symmetry, only: require_mirrored_water
   implicit none
   private
@@ -54,6 +55,7 @@ contains
     if (.not. allocated(reason)) call prove_stages(analysis, axis, reason)
     call require_loads(analysis, axis, reason)
     call require_mirrored_water(analysis, axis, reason)
+    call require_rigid_mirrored(analysis, axis, reason)
     call require_sets(analysis, axis, reason)
     if (.not. allocated(reason)) call require_nodes(analysis, axis, reason)
   end subroutine require_mirror
@@ -103,6 +105,8 @@ contains
           reason = "the failure of material '"//material%name//"' is not associated: it need not be symmetric"
       end associate
     end do
+    if (.not. contact_is_associated(analysis)) reason = &
+      'the friction of rigid bodies is not associated: failure need not be symmetric'
     if (all(analysis%method%basis /= [basis_standard, basis_fem])) reason = &
       'splines and GIMP are smooth across the plane, those of the half are not'
     if (analysis%method%stabilisation == stabilise_ghost .and. len(reason) == 0) reason = &

@@ -6,11 +6,13 @@ module qsmpm_mirror_half
   use qsmpm_analysis, only: analysis_type, set_type, fixity_type, prescription_type, traction_type, support_type, &
     body_type, select_plane, select_box, select_segment, select_outline, body_box, body_polygon, &
     quantity_displacement, quantity_position, quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_mirror, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces, surface_number
   use qsmpm_mirror, only: set_side, side_both, side_other
   use qsmpm_mirror_stages, only: drop_absent
+  use qsmpm_rigid_reduction, only: half_rigid_bodies, mirror_rigid_history
   use qsmpm_mirror_images, only: mirror_plane, body_partner, mirrored_box
   implicit none
   private
@@ -39,6 +41,7 @@ contains
     call half_histories(analysis, members, axis, step)
     call half_supports(analysis, members, axis)
     call half_surfaces(analysis, axis, step%plane)
+    call half_rigid_bodies(analysis, axis)
     call half_bodies(analysis, axis, step)
     call half_sets(analysis, members, axis, step%plane)
     call drop_unused_sets(analysis)
@@ -68,6 +71,10 @@ contains
           case (side_other)
             step%history_factor(i) = merge(-1.0_wp, 1.0_wp, history%component == axis)
           end select
+          cycle
+        end if
+        if (is_taken_at(history%quantity, at_rigid_body)) then
+          call mirror_rigid_history(analysis, axis, history, step%history_factor(i))
           cycle
         end if
         beyond = history%at(axis) > step%plane

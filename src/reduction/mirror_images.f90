@@ -8,7 +8,7 @@ module qsmpm_mirror_images
   implicit none
   private
 
-  public :: mirror_plane, body_partner, surface_partner, mirrored_box
+  public :: mirror_plane, body_partner, surface_partner, mirrored_box, edges_match, outline_edges
 
 contains
 

@@ -10,11 +10,12 @@ module qsmpm_prismatic
     quantity_volume
   use qsmpm_element, only: element_from_name, seed_rule, full_rule
   use qsmpm_error, only: error_type
-  use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, component_vector
+  use qsmpm_history_quantities, only: is_taken_at, has_components, at_body, at_rigid_body, component_vector
   use qsmpm_reduction, only: reduction_type, reduce_prismatic, refuse, place_text, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, drop_unused_sets, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_uniform_axis, only: require_uniform
   implicit none
   private
@@ -83,6 +84,7 @@ contains
     call find_members(analysis, members)
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i), lines => analysis%mesh%axes(3)%lines)
+        if (is_taken_at(history%quantity, at_rigid_body)) cycle
         if (is_taken_at(history%quantity, at_body) .or. len(history%surface) > 0) then
           if (has_components(history%quantity, component_vector) .and. history%component == 3) call refuse(reason, &
             "*HISTORY '"//history%name//"'"//place_text(history%where)//' reads a component along z')
@@ -123,6 +125,8 @@ contains
     end do
     call plane_histories(analysis, step)
     call plane_supports(analysis)
+    call flatten_rigid_bodies(analysis, [3])
+    call share_loads(analysis, step%factor)
     call drop_unused_sets(analysis)
     call keep_used_surfaces(analysis)
     do s = 1, size(analysis%node_sets)
@@ -234,6 +238,7 @@ contains
         case (quantity_reaction, quantity_volume)
           step%history_factor(i) = step%factor
         end select
+        call reduce_rigid_history(history, [3], step%factor, step%history_factor(i))
         history%at(3) = 0.0_wp
       end associate
     end do

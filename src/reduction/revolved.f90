@@ -12,6 +12,7 @@ module qsmpm_revolved
     body_polygon, select_outline, select_plane, select_list, quantity_stress, quantity_strain, &
     quantity_reaction, mesh_grid, &
     carrier_points
+  use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_error, only: error_type
   use qsmpm_stl_reader, only: read_stl
   use qsmpm_reduction, only: refuse, place_text, require_local_histories
@@ -19,6 +20,7 @@ module qsmpm_revolved
     scene_tolerance
   use qsmpm_loaded_surfaces, only: surface_number
   use qsmpm_revolved_profile, only: find_axis, find_profile
+  use qsmpm_rigid_symmetry, only: require_rigid_round
   use qsmpm_water_symmetry, only: require_level_water
   implicit none
   private
@@ -72,6 +74,8 @@ contains
     call require_axis(analysis, members, solid, reason)
     call require_sets(analysis, members, solid, reason)
     call require_loads(analysis, solid, reason)
+    call require_contacts(analysis, solid, reason)
+    call require_rigid_round(analysis, solid%centre, solid%cut, reason)
     call require_level_water(analysis, reason)
     call require_histories(analysis, members, solid, reason)
   end subroutine require_revolved
@@ -303,6 +307,23 @@ contains
     end do
   end subroutine require_loads
 
+  !> Surfaces that touch rigid bodies are the same all around the axis.
+  pure subroutine require_contacts(analysis, solid, reason)
+    !> The scene.
+    type(analysis_type), intent(in) :: analysis
+    !> What was found.
+    type(revolved_solid_type), intent(in) :: solid
+    character(len=:), allocatable, intent(inout) :: reason
+    integer :: i
+
+    if (.not. allocated(analysis%contacts)) return
+    do i = 1, size(analysis%contacts)
+      if (.not. surface_is_round(analysis, solid, analysis%contacts(i)%surface, .false.)) call refuse(reason, &
+        "*CONTACT of '"//analysis%contacts(i)%body//"'"//place_text(analysis%contacts(i)%where)// &
+        ' is not the same all around the axis')
+    end do
+  end subroutine require_contacts
+
   !> Whether a surface is an outline, or the part of it in a box wider than the figure; a level one where
   !> it is wanted.
   pure logical function surface_is_round(analysis, solid, name, level) result(round)
@@ -346,6 +367,7 @@ contains
     if (allocated(reason)) return
     do i = 1, size(analysis%histories)
       associate (history => analysis%histories(i))
+        if (is_taken_at(history%quantity, at_rigid_body)) cycle
         from = history%at([1, 3]) - solid%centre
         select case (history%quantity)
         case (quantity_reaction)

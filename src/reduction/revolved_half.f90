@@ -4,9 +4,11 @@ module qsmpm_revolved_half
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, fixity_type, set_type, axisymmetric, select_plane, quantity_position, &
     quantity_stress, quantity_strain, quantity_reaction
+  use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type, reduce_revolved, begin_reduction
   use qsmpm_set_members, only: members_type, find_members, set_number, drop_unused_sets, scene_tolerance
   use qsmpm_loaded_surfaces, only: keep_used_surfaces
+  use qsmpm_rigid_reduction, only: flatten_rigid_bodies, share_loads, reduce_rigid_history
   use qsmpm_revolved, only: revolved_solid_type, is_level
   implicit none
   private
@@ -36,6 +38,8 @@ contains
     step%sector = solid%sector
     call round_histories(analysis, solid, step)
     call round_supports(analysis, members)
+    call flatten_rigid_bodies(analysis, [1, 3])
+    call share_loads(analysis, step%factor)
     do s = 1, size(analysis%node_sets)
       analysis%node_sets(s)%box(1, :) = [-solid%radius, 2.0_wp*solid%radius]
       analysis%node_sets(s)%box(3, :) = 0.0_wp
@@ -135,6 +139,10 @@ contains
         if (history%quantity == quantity_reaction) then
           step%history_factor(i) = merge(step%factor, 0.0_wp, history%component == 2)
           if (history%component /= 2) history%component = 1
+          cycle
+        end if
+        if (is_taken_at(history%quantity, at_rigid_body)) then
+          call reduce_rigid_history(history, [1, 3], step%factor, step%history_factor(i))
           cycle
         end if
         from = history%at([1, 3]) - solid%centre

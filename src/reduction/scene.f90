@@ -75,10 +75,6 @@ contains
       call refuse(check%reason, 'the scene is axisymmetric already')
       return
     end if
-    if (allocated(analysis%rigid_bodies)) then
-      if (size(analysis%rigid_bodies) > 0) call refuse(check%reason, "rigid body '"//analysis%rigid_bodies(1)%name// &
-        "'"//place_text(analysis%rigid_bodies(1)%where)//' is not reduced')
-    end if
     do m = 1, size(analysis%materials)
       associate (material => analysis%materials(m))
         if (material%user%given .or. material%own_law) call refuse(check%reason, 'nothing is known of the '// &

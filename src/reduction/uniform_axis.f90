@@ -12,6 +12,7 @@ module qsmpm_uniform_axis
   use qsmpm_set_members, only: members_type, find_members, set_number, covers_axis, representatives, node_state, &
     scene_tolerance
   use qsmpm_loaded_surfaces, only: require_loads_uniform
+  use qsmpm_rigid_symmetry, only: require_rigid_uniform
   implicit none
   private
 
@@ -39,6 +40,7 @@ contains
     call require_bodies(analysis, axis, reason)
     call require_sets(analysis, members, axis, reason)
     call require_loads_uniform(analysis, axis, reason)
+    call require_rigid_uniform(analysis, axis, reason)
     call require_plate(analysis, members, axis, reason)
     if (.not. allocated(reason)) call require_held(analysis, members, axis, reason)
   end subroutine require_uniform

@@ -12,7 +12,8 @@ module scene_samples
   implicit none
   private
 
-  public :: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, reduced, turned_facets, write_stl
+  public :: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, pressed_twins, &
+    pressed_figure, changed, outcome, reduced, turned_facets, write_stl
 
   character(len=*), parameter :: soil = '*MATERIAL, NAME=soil|*ELASTIC| 1000, 0.3|*UNIT WEIGHT| 18|'
   !> File of the figure of revolution.
@@ -92,6 +93,57 @@ contains
       '*PHASE, NAME=load|*FIX| base, ALL| cut x, X| cut z, Z| far, X|*GRAVITY| 0, -1, 0|'// &
       '*TRACTION, SURFACE=top| 0, -5, 0|*CONTROLS, STEPS=1|*END PHASE|')
   end function figure_deck
+
+  !> The slice, its crest loaded by a rigid prism.
+  function pressed_slice() result(text)
+    character(len=:), allocatable :: text
+
+    text = changed(slice_deck(), '*HISTORY, NAME=u,', '*RIGID BODY, NAME=plate, SHAPE=POLYGON| 0, 1| 1, 1| 1, 1.2|'// &
+      ' 0, 1.2|*CONTACT, BODY=plate, SURFACE=crest|*HISTORY, NAME=push, QUANTITY=CONTACT FORCE, COMPONENT=Y, '// &
+      'BODY=plate|*HISTORY, NAME=turn, QUANTITY=CONTACT MOMENT, BODY=plate|*HISTORY, NAME=out, QUANTITY=BODY MOVE, '// &
+      'COMPONENT=Z, BODY=plate|*HISTORY, NAME=u,')
+    text = changed(text, '*TRACTION, SURFACE=crest| 0, -5, 0|', '*MOVE, BODY=plate| 0.01, -0.01, 0|')
+    text = changed(text, '*PRESCRIBE| left, X, 0.01|', '*LOAD, BODY=plate, COMPONENT=Y| -5|')
+  end function pressed_slice
+
+  !> The layers under a level plane.
+  function pressed_layers() result(text)
+    character(len=:), allocatable :: text
+
+    text = changed(layers_deck(), '*HISTORY, NAME=u,', '*RIGID BODY, NAME=plate, SHAPE=PLANE| 1, 2.5, 0, -1|'// &
+      '*CONTACT, BODY=plate, SURFACE=top|*HISTORY, NAME=push, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=plate|'// &
+      '*HISTORY, NAME=aside, QUANTITY=CONTACT FORCE, COMPONENT=X, BODY=plate|*HISTORY, NAME=u,')
+    text = changed(text, '*TRACTION, SURFACE=top| 0, -5|', '*LOAD, BODY=plate, COMPONENT=Y| -8|')
+  end function pressed_layers
+
+  !> The twins, a cone on each, a circle between them.
+  function pressed_twins() result(text)
+    character(len=:), allocatable :: text
+
+    text = changed(twin_deck(), '*HISTORY, NAME=x,', '*RIGID BODY, NAME=ball, SHAPE=CIRCLE| 4, 1.5, 0.5|'// &
+      '*RIGID BODY, NAME=left cone, SHAPE=CONE| 1.5, 1, 0.3, 60, 0.5|*RIGID BODY, NAME=right cone, SHAPE=CONE|'// &
+      ' 6.5, 1, 0.3, 60, 0.5|*CONTACT, BODY=ball, SURFACE=wall, ADHESION=1|*CONTACT, BODY=left cone, SURFACE=one|'// &
+      '*CONTACT, BODY=right cone, SURFACE=two|'// &
+      '*HISTORY, NAME=push, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=ball|'// &
+      '*HISTORY, NAME=aside, QUANTITY=CONTACT FORCE, COMPONENT=X, BODY=ball|'// &
+      '*HISTORY, NAME=down, QUANTITY=BODY MOVE, COMPONENT=Y, BODY=ball|'// &
+      '*HISTORY, NAME=out, QUANTITY=CONTACT FORCE, COMPONENT=X, BODY=right cone|'// &
+      '*HISTORY, NAME=turn, QUANTITY=CONTACT MOMENT, BODY=right cone|'// &
+      '*HISTORY, NAME=near, QUANTITY=BODY MOVE, COMPONENT=X, BODY=left cone|'// &
+      '*HISTORY, NAME=p, QUANTITY=CONTACT PRESSURE| 6.2, 1|*HISTORY, NAME=x,')
+    text = changed(text, '*PRESSURE, SURFACE=wall| 2|', '*LOAD, BODY=ball, COMPONENT=Y| -6|'// &
+      '*MOVE, BODY=left cone, ROTATION=2| 0.1, -0.1|*MOVE, BODY=right cone, ROTATION=-2| -0.1, -0.1|')
+  end function pressed_twins
+
+  !> The figure under a cylinder that is loaded.
+  function pressed_figure() result(text)
+    character(len=:), allocatable :: text
+
+    text = changed(figure_deck(), '*HISTORY, NAME=ux,', '*RIGID BODY, NAME=plate, SHAPE=CYLINDER| 1, 1, 1, 0.5, 0.2|'// &
+      '*CONTACT, BODY=plate, SURFACE=top|*HISTORY, NAME=push, QUANTITY=CONTACT FORCE, COMPONENT=Y, BODY=plate|'// &
+      '*HISTORY, NAME=ux,')
+    text = changed(text, '*TRACTION, SURFACE=top| 0, -5, 0|', '*LOAD, BODY=plate, COMPONENT=Y| -5|')
+  end function pressed_figure
 
   !> A deck with a text replaced; bars are line ends. A text that is not there stops the tests.
   function changed(deck, old, new) result(text)

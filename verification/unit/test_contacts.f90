@@ -25,7 +25,7 @@ module test_contacts
   use qsmpm_rigid_outline, only: outline_corners
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
-    cone_polygon, completed_by_image, largest_round
+    cone_polygon, turned_polygon, kind_turned, completed_by_image, largest_round
   use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
@@ -129,6 +129,14 @@ contains
     call check_derivatives('of a box under its skin', [1.3_wp, -0.1_wp, 0.0_wp], 0.0_wp)
     placed%pose%angle = 0.0_wp
     call check_derivatives('of a box at rest', [4.3_wp, 0.3_wp, 0.0_wp], 2.0_wp)
+    placed%shape = turned_polygon([1.0_wp, 9.0_wp, -0.5_wp], box_polygon([-0.6_wp, 0.0_wp], [0.6_wp, 1.0_wp]), 0.1_wp)
+    ! Moved by (0.3, -0.2): the line is at x = 1.3, z = -0.5.
+    call check_derivatives('of a cylinder beside its shell', [2.1_wp, 0.3_wp, 0.1_wp], 0.4_wp)
+    call check_derivatives('of a cylinder below its edge', [1.9_wp, -0.5_wp, -1.0_wp], 0.0_wp)
+    call check_derivatives('of a cylinder under its base', [1.4_wp, -0.5_wp, -0.3_wp], 0.3_wp)
+    placed%shape = turned_polygon([1.0_wp, 0.0_wp, -0.5_wp], cone_polygon([0.0_wp, 0.0_wp], 1.0_wp, 0.5_wp, 1.0_wp), 0.1_wp)
+    call check_derivatives('of a cone on its line, below the tip', [1.3_wp, -0.6_wp, -0.5_wp], 0.0_wp)
+    call check_derivatives('of a cone beside its flank', [1.9_wp, 0.2_wp, 0.2_wp], 0.0_wp)
   contains
     !> Differences of the distance and of the normal.
     subroutine check_derivatives(which, x, value)
@@ -136,17 +144,18 @@ contains
       real(wp), intent(in) :: x(3), value
       type(distance_type) :: here, ahead, back
       real(wp) :: move(3)
-      integer :: j
+      integer :: d, j
 
       here = placed%distance_at(x)
-      do j = 1, 2
+      d = merge(3, 2, placed%shape%kind == kind_turned)
+      do j = 1, d
         move = 0.0_wp
         move(j) = difference
         ahead = placed%distance_at(x + move)
         back = placed%distance_at(x - move)
         call tests%close('normal '//which, here%normal(j), (ahead%value - back%value)/(2.0_wp*difference), 1.0e-8_wp)
-        call tests%close('curvature '//which, norm2(here%curvature(:2, j) &
-          - (ahead%normal(:2) - back%normal(:2))/(2.0_wp*difference)), 0.0_wp, 1.0e-8_wp)
+        call tests%close('curvature '//which, norm2(here%curvature(:d, j) &
+          - (ahead%normal(:d) - back%normal(:d))/(2.0_wp*difference)), 0.0_wp, 1.0e-8_wp)
       end do
       if (value > 0.0_wp) call tests%close('distance '//which, here%value, value, 1.0e-12_wp)
     end subroutine check_derivatives

@@ -11,7 +11,8 @@ module test_scene
   use qsmpm_reduction, only: expansion_type, reduction_check_type, reduce_prismatic, reduce_revolved, reduce_column, &
     reduce_mirror
   use deck_samples, only: joined
-  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, outcome, reduced, turned_facets, &
+  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, &
+    pressed_twins, pressed_figure, changed, outcome, reduced, turned_facets, &
     write_stl, figure_file
   use testing, only: tests_type
   implicit none
@@ -33,6 +34,7 @@ contains
     call check_mirror_loads(tests)
     call check_reasons_against(tests)
     call check_revolved(tests)
+    call check_pressed(tests)
     call check_refused_by_user(tests)
     call check_outside(tests)
   end subroutine collect_scene
@@ -354,6 +356,114 @@ contains
     open (newunit=unit, file=figure_file, status='old')
     close (unit, status='delete')
   end subroutine check_revolved
+
+  !> Rigid bodies are reduced where they, their motions, loads and contacts allow it.
+  subroutine check_pressed(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call check_pressed_sections(tests, pressed_slice(), pressed_layers())
+    call check_pressed_halves(tests, pressed_twins())
+    call check_pressed_figure(tests, pressed_figure())
+  end subroutine check_pressed
+
+  !> Bodies of a slice and on a column.
+  subroutine check_pressed_sections(tests, slice, layers)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: slice, layers
+    character(len=*), parameter :: prism = 'SHAPE=POLYGON| 0, 1| 1, 1| 1, 1.2| 0, 1.2|'
+
+    call expect(tests, slice, reduce_prismatic, 3, 'used')
+    call expect(tests, changed(slice, prism, 'SHAPE=PLANE| 0, 1, 0, 0.1, -1, 0|'), reduce_prismatic, 3, 'used')
+    call expect(tests, changed(slice, prism, 'SHAPE=PLANE| 0, 1, 0, 0, -1, 0.1|'), reduce_prismatic, 3, &
+      "*RIGID BODY 'plate' (test.inp:32) depends on z")
+    call expect(tests, changed(slice, prism, 'SHAPE=CIRCLE| 0.5, 1.2, 0.2, 0.2|'), reduce_prismatic, 3, 'depends on z')
+    call expect(tests, changed(slice, ' 0.01, -0.01, 0|', ' 0.01, -0.01, 0.01|'), reduce_prismatic, 3, &
+      "*MOVE of 'plate' (test.inp:57) has a part along z")
+    call expect(tests, changed(slice, '*LOAD, BODY=plate, COMPONENT=Y|', '*LOAD, BODY=plate, COMPONENT=Z|'), &
+      reduce_prismatic, 3, "*LOAD of 'plate' (test.inp:62) has a part along z")
+    call expect(tests, changed(slice, ' 0, 1, 1, 1, 0, 0.5|', ' 0, 1, 1, 1, 0, 0.25|'), reduce_prismatic, 3, &
+      "*SURFACE 'crest' (test.inp:17) depends on z")
+    call expect(tests, changed(slice, 'FORCE, COMPONENT=Y, BODY=plate|', 'FORCE, COMPONENT=Z, BODY=plate|'), &
+      reduce_prismatic, 3, 'used')
+    call expect(tests, layers, reduce_column, 1, 'used')
+    call expect(tests, changed(layers, ' 1, 2.5, 0, -1|', ' 1, 2.5, 0.1, -1|'), reduce_column, 1, 'depends on x')
+    call expect(tests, changed(layers, 'SHAPE=PLANE| 1, 2.5, 0, -1|', 'SHAPE=BOX| -1, 5, 2.5, 3|'), reduce_column, 1, &
+      'depends on x')
+    call expect(tests, changed(layers, '*LOAD, BODY=plate, COMPONENT=Y| -8|', '*MOVE, BODY=plate| 0.1, -1|'), &
+      reduce_column, 1, "*MOVE of 'plate' (test.inp:44) has a part along x")
+    call expect(tests, changed(layers, '*LOAD, BODY=plate, COMPONENT=Y| -8|', '*MOVE, BODY=plate, ROTATION=1| 0, -1|'), &
+      reduce_column, 1, 'has a part along x')
+    call expect(tests, changed(layers, 'FORCE, COMPONENT=X, BODY=plate|', 'MOMENT, BODY=plate|'), reduce_column, 1, &
+      "*HISTORY 'aside' (test.inp:30) reads a moment")
+  end subroutine check_pressed_sections
+
+  !> Bodies across a mirror plane and beside it.
+  subroutine check_pressed_halves(tests, deck)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: deck
+    integer, parameter :: kind = reduce_mirror
+    character(len=*), parameter :: ball = 'SHAPE=CIRCLE| 4, 1.5, 0.5|', left = ' 1.5, 1, 0.3, 60, 0.5|', &
+      right = ' 6.5, 1, 0.3, 60, 0.5|'
+
+    call expect(tests, deck, kind, 1, 'used')
+    call expect(tests, changed(deck, ball, 'SHAPE=BOX| 3.5, 4.5, 1, 2|'), kind, 1, 'used')
+    call expect(tests, changed(deck, ball, 'SHAPE=BOX| 3.5, 4.6, 1, 2|'), kind, 1, "*RIGID BODY 'ball' (test.inp:37) has no")
+    call expect(tests, changed(deck, ball, 'SHAPE=POLYGON| 4, 1| 5, 2| 3, 2|'), kind, 1, 'used')
+    call expect(tests, changed(deck, ball, 'SHAPE=POLYGON| 4, 1| 5, 2| 3.1, 2|'), kind, 1, "'ball' (test.inp:37) has no")
+    call expect(tests, changed(deck, ball, 'SHAPE=PLANE| 4, 1, 0, -1|'), kind, 1, 'used')
+    call expect(tests, changed(deck, ball, 'SHAPE=PLANE| 4, 1, 0.1, -1|'), kind, 1, "'ball' (test.inp:37) has no")
+    call expect(tests, changed(deck, ball, 'SHAPE=CIRCLE| 4.1, 1.5, 0.5|'), kind, 1, "'ball' (test.inp:37) has no")
+    call expect(tests, changed(deck, right, ' 6.5, 1, 0.3, 61, 0.5|'), kind, 1, "'left cone' (test.inp:39) has no")
+    call expect(tests, changed(deck, right, ' 6.5, 1, 0.3, 60, 0.4|'), kind, 1, "'left cone' (test.inp:39) has no")
+    call expect(tests, changed(changed(deck, left, ' 3.9, 1, 0.3, 60, 0.5|'), right, ' 4.1, 1, 0.3, 60, 0.5|'), kind, 1, &
+      "*RIGID BODY 'left cone' (test.inp:39) and its mirror image reach across")
+    call expect(tests, changed(deck, 'ROTATION=-2| -0.1, -0.1|', 'ROTATION=2| -0.1, -0.1|'), kind, 1, &
+      "*MOVE of 'left cone' (test.inp:75) has no mirror")
+    call expect(tests, changed(deck, 'ROTATION=-2| -0.1, -0.1|', 'ROTATION=-2| 0.1, -0.1|'), kind, 1, 'has no mirror')
+    call expect(tests, changed(deck, '*LOAD, BODY=ball, COMPONENT=Y| -6|', '*LOAD, BODY=ball, COMPONENT=X| 0|'), kind, 1, &
+      "*LOAD of 'ball' (test.inp:73) has no mirror")
+    call expect(tests, changed(deck, '*LOAD, BODY=ball, COMPONENT=Y| -6|', '*MOVE, BODY=ball, ROTATION=1| 0, -1|'), kind, &
+      1, "*MOVE of 'ball' (test.inp:73) has no mirror")
+    call expect(tests, changed(deck, 'BODY=right cone, SURFACE=two|', 'BODY=right cone, SURFACE=two, ADHESION=1|'), kind, &
+      1, "*CONTACT of 'left cone' (test.inp:44) has no mirror")
+    call expect(tests, changed(deck, 'BODY=right cone, SURFACE=two|', 'BODY=right cone, ON=BODY|'), kind, &
+      1, "*CONTACT of 'left cone' (test.inp:44) has no mirror")
+    call expect(tests, changed(changed(deck, ball, 'SHAPE=PLANE| 3, 1, 0, -1|'), 'MOMENT, BODY=right cone|', &
+      'MOMENT, BODY=ball|'), kind, 1, "*HISTORY 'turn' (test.inp:50) reads a moment about a point beside")
+    call expect(tests, changed(deck, 'SURFACE=wall, ADHESION=1|', 'SURFACE=wall, FRICTION ANGLE=10|'), kind, 1, &
+      'possible, not used: the friction of rigid bodies is not associated')
+  end subroutine check_pressed_halves
+
+  !> A body turned about the axis of a figure.
+  subroutine check_pressed_figure(tests, deck)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: deck
+    real(wp), parameter :: section(2, 4) = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+      [2, 4])
+    character(len=*), parameter :: plate = 'SHAPE=CYLINDER| 1, 1, 1, 0.5, 0.2|'
+    integer, parameter :: kind = reduce_revolved
+    integer :: unit
+
+    call write_stl(figure_file, turned_facets(section, 32, [1.0_wp, 1.0_wp]))
+    call expect(tests, deck, kind, 0, 'used')
+    call expect(tests, changed(deck, plate, 'SHAPE=CONE| 1, 1, 1, 0.5, 60, 0.2|'), kind, 0, 'used')
+    call expect(tests, changed(deck, plate, 'SHAPE=CIRCLE| 1, 1.5, 1, 0.5|'), kind, 0, 'used')
+    call expect(tests, changed(deck, plate, 'SHAPE=PLANE| 3, 1, 5, 0, -1, 0|'), kind, 0, 'used')
+    call expect(tests, changed(deck, plate, 'SHAPE=PLANE| 1, 1, 1, 0.1, -1, 0|'), kind, 0, &
+      "*RIGID BODY 'plate' (test.inp:24) is no figure of revolution about the axis")
+    call expect(tests, changed(deck, plate, 'SHAPE=CYLINDER| 1.1, 1, 1, 0.5, 0.2|'), kind, 0, 'is no figure of')
+    call expect(tests, changed(deck, plate, 'SHAPE=POLYGON| 1, 1| 2, 1| 2, 2|'), kind, 0, 'is no figure of')
+    call expect(tests, changed(deck, 'COMPONENT=Y| -5|', 'COMPONENT=X| -5|'), kind, 0, &
+      "*LOAD of 'plate' (test.inp:43) does not go along the axis")
+    call expect(tests, changed(deck, '*LOAD, BODY=plate, COMPONENT=Y| -5|', '*MOVE, BODY=plate| 0, 0, 1|'), kind, 0, &
+      "*MOVE of 'plate' (test.inp:43) does not go along the axis")
+    call expect(tests, changed(deck, ' 0, 3, 1, 1, 0, 3|', ' 0, 1.5, 1, 1, 0, 3|'), kind, 0, &
+      "*CONTACT of 'plate' (test.inp:26) is not the same all around")
+    call expect(tests, changed(deck, 'FORCE, COMPONENT=Y', 'FORCE, COMPONENT=X'), kind, 0, "*HISTORY 'push'")
+    call expect(tests, changed(deck, 'CONTACT FORCE, COMPONENT=Y', 'CONTACT MOMENT'), kind, 0, 'reads a moment')
+    open (newunit=unit, file=figure_file, status='old')
+    close (unit, status='delete')
+  end subroutine check_pressed_figure
 
   !> A deck that names its kind is left as it is, and told what AUTO would do.
   subroutine check_refused_by_user(tests)

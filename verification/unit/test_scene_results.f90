@@ -11,8 +11,8 @@ module test_scene_results
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
   use qsmpm_reduction, only: expansion_type, reduction_check_type, history_of_scene, reduce_revolved
-  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, changed, reduced, turned_facets, &
-    write_stl, figure_file
+  use scene_samples, only: slice_deck, layers_deck, twin_deck, figure_deck, pressed_slice, pressed_layers, &
+    pressed_twins, pressed_figure, changed, reduced, turned_facets, write_stl, figure_file
   use testing, only: tests_type
   implicit none
   private
@@ -34,6 +34,7 @@ contains
     call check_half(tests)
     call check_quarter(tests)
     call check_figure(tests)
+    call check_pressed(tests)
     call check_seeds(tests, slice_deck(), 'a slice')
     call check_seeds(tests, changed(changed(slice_deck(), 'HEX8', 'WEDGE15'), 'ELEMENT=27', 'ELEMENT=18'), &
       'a slice of wedges')
@@ -165,6 +166,54 @@ contains
       all(norm2(images%points%position([1, 3], :) - 1.0_wp, dim=1) < 1.0_wp))
     call check_folds(tests, expansion, model, images, 'a cylinder')
   end subroutine check_figure
+
+  !> Rigid bodies of the smaller scenes, their loads and histories.
+  subroutine check_pressed(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: section(2, 4) = reshape([0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp], &
+      [2, 4])
+    type(analysis_type) :: model
+    type(expansion_type) :: expansion
+    type(reduction_check_type), allocatable :: checks(:)
+    integer :: unit, i
+
+    call reduced(pressed_slice(), model, expansion, checks)
+    call tests%check('the surface of a contact stays', size(model%surfaces) == 1)
+    call tests%close('the load on a slice of a body is one of unit thickness', model%phases(2)%moves(1)%load, -10.0_wp, 0.0_wp)
+    call check_values(tests, 'a slice: force, moment, move along z', expansion, [0.5_wp, 0.5_wp, 0.0_wp])
+    call reduced(pressed_layers(), model, expansion, checks)
+    call tests%close('the load on a column', model%phases(1)%moves(1)%load, -2.0_wp, rounding)
+    call check_values(tests, 'a column: force along y and x', expansion, [4.0_wp, 0.0_wp])
+    call reduced(pressed_twins(), model, expansion, checks)
+    call tests%check('the body beyond the plane is gone', size(model%rigid_bodies) == 2 .and. size(model%contacts) == 2 &
+      .and. size(model%phases(1)%moves) == 2)
+    call tests%close('half of the load of what crosses the plane', model%phases(1)%moves(1)%load, -3.0_wp, 0.0_wp)
+    call check_values(tests, 'half: force y and x, move across; force x, moment beyond; move of the near one', expansion, &
+      [2.0_wp, 0.0_wp, 1.0_wp, -1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp])
+    call tests%check('a body beyond the plane is read from its image', all([(model%histories(i)%body == 'left cone', &
+      i=4, 6)]))
+    call tests%close('and a pressure from the image of its place', model%histories(7)%at(1), 1.8_wp, rounding)
+    call write_stl(figure_file, turned_facets(section, 32, [1.0_wp, 1.0_wp]))
+    call reduced(pressed_figure(), model, expansion, checks)
+    open (newunit=unit, file=figure_file, status='old')
+    close (unit, status='delete')
+    call tests%close('a load per radian', model%phases(1)%moves(1)%load, -10.0_wp/pi, rounding)
+    call tests%check('a body on the axis', norm2(model%rigid_bodies(1)%place - [0.0_wp, 1.0_wp, 0.0_wp]) < rounding)
+    call check_values(tests, 'a quarter: force along the axis', expansion, [0.5_wp*pi])
+  end subroutine check_pressed
+
+  !> Values of the first histories of a scene for 1 in its model.
+  subroutine check_values(tests, name, expansion, expected)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    type(expansion_type), intent(in) :: expansion
+    real(wp), intent(in) :: expected(:)
+    integer :: i
+
+    do i = 1, size(expected)
+      call tests%close(name, history_of_scene(expansion, i, 1.0_wp), expected(i), rounding)
+    end do
+  end subroutine check_values
 
   !> Numbers of the cells of all points in the whole grid.
   function grid_cells(model) result(cells)
