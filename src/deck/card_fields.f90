@@ -35,7 +35,7 @@ module qsmpm_card_fields
     logical :: reading = .false., writing = .false.
     !> There is no such card to write.
     logical :: left_out = .false.
-    !> The card that is read has the last parameter.
+    !> The card that is read has the last parameter or column.
     logical :: met = .false.
     !> Card or data line that is read.
     type(source_line_type) :: here

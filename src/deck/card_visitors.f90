@@ -136,7 +136,7 @@ contains
     type(item_type), intent(in) :: item
     character(len=:), allocatable, intent(inout) :: text
 
-    self%met = self%card%has(item%name)
+    self%met = .not. item%is_column .and. self%card%has(item%name)
     if (item%is_column) then
       if (self%active) call read_column(self, item, text)
     else if (item%kind == kind_flag) then
@@ -161,6 +161,7 @@ contains
     associate (row => self%card%rows(self%current))
       if (.not. row%good .or. self%columns > size(row%items)) return
       text = row%items(self%columns)%text
+      self%met = .true.
       if (item%kind == kind_word) text = upper(squeezed(text))
     end associate
   end subroutine read_column

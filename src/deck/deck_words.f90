@@ -17,6 +17,7 @@ module qsmpm_deck_words
   character(len=n), parameter, public :: element_words(element_kind_count) = elements%name
   character(len=n), parameter, public :: format_words(2) = [character(len=n) :: 'GMSH', 'ABAQUS']
   character(len=n), parameter, public :: axis_words(3) = [character(len=n) :: 'X', 'Y', 'Z']
+  character(len=n), parameter, public :: load_words(4) = [character(len=n) :: 'X', 'Y', 'Z', 'MZ']
   character(len=n), parameter, public :: tensor_words(6) = [character(len=n) :: &
     'XX', 'YY', 'ZZ', 'XY', 'XZ', 'YZ']
   character(len=n), parameter, public :: surface_words(4) = [character(len=n) :: &

@@ -2,21 +2,21 @@
 !>
 !>   x = c + d + R (X - c)
 !>
-!> with the place X as drawn, the reference point c as drawn, its displacement d and the rotation R by an angle about z.
-!> Bodies in space do not turn.
+!> with the place X as drawn, the reference point c as drawn, its displacement d and the rotation R
+!> (qsmpm_rigid_rotation); in the plane bodies turn about z.
 module qsmpm_rigid_pose
   use qsmpm_kinds, only: wp
+  use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type
-  use qsmpm_tensor, only: identity
   implicit none
   private
 
-  public :: rigid_pose_type, placed_shape_type, pose_between, carry_along, turned_along
+  public :: rigid_pose_type, placed_shape_type, moved_on, carry_along, turned_along
 
   type :: rigid_pose_type
     real(wp) :: displacement(3) = 0.0_wp
-    !> Radians, counter-clockwise.
-    real(wp) :: angle = 0.0_wp
+    !> Axis times angle, radians.
+    real(wp) :: rotation(3) = 0.0_wp
   end type rigid_pose_type
 
   !> A shape with its reference point as drawn, and its pose.
@@ -30,24 +30,14 @@ module qsmpm_rigid_pose
 
 contains
 
-  !> A pose on the way from one to another.
-  elemental type(rigid_pose_type) function pose_between(start, final, fraction) result(pose)
-    type(rigid_pose_type), intent(in) :: start, final
-    !> 0 at the start, 1 at the end.
-    real(wp), intent(in) :: fraction
+  !> A pose after a share of a motion, which turns the body about one axis.
+  pure type(rigid_pose_type) function moved_on(from, motion, share) result(pose)
+    type(rigid_pose_type), intent(in) :: from, motion
+    real(wp), intent(in) :: share
 
-    pose%displacement = start%displacement + fraction*(final%displacement - start%displacement)
-    pose%angle = start%angle + fraction*(final%angle - start%angle)
-  end function pose_between
-
-  !> Rotation about z.
-  pure function rotation(angle) result(r)
-    real(wp), intent(in) :: angle
-    real(wp) :: r(3, 3)
-
-    r = identity
-    r(:2, :2) = reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2])
-  end function rotation
+    pose = rigid_pose_type(from%displacement + share*motion%displacement, &
+      followed_by(from%rotation, share*motion%rotation))
+  end function moved_on
 
   !> Distance of a place from the body in its pose.
   pure type(distance_type) function distance_at(self, x) result(distance)
@@ -56,8 +46,8 @@ contains
     real(wp), intent(in) :: x(3)
     real(wp) :: r(3, 3), back(3, 3), arm(3)
 
-    r = rotation(self%pose%angle)
-    back = rotation(-self%pose%angle)
+    r = rotation_matrix(self%pose%rotation)
+    back = transpose(r)
     arm = x - self%reference - self%pose%displacement
     distance = self%shape%distance_of(self%reference + matmul(back, arm))
     distance%normal = matmul(r, distance%normal)
@@ -71,11 +61,10 @@ contains
     real(wp), intent(in) :: reference(3)
     type(rigid_pose_type), intent(in) :: from, to
     real(wp), intent(in) :: x(3)
-    real(wp) :: carried(3), r(3, 3), arm(3)
+    real(wp) :: carried(3), arm(3)
 
-    r = rotation(to%angle - from%angle)
     arm = x - reference - from%displacement
-    carried = reference + to%displacement + matmul(r, arm)
+    carried = reference + to%displacement + turned_along(from, to, arm)
   end function carry_along
 
   !> What a vector that rides on a body becomes when the body goes from one pose to another.
@@ -84,7 +73,7 @@ contains
     real(wp), intent(in) :: vector(3)
     real(wp) :: turned(3), r(3, 3)
 
-    r = rotation(to%angle - from%angle)
+    r = rotation_matrix(followed_by(-from%rotation, to%rotation))
     turned = matmul(r, vector)
   end function turned_along
 end module qsmpm_rigid_pose

@@ -18,7 +18,7 @@ module qsmpm_rigid_shape
   private
 
   public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
-    turned_polygon, completed_by_image, largest_round, edge_normal
+    turned_polygon, completed_by_image, largest_round, edge_normal, projection
 
   integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4
 
@@ -224,16 +224,24 @@ contains
     real(wp), intent(in) :: from_centre(3), radius
     type(distance_type), intent(inout) :: distance
     real(wp) :: r
-    integer :: j
 
     r = norm2(from_centre)
     distance%value = r - radius
     if (.not. r > 0.0_wp) return
     distance%normal = from_centre/r
-    do j = 1, 3
-      distance%curvature(:, j) = (identity(:, j) - distance%normal*distance%normal(j))/r
-    end do
+    distance%curvature = projection(distance%normal)/r
   end subroutine round_distance
+
+  !> What is left of vectors along a surface: 1 - n n'.
+  pure function projection(normal)
+    real(wp), intent(in) :: normal(3)
+    real(wp) :: projection(3, 3)
+    integer :: j
+
+    do j = 1, 3
+      projection(:, j) = identity(:, j) - normal*normal(j)
+    end do
+  end function projection
 
   !> Distance of a polygon: from the nearest point of its core.
   pure subroutine polygon_distance(shape, x, distance)

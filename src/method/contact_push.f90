@@ -3,13 +3,22 @@
 module qsmpm_contact_push
   use qsmpm_kinds, only: wp
   use qsmpm_contact_law, only: tractions_type, contact_tractions
-  use qsmpm_contact_scratch, only: contact_scratch_type, body_displacement
-  use qsmpm_rigid_shape, only: distance_type
-  use qsmpm_tensor, only: cross, identity
+  use qsmpm_contact_scratch, only: contact_scratch_type
+  use qsmpm_contact_turning, only: turning_node, add_turning, add_turning_stiffness
+  use qsmpm_rigid_pose, only: placed_shape_type, carry_along
+  use qsmpm_rigid_shape, only: distance_type, projection
+  use qsmpm_tensor, only: cross
   implicit none
   private
 
-  public :: push_of_patch, tractions_of_patch, reaction_of
+  public :: push_of_patch, tractions_of_patch, reaction_of, place_measure_type
+
+  !> A place of a patch against its body: distance, arm from the reference point, and the arm of the place that rode on
+  !> the body, all at the end of the step.
+  type :: place_measure_type
+    type(distance_type) :: distance
+    real(wp) :: arm(3) = 0.0_wp, ridden(3) = 0.0_wp
+  end type place_measure_type
 
   !> Gap over the size of a cell that is none but for rounding.
   real(wp), parameter :: touching = 1.0e-9_wp
@@ -27,20 +36,28 @@ contains
     real(wp), intent(out) :: push(:, :)
     !> (dimension, nodes, dimension, nodes)
     real(wp), allocatable, intent(out), optional :: block(:, :, :, :)
-    type(distance_type) :: distance(self%patches%first(c):self%patches%first(c + 1) - 1)
-    real(wp) :: along(3, 3, size(self%shape, 1)), across(3, size(self%shape, 1)), gap
+    type(place_measure_type) :: measure(self%patches%first(c):self%patches%first(c + 1) - 1)
+    real(wp), dimension(3, 3, size(self%shape, 1)) :: along, sliding
+    real(wp) :: across(3, size(self%shape, 1)), gap
     integer :: k, a, n
 
     n = self%connectivity%first(c + 1) - self%connectivity%first(c)
-    call tractions_of_patch(self, c, displacement, distance, tractions, gap)
+    call tractions_of_patch(self, c, displacement, measure, tractions, gap)
     across = 0.0_wp
     along = 0.0_wp
-    do k = lbound(distance, 1), ubound(distance, 1)
+    do k = lbound(measure, 1), ubound(measure, 1)
       do a = 1, n
-        across(:, a) = across(:, a) + self%area(k)*self%shape(a, k)*distance(k)%normal
+        across(:, a) = across(:, a) + self%area(k)*self%shape(a, k)*measure(k)%distance%normal
         along(:, :, a) = along(:, :, a) + self%area(k)*self%shape(a, k)*projection(self%normal(:, k))
       end do
     end do
+    sliding = along
+    if (turning_node(self, c) > 0) then
+      do k = lbound(measure, 1), ubound(measure, 1)
+        call add_turning(self, k, measure(k)%distance%normal, measure(k)%arm, measure(k)%ridden, across(:, n), &
+          along(:, :, n), sliding(:, :, n))
+      end do
+    end if
     push = 0.0_wp
     do a = 1, n
       push(:, a) = tractions%pressure*across(:, a) + matmul(along(:, :, a), tractions%shear)
@@ -48,78 +65,82 @@ contains
     if (.not. present(block)) return
     allocate (block(self%dimension, n, self%dimension, n), source=0.0_wp)
     if (.not. tractions%closed) return
-    call add_traction_stiffness(tractions, self%patch_area(c), across, along, block)
-    call add_curvature(self, c, distance, tractions%pressure, block)
+    call add_traction_stiffness(tractions, self%patch_area(c), across, along, sliding, block)
+    call add_curvature(self, c, measure, tractions%pressure, block)
+    if (turning_node(self, c) == 0) return
+    do k = lbound(measure, 1), ubound(measure, 1)
+      call add_turning_stiffness(self, k, measure(k)%distance, measure(k)%arm, tractions%pressure, tractions%shear, &
+        block)
+    end do
   end subroutine push_of_patch
 
-  !> Tractions of a patch, its gap and the distance of each of its places.
-  pure subroutine tractions_of_patch(self, c, displacement, distance, tractions, gap)
+  !> Tractions of a patch, its gap and what is measured of each of its places.
+  pure subroutine tractions_of_patch(self, c, displacement, measure, tractions, gap, slip)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
     !> (dimension, nodes)
     real(wp), intent(in) :: displacement(:, :)
-    type(distance_type), intent(out) :: distance(self%patches%first(c):)
+    type(place_measure_type), intent(out) :: measure(self%patches%first(c):)
     type(tractions_type), intent(out) :: tractions
-    !> Mean, with the opening at the start.
+    !> Mean, with the opening at the start; mean slip in the step.
     real(wp), intent(out) :: gap
-    real(wp) :: slip(3)
+    real(wp), intent(out), optional :: slip(3)
+    real(wp) :: slip_here(3)
 
-    call measure_patch(self, c, displacement, distance, gap, slip)
+    call measure_patch(self, c, displacement, measure, gap, slip_here)
     if (self%at_rest) then
       gap = 0.0_wp
-      slip = 0.0_wp
+      slip_here = 0.0_wp
     end if
+    if (present(slip)) slip = slip_here
     gap = gap + self%opening(c)
     tractions = contact_tractions(self%pairs(self%patches%pair(c)), self%penalty(:, c), self%pressure(c), &
-      self%shear(:, c), gap, slip, touching*self%cell_size)
+      self%shear(:, c), gap, slip_here, touching*self%cell_size)
   end subroutine tractions_of_patch
 
-  !> Mean gap and slip of a patch, and the distance of each of its places.
-  pure subroutine measure_patch(self, c, displacement, distance, gap, slip)
+  !> Mean gap and slip of a patch, and what is measured of each of its places. A free body stands still, and the soil
+  !> moves relative to it; the angle by which it turns is its own.
+  pure subroutine measure_patch(self, c, displacement, measure, gap, slip)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
     real(wp), intent(in) :: displacement(:, :)
-    type(distance_type), intent(out) :: distance(self%patches%first(c):)
+    type(place_measure_type), intent(out) :: measure(self%patches%first(c):)
     real(wp), intent(out) :: gap, slip(3)
-    real(wp) :: u(3)
+    type(placed_shape_type) :: body
+    real(wp) :: u(3), ridden(3)
     integer :: k, a, first
 
     gap = 0.0_wp
     slip = 0.0_wp
     first = self%connectivity%first(c)
-    associate (b => self%pairs(self%patches%pair(c))%body)
-      do k = lbound(distance, 1), ubound(distance, 1)
+    body = self%now(self%pairs(self%patches%pair(c))%body)
+    if (turning_node(self, c) > 0) body%pose%rotation(3) = body%pose%rotation(3) &
+      + displacement(1, self%connectivity%nodes(self%connectivity%first(c + 1) - 1))
+    associate (before => self%before(self%pairs(self%patches%pair(c))%body)%pose)
+      do k = lbound(measure, 1), ubound(measure, 1)
         u = 0.0_wp
         do a = first, self%connectivity%first(c + 1) - 1
           u(:self%dimension) = u(:self%dimension) &
             + self%shape(a - first + 1, k)*displacement(:self%dimension, self%connectivity%nodes(a))
         end do
-        distance(k) = self%now(b)%distance_at(self%place(:, k) + u)
-        gap = gap + self%area(k)*distance(k)%value/self%patch_area(c)
+        ridden = carry_along(body%reference, before, body%pose, self%place(:, k))
+        measure(k)%distance = body%distance_at(self%place(:, k) + u)
+        measure(k)%arm = self%place(:, k) + u - body%reference - body%pose%displacement
+        measure(k)%ridden = ridden - body%reference - body%pose%displacement
+        gap = gap + self%area(k)*measure(k)%distance%value/self%patch_area(c)
         slip = slip + self%area(k)/self%patch_area(c) &
-          *matmul(projection(self%normal(:, k)), u - body_displacement(self, b, self%place(:, k)))
+          *matmul(projection(self%normal(:, k)), u - (ridden - self%place(:, k)))
       end do
     end associate
   end subroutine measure_patch
 
-  !> 1 - n n'.
-  pure function projection(normal)
-    real(wp), intent(in) :: normal(3)
-    real(wp) :: projection(3, 3)
-    integer :: j
-
-    do j = 1, 3
-      projection(:, j) = identity(:, j) - normal*normal(j)
-    end do
-  end function projection
-
   !> What changes of pressure and shear add to the stiffness.
-  pure subroutine add_traction_stiffness(tractions, area, across, along, block)
+  pure subroutine add_traction_stiffness(tractions, area, across, along, sliding, block)
     type(tractions_type), intent(in) :: tractions
     !> Of the patch.
     real(wp), intent(in) :: area
-    !> Sums of A N n (3, nodes) and of A N (1 - n n') (3, 3, nodes).
-    real(wp), intent(in) :: across(:, :), along(:, :, :)
+    !> Sums of A N n (3, nodes) and of A N (1 - n n') (3, 3, nodes): push by the shear, slip by the displacement.
+    real(wp), intent(in) :: across(:, :), along(:, :, :), sliding(:, :, :)
     real(wp), intent(inout) :: block(:, :, :, :)
     real(wp) :: push_by_gap(3), push_by_slip(3, 3)
     integer :: a, b, j, d
@@ -131,58 +152,49 @@ contains
       do b = 1, size(block, 4)
         do j = 1, d
           block(:, a, j, b) = block(:, a, j, b) - push_by_gap(:d)*across(j, b) &
-            - matmul(push_by_slip(:d, :), along(:, j, b))
+            - matmul(push_by_slip(:d, :), sliding(:, j, b))
         end do
       end do
     end do
   end subroutine add_traction_stiffness
 
   !> What the turning of the normals adds to the stiffness.
-  pure subroutine add_curvature(self, c, distance, pressure, block)
+  pure subroutine add_curvature(self, c, measure, pressure, block)
     type(contact_scratch_type), intent(in) :: self
     !> The patch.
     integer, intent(in) :: c
-    type(distance_type), intent(in) :: distance(self%patches%first(c):)
+    type(place_measure_type), intent(in) :: measure(self%patches%first(c):)
     real(wp), intent(in) :: pressure
     real(wp), intent(inout) :: block(:, :, :, :)
     integer :: k, a, b, d
 
     d = size(block, 1)
-    do k = lbound(distance, 1), ubound(distance, 1)
-      if (all(abs(distance(k)%curvature) <= 0.0_wp)) cycle
+    do k = lbound(measure, 1), ubound(measure, 1)
+      if (all(abs(measure(k)%distance%curvature) <= 0.0_wp)) cycle
       do b = 1, size(block, 4)
         do a = 1, size(block, 2)
           block(:, a, :, b) = block(:, a, :, b) - pressure*self%area(k)*self%shape(a, k)*self%shape(b, k) &
-            *distance(k)%curvature(:d, :d)
+            *measure(k)%distance%curvature(:d, :d)
         end do
       end do
     end do
   end subroutine add_curvature
 
   !> Force and moment of a patch on its body.
-  pure function reaction_of(self, c, displacement, distance, tractions) result(reaction)
+  pure function reaction_of(self, c, measure, tractions) result(reaction)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
-    real(wp), intent(in) :: displacement(:, :)
-    type(distance_type), intent(in) :: distance(self%patches%first(c):)
+    type(place_measure_type), intent(in) :: measure(self%patches%first(c):)
     type(tractions_type), intent(in) :: tractions
-    real(wp) :: reaction(6), push(3), arm(3)
-    integer :: k, a, first
+    real(wp) :: reaction(6), push(3)
+    integer :: k
 
     reaction = 0.0_wp
-    first = self%connectivity%first(c)
-    associate (body => self%now(self%pairs(self%patches%pair(c))%body))
-      do k = lbound(distance, 1), ubound(distance, 1)
-        push = self%area(k)*(tractions%pressure*distance(k)%normal &
-          + matmul(projection(self%normal(:, k)), tractions%shear))
-        arm = self%place(:, k) - body%reference - body%pose%displacement
-        do a = first, self%connectivity%first(c + 1) - 1
-          arm(:self%dimension) = arm(:self%dimension) &
-            + self%shape(a - first + 1, k)*displacement(:self%dimension, self%connectivity%nodes(a))
-        end do
-        reaction(:3) = reaction(:3) - push
-        reaction(4:) = reaction(4:) - cross(arm, push)
-      end do
-    end associate
+    do k = lbound(measure, 1), ubound(measure, 1)
+      push = self%area(k)*(tractions%pressure*measure(k)%distance%normal &
+        + matmul(projection(self%normal(:, k)), tractions%shear))
+      reaction(:3) = reaction(:3) - push
+      reaction(4:) = reaction(4:) - cross(measure(k)%arm, push)
+    end do
   end function reaction_of
 end module qsmpm_contact_push

@@ -3,7 +3,7 @@
 !> the bodies.
 module qsmpm_contact_scratch
   use qsmpm_kinds, only: wp
-  use qsmpm_body_loads, only: free_components
+  use qsmpm_body_loads, only: free_components, body_components, turning, load_rows
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_configuration, only: configuration_type
@@ -12,14 +12,14 @@ module qsmpm_contact_scratch
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_rigid_bodies, only: placed_bodies
-  use qsmpm_rigid_pose, only: placed_shape_type, carry_along, turned_along
+  use qsmpm_rigid_pose, only: placed_shape_type, turned_along
   use qsmpm_rigid_shape, only: distance_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_surface_basis, only: stiffness_at, stiffness_near
   implicit none
   private
 
-  public :: contact_scratch_type, lay_scratch, body_displacement, keep_tractions, keep_contact_points
+  public :: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
 
   !> Penalties of gap and slip times the size of a cell over Young's modulus, at surfaces of the soil and on bodies:
   !> pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often patches open
@@ -34,9 +34,9 @@ module qsmpm_contact_scratch
     !> Bodies at the start of the step; at the load fraction in force but for what free components add; and with that,
     !> at the last evaluation (bodies).
     type(placed_shape_type), allocatable :: before(:), now(:), final(:)
-    !> Column of each body in the table of unknowns, 0 where it is held along all axes; load at the fraction in force
-    !> (bodies), (3, bodies).
-    integer, allocatable :: column(:)
+    !> Columns of each body in the table of unknowns, 0 where it is held along all axes, and where it may not turn; load
+    !> at the fraction in force (bodies), (rows of a load, bodies).
+    integer, allocatable :: column(:), turning_column(:)
     real(wp), allocatable :: load(:, :)
     !> Contact points on the bodies at the start of the step.
     type(body_points_type) :: on_bodies
@@ -57,12 +57,13 @@ module qsmpm_contact_scratch
 contains
 
   !> Patches near the bodies, with what they bring from the step before.
-  subroutine lay_scratch(self, model, configuration, columns)
+  subroutine lay_scratch(self, model, configuration, columns, turning_columns)
     type(contact_scratch_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     !> Columns of the bodies in the table of unknowns (bodies).
-    integer, intent(in) :: columns(:)
+    integer, intent(in) :: columns(:), turning_columns(:)
+    logical :: free(body_components)
     type(shape_values_type), allocatable :: basis(:)
     logical :: near(model%state%surface%count, size(model%contact_pairs))
     integer :: i, k
@@ -75,9 +76,15 @@ contains
     self%before = placed_bodies(model)
     self%now = self%before
     self%final = self%before
-    self%column = [(merge(columns(i), 0, any(free_components(model, i))), i=1, size(columns))]
+    self%column = columns
+    self%turning_column = turning_columns
+    do i = 1, size(columns)
+      free = free_components(model, i)
+      if (.not. any(free(:3))) self%column(i) = 0
+      if (.not. free(turning)) self%turning_column(i) = 0
+    end do
     if (allocated(self%load)) deallocate (self%load)
-    allocate (self%load(3, size(columns)), source=0.0_wp)
+    allocate (self%load(load_rows, size(columns)), source=0.0_wp)
     do k = 1, size(self%pairs)
       do i = 1, size(near, 1)
         near(i, k) = distance_from(self%before(self%pairs(k)%body), model%state%surface%position(:, i)) &
@@ -172,7 +179,8 @@ contains
   end subroutine lay_places
 
   !> Nodes of every patch, each once, and the functions of its places by them. A body that is free is one more node,
-  !> which all places of the patch are carried away from: -1.
+  !> which all places of the patch are carried away from: -1; one that may turn yet another, of its own kind: 0
+  !> (qsmpm_contact_turning).
   subroutine gather_nodes(self, basis)
     type(contact_scratch_type), intent(inout) :: self
     !> (places)
@@ -193,8 +201,9 @@ contains
             if (.not. any(nodes == basis(k)%node(a))) nodes = [nodes, basis(k)%node(a)]
           end do
         end do
-        associate (column => self%column(self%pairs(patches%pair(c))%body))
-          if (column > 0) nodes = [nodes, column]
+        associate (b => self%pairs(patches%pair(c))%body)
+          if (self%column(b) > 0) nodes = [nodes, self%column(b)]
+          if (self%turning_column(b) > 0) nodes = [nodes, self%turning_column(b)]
         end associate
         graph%nodes = [graph%nodes, nodes]
         graph%first = [graph%first, size(graph%nodes) + 1]
@@ -209,7 +218,7 @@ contains
             slot = findloc(nodes, basis(k)%node(a), dim=1)
             self%shape(slot, k) = self%shape(slot, k) + basis(k)%shape(a)
           end do
-          if (self%column(self%pairs(patches%pair(c))%body) > 0) self%shape(size(nodes), k) = -1.0_wp
+          where (nodes == self%column(self%pairs(patches%pair(c))%body)) self%shape(:size(nodes), k) = -1.0_wp
         end do
       end do
     end associate
@@ -262,16 +271,6 @@ contains
     end do
   end subroutine take_means
 
-  !> Displacement in the step of a place that rides on a body.
-  pure function body_displacement(self, b, x) result(displacement)
-    class(contact_scratch_type), intent(in) :: self
-    integer, intent(in) :: b
-    real(wp), intent(in) :: x(3)
-    real(wp) :: displacement(3)
-
-    displacement = carry_along(self%before(b)%reference, self%before(b)%pose, self%now(b)%pose, x) - x
-  end function body_displacement
-
   !> The points of a patch keep its tractions; the shear turns with the body. Those on a body keep how far the patch is
   !> open.
   pure subroutine keep_tractions(self, c, gap, tractions, model)
@@ -285,7 +284,7 @@ contains
     integer :: k
 
     associate (b => self%pairs(self%patches%pair(c))%body)
-      shear = turned_along(self%before(b)%pose, self%now(b)%pose, tractions%shear)
+      shear = turned_along(self%before(b)%pose, self%final(b)%pose, tractions%shear)
     end associate
     do k = self%patches%first(c), self%patches%first(c + 1) - 1
       associate (i => self%patches%point(k))

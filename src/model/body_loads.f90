@@ -1,21 +1,33 @@
-!> Loads on rigid bodies: the components in which a body is free, and the force on it there.
+!> Loads on rigid bodies: the components in which a body is free, and forces and moment on it there.
 !>
 !> A component that a phase loads is free from then on; its load runs evenly over the phase from what it was, or from
 !> what the soil pushes where the body was held before, to the value of the card. It stays until another phase loads it
-!> otherwise or moves the body. In axisymmetry forces are per radian, as those of contact are.
+!> otherwise or moves the body. A force acts in a place that rides on the body: with the arm r of it from the reference
+!> point as drawn and the angle a by which the body has turned its moment is
+!>
+!>   (R r) x F = A cos(a) - B sin(a),   A = r_x F_y - r_y F_x,   B = r_y F_y + r_x F_x
+!>
+!> In axisymmetry forces are per radian, as those of contact are.
 module qsmpm_body_loads
   use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: rigid_move_type
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type
-  use qsmpm_rigid_bodies, only: force_on_body
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of
+  use qsmpm_rigid_pose, only: rigid_pose_type
   implicit none
   private
 
-  public :: lay_body_loads, start_body_loads, free_components, load_on_body
+  public :: lay_body_loads, start_body_loads, free_components, load_on_body, moment_of, moment_by_angle
 
   character(len=*), parameter :: kept_name = 'body_loads'
+  !> Components: three axes, and turning about z.
+  integer, parameter, public :: body_components = 4, turning = 4
+  !> Rows of a load: forces and moment, A and B of the forces along x, those of the forces along y.
+  integer, parameter, public :: load_rows = 8
   !> Rows of the array that is kept: whether free, load at the start of the phase, at its end.
-  integer, parameter :: rows = 9, start_row = 4, final_row = 7
+  integer, parameter :: rows = body_components + 2*load_rows, start_row = body_components, &
+    final_row = start_row + load_rows
 
 contains
 
@@ -48,8 +60,8 @@ contains
     if (size(values, 2) == 0) return
     values = kept_values(model%state%kept, kept_name)
     do b = 1, size(values, 2)
-      values(start_row:start_row + 2, b) = load_on_body(model, b, model%state%progress%fraction)
-      values(final_row:, b) = values(start_row:start_row + 2, b)
+      values(start_row + 1:final_row, b) = load_on_body(model, b, model%state%progress%fraction)
+      values(final_row + 1:, b) = values(start_row + 1:final_row, b)
     end do
     do b = 1, size(values, 2)
       call take_cards(model, b, values(:, b))
@@ -57,52 +69,61 @@ contains
     call keep_values(model%state%kept, kept_name, values)
   end subroutine start_body_loads
 
-  !> What *MOVE and *LOAD of the phase make of a body: the first takes it in hand, the second frees an axis.
+  !> What *MOVE and *LOAD of the phase make of a body: the first takes it in hand, the second frees a component.
   pure subroutine take_cards(model, body, values)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     !> Kept of it.
     real(wp), intent(inout) :: values(rows)
+    type(rigid_pose_type) :: pose
     real(wp) :: push(6)
     integer :: i
 
     push = force_on_body(model, body)
-    associate (phase => model%analysis%phases(model%state%progress%phase))
+    pose = pose_of(model, body)
+    associate (phase => model%analysis%phases(model%state%progress%phase), &
+        name => model%analysis%rigid_bodies(body)%name)
       if (.not. allocated(phase%moves)) return
       do i = 1, size(phase%moves)
-        if (phase%moves(i)%body == model%analysis%rigid_bodies(body)%name .and. .not. phase%moves(i)%is_load) &
-          values(:3) = 0.0_wp
+        if (phase%moves(i)%body == name .and. .not. phase%moves(i)%is_load) values = 0.0_wp
       end do
       do i = 1, size(phase%moves)
         associate (move => phase%moves(i), c => phase%moves(i)%component)
-          if (move%body /= model%analysis%rigid_bodies(body)%name .or. .not. move%is_load) cycle
+          if (move%body /= name .or. .not. move%is_load) cycle
+          if (.not. values(c) > 0.0_wp .and. c /= turning) values(start_row + c) = -push(c)
+          ! The forces may make a moment already.
+          if (.not. values(c) > 0.0_wp .and. c == turning) &
+            values(start_row + c) = -push(6) - moment_of(values(start_row + 1:final_row), pose%rotation(3))
           values(c) = 1.0_wp
-          if (.not. was_free(model, body, c)) values(start_row + c - 1) = -push(c)
-          values(final_row + c - 1) = phase%load_factor*move%load
+          call take_load(move, model%rigid_shapes(body)%reference(:2), phase%load_factor, values(final_row + 1:))
         end associate
       end do
     end associate
   end subroutine take_cards
 
-  !> Whether a component was free so far.
-  pure logical function was_free(model, body, component)
-    type(model_type), intent(in) :: model
-    integer, intent(in) :: body, component
-    real(wp) :: values(rows)
+  !> Load at the end of the phase by one card.
+  pure subroutine take_load(move, reference, factor, load)
+    type(rigid_move_type), intent(in) :: move
+    !> Reference point of the body as drawn; load factor of the phase.
+    real(wp), intent(in) :: reference(2), factor
+    real(wp), intent(inout) :: load(load_rows)
+    real(wp) :: arm(2)
 
-    values = kept_of(model, body)
-    was_free = values(component) > 0.0_wp
-  end function was_free
+    arm = merge(move%place - reference, 0.0_wp, all(move%placed))
+    load(move%component) = factor*move%load
+    if (move%component == 1) load(5:6) = load(1)*[-arm(2), arm(1)]
+    if (move%component == 2) load(7:8) = load(2)*arm
+  end subroutine take_load
 
   !> Components in which a body is free.
   pure function free_components(model, body) result(free)
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
-    logical :: free(3)
+    logical :: free(body_components)
     real(wp) :: values(rows)
 
     values = kept_of(model, body)
-    free = values(:3) > 0.0_wp
+    free = values(:body_components) > 0.0_wp
   end function free_components
 
   !> Load on a body at a fraction of the phase; 0 in components in which it is held.
@@ -110,10 +131,26 @@ contains
     type(model_type), intent(in) :: model
     integer, intent(in) :: body
     real(wp), intent(in) :: fraction
-    real(wp) :: load(3), values(rows)
+    real(wp) :: load(load_rows), values(rows)
 
     values = kept_of(model, body)
-    load = merge(values(start_row:start_row + 2) + fraction*(values(final_row:) - values(start_row:start_row + 2)), &
-      0.0_wp, values(:3) > 0.0_wp)
+    associate (start => values(start_row + 1:final_row), final => values(final_row + 1:))
+      load = start + fraction*(final - start)
+    end associate
+    where (.not. values(:body_components) > 0.0_wp) load(:body_components) = 0.0_wp
   end function load_on_body
+
+  !> Moment of a load about z when the body has turned by an angle.
+  pure real(wp) function moment_of(load, angle)
+    real(wp), intent(in) :: load(load_rows), angle
+
+    moment_of = load(turning) + (load(5) + load(7))*cos(angle) - (load(6) + load(8))*sin(angle)
+  end function moment_of
+
+  !> Its derivative.
+  pure real(wp) function moment_by_angle(load, angle)
+    real(wp), intent(in) :: load(load_rows), angle
+
+    moment_by_angle = -(load(5) + load(7))*sin(angle) - (load(6) + load(8))*cos(angle)
+  end function moment_by_angle
 end module qsmpm_body_loads

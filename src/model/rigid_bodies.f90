@@ -25,8 +25,8 @@ module qsmpm_rigid_bodies
     motion_in_phase, rigid_body_number
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
-  !> Rows of the array that is kept: displacement, angle, force, moment.
-  integer, parameter :: rows = 10, angle_row = 4, force_row = 5, moment_row = 8
+  !> Rows of the array that is kept: displacement, rotation, force and moment.
+  integer, parameter :: rows = 12, rotation_row = 4, force_row = 7
   !> Radius of corners where the card gives none, over the size of a cell.
   real(wp), parameter :: usual_round = 0.25_wp
   !> Share of the largest radius that corners may have.
@@ -167,7 +167,7 @@ contains
     real(wp) :: values(rows, size(model%analysis%rigid_bodies))
 
     values = kept_values(model%state%kept, kept_name)
-    pose = rigid_pose_type(values(:3, body), values(angle_row, body))
+    pose = rigid_pose_type(values(:3, body), values(rotation_row:force_row - 1, body))
   end function pose_of
 
   !> The bodies where they are.
@@ -189,8 +189,7 @@ contains
     real(wp) :: force(6), values(rows, size(model%analysis%rigid_bodies))
 
     values = kept_values(model%state%kept, kept_name)
-    force(:3) = values(force_row:force_row + 2, body)
-    force(4:) = values(moment_row:, body)
+    force = values(force_row:, body)
   end function force_on_body
 
   !> Keep pose, force and moment of a body.
@@ -203,7 +202,7 @@ contains
     real(wp) :: values(rows, size(model%analysis%rigid_bodies))
 
     values = kept_values(model%state%kept, kept_name)
-    values(:, body) = [pose%displacement, pose%angle, force]
+    values(:, body) = [pose%displacement, pose%rotation, force]
     call keep_values(model%state%kept, kept_name, values)
   end subroutine keep_rigid_body
 
@@ -218,7 +217,7 @@ contains
       do i = 1, size(phase%moves)
         if (phase%moves(i)%is_load) cycle
         if (phase%moves(i)%body == model%analysis%rigid_bodies(body)%name) motion = rigid_pose_type( &
-          phase%load_factor*phase%moves(i)%vector, phase%load_factor*phase%moves(i)%angle*degree)
+          phase%load_factor*phase%moves(i)%vector, phase%load_factor*phase%moves(i)%rotation*degree)
       end do
     end associate
   end function motion_in_phase

@@ -1,9 +1,9 @@
 !> What pictures show beside the material points: rigid bodies in their pose, pressure and shear of the contacts,
 !> water levels. Groups of a step in `results.h5`, there where the scene has any:
 !>
-!>   rigid_bodies/BBBBBB   body of that number: `pose` (displacement, angle in radians), `force` (force and moment of
-!>                         the soil on it), and `outline` (corners, 3) in the plane; `plane` (a point and the normal,
-!>                         3); in space `ball` (centre and radius)
+!>   rigid_bodies/BBBBBB   body of that number: `pose` (displacement, rotation as axis times angle in radians), `force`
+!>                         (force and moment of the soil on it), and `outline` (corners, 3) in the plane; `plane` (a
+!>                         point and the normal, 3); in space `ball` (centre and radius)
 !>   contacts              surface points that may touch a body, and contact points of bodies (surface 0): `position`,
 !>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
 !>                         `surface` and `body` by number
@@ -62,7 +62,7 @@ contains
       path = group//'/'//numbered(b)
       pose = pose_of(model, b)
       call put_group(image, path)
-      row = [pose%displacement, pose%angle]
+      row = [pose%displacement, pose%rotation]
       call put_array(image, path//'/pose', row)
       row = force_on_body(model, b)
       call put_array(image, path//'/force', row)

@@ -318,16 +318,20 @@ module qsmpm_analysis
     logical :: tension = .false.
   end type contact_type
 
-  !> Motion of a rigid body in the phase, or the force along one axis in which it is free, per unit of load factor; the
-  !> angle about its reference point in degrees.
+  !> Motion of a rigid body in the phase, or the load in one component in which it is free, per unit of load factor; the
+  !> rotation is about its reference point, axis times angle in degrees.
   type :: rigid_move_type
     character(len=:), allocatable :: body
     type(source_line_type) :: where
-    real(wp) :: vector(3) = 0.0_wp, angle = 0.0_wp
+    real(wp) :: vector(3) = 0.0_wp, rotation(3) = 0.0_wp
     logical :: is_load = .false.
-    !> Axis of the force, and the force.
+    !> Axis of the force, or 4 for a moment about z, and its value.
     integer :: component = 1
     real(wp) :: load = 0.0_wp
+    !> Place of the body in which the force acts, as drawn, and which of its coordinates are given; else the reference
+    !> point.
+    real(wp) :: place(2) = 0.0_wp
+    logical :: placed(2) = .false.
   end type rigid_move_type
 
   !> A surface held on the plane it lies in, wholly, or freed again.

@@ -78,8 +78,8 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%moves)
         associate (move => analysis%phases(p)%moves(i))
-          if (moves_along(move, axis) .or. (axis /= 3 .and. abs(move%angle) > 0.0_wp)) call refuse(reason, &
-            card_of(move)//' has a part along '//letters(axis))
+          if (moves_along(move, axis) .or. turns_off(move, axis)) call refuse(reason, card_of(move)// &
+            ' has a part along '//letters(axis))
         end associate
       end do
     end do
@@ -123,6 +123,24 @@ contains
     moves_along = abs(move%vector(axis)) > 0.0_wp
     if (move%is_load) moves_along = move%component == axis
   end function moves_along
+
+  !> Whether a body is turned about another axis than one, or free to turn about z where that is another.
+  pure logical function turns_off(move, axis)
+    type(rigid_move_type), intent(in) :: move
+    integer, intent(in) :: axis
+    logical :: other(3)
+
+    other = .true.
+    other(axis) = .false.
+    turns_off = any(abs(move%rotation) > 0.0_wp .and. other) .or. (axis /= 3 .and. may_turn(move))
+  end function turns_off
+
+  !> Whether a load has to do with turning: a moment, or a force in a place.
+  pure logical function may_turn(load)
+    type(rigid_move_type), intent(in) :: load
+
+    may_turn = load%is_load .and. (load%component > 3 .or. any(load%placed))
+  end function may_turn
 
   !> No history reads a moment.
   pure subroutine require_no_moments(analysis, reason)
@@ -274,16 +292,17 @@ contains
     integer, intent(in) :: phase
     type(rigid_move_type), intent(in) :: move
     integer, intent(in) :: axis
-    real(wp) :: vector(3), angle, load
+    real(wp) :: vector(3), rotation(3), load
     integer :: b, partner, i
 
     found = .false.
     b = rigid_number(analysis, move%body)
     partner = rigid_partner(analysis, b, axis)
-    if (partner == b .and. moves_along(move, axis)) return
+    if (may_turn(move) .or. (partner == b .and. moves_along(move, axis))) return
     vector = move%vector
     vector(axis) = -vector(axis)
-    angle = merge(-move%angle, move%angle, axis == 1)
+    rotation = -move%rotation
+    rotation(axis) = move%rotation(axis)
     load = merge(-move%load, move%load, move%component == axis)
     do i = 1, size(analysis%phases(phase)%moves)
       associate (image => analysis%phases(phase)%moves(i))
@@ -291,7 +310,7 @@ contains
         if (move%is_load) then
           found = found .or. (image%component == move%component .and. abs(image%load - load) <= 0.0_wp)
         else
-          found = found .or. all(abs([image%vector - vector, image%angle - angle]) <= 0.0_wp)
+          found = found .or. all(abs([image%vector - vector, image%rotation - rotation]) <= 0.0_wp)
         end if
       end associate
     end do
@@ -340,7 +359,7 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%moves)
         associate (move => analysis%phases(p)%moves(i))
-          if (moves_along(move, 1) .or. moves_along(move, 3) .or. abs(move%angle) > 0.0_wp) call refuse(reason, &
+          if (moves_along(move, 1) .or. moves_along(move, 3) .or. any(abs(move%rotation) > 0.0_wp)) call refuse(reason, &
             card_of(move)//' does not go along the axis')
         end associate
       end do

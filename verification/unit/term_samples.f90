@@ -1,15 +1,19 @@
-!> Terms of a step by name, and forces of one or all of them, for tests.
+!> Terms of a step by name, forces of one or all of them, and their matrix against differences, for tests.
 module term_samples
+  use qsmpm_equations, only: gather
   use qsmpm_initialisation, only: step_type
   use qsmpm_kinds, only: wp
+  use qsmpm_law, only: tangent_none, tangent_consistent
   use qsmpm_model, only: model_type
+  use qsmpm_sparse_matrix, only: multiply
+  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_term, only: term_type, increment_type, role_external
   use qsmpm_term_share, only: solve_share_type, step_share_type, add_solves, share_named
-  use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces
+  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads, sum_forces
   implicit none
   private
 
-  public :: term_named, force_named, load_at, damp, share_of
+  public :: term_named, force_named, load_at, damp, share_of, matrix_and_difference
 
 contains
 
@@ -62,6 +66,39 @@ contains
 
     call begin_terms(step%terms, increment_type(damping=coefficient))
   end subroutine damp
+
+  !> The matrix times a direction, and the change of the resistance along it by central differences.
+  subroutine matrix_and_difference(model, step, displacement, along, difference, product, change)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> (components, nodes)
+    real(wp), intent(in) :: displacement(:, :), along(:, :)
+    !> Step of the differences.
+    real(wp), intent(in) :: difference
+    !> (equations)
+    real(wp), allocatable, intent(out) :: product(:), change(:)
+    real(wp) :: direction(size(along, 1), size(along, 2)), x(step%equations%count), ahead(step%equations%count), &
+      back(step%equations%count)
+
+    direction = merge(0.0_wp, along, step%equations%constrained)
+    allocate (product(step%equations%count), change(step%equations%count))
+    call gather(step%equations, direction, x)
+    call evaluate_step(model, step, displacement, tangent_consistent)
+    call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
+    call multiply(step%matrix, x, product)
+    call find_resistance(displacement + difference*direction, ahead)
+    call find_resistance(displacement - difference*direction, back)
+    change = (ahead - back)/(2.0_wp*difference)
+  contains
+    !> Minus the residual.
+    subroutine find_resistance(at, vector)
+      real(wp), intent(in) :: at(:, :)
+      real(wp), intent(out) :: vector(:)
+
+      call evaluate_step(model, step, at, tangent_none)
+      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
+    end subroutine find_resistance
+  end subroutine matrix_and_difference
 
   !> Share of a name after one solve.
   real(wp) function share_of(solve, name)

@@ -5,13 +5,12 @@ module test_body_contact
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_contact_results, only: contact_pressure_at, widest_gap
   use qsmpm_deck, only: parse_deck, message_list_type
-  use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
+  use qsmpm_law, only: tangent_none, step_info_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
@@ -23,14 +22,13 @@ module test_body_contact
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon
   use qsmpm_space, only: node_position
-  use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
-  use term_samples, only: force_named
+  use term_samples, only: force_named, matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -204,7 +202,7 @@ contains
       x = 0.0_wp
       x(:2) = node_position(model%space, model%mesh, a)
       x = carry_along(bodies(1)%reference, rigid_pose_type(), rigid_pose_type([0.015_wp, -0.025_wp, 0.0_wp], &
-        2.0_wp*pi/180.0_wp), x) - x
+        [0.0_wp, 0.0_wp, 2.0_wp*pi/180.0_wp]), x) - x
       u(:, a) = x(:2)
     end do
     call evaluate_step(model, step, u, tangent_none)
@@ -222,7 +220,7 @@ contains
     character(len=*), intent(in) :: contact
     type(model_type) :: model
     type(step_type) :: step
-    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
     call make_step(contact, ', ROTATION=1|0.01, -0.03', model, step)
@@ -231,25 +229,10 @@ contains
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)]
       v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
     end do
-    where (step%equations%constrained) v = 0.0_wp
-    allocate (x(step%equations%count), product(step%equations%count))
-    call gather(step%equations, v, x)
-    call evaluate_step(model, step, u, tangent_consistent)
-    call add_all_blocks(step%terms, u, step%equations, step%matrix)
-    call multiply(step%matrix, x, product)
-    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    call matrix_and_difference(model, step, u, v, difference, product, change)
     call tests%close('the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(change)))
     call end_system(step%system)
-  contains
-    !> Minus the residual (equations).
-    function resistance_at(displacement) result(vector)
-      real(wp), intent(in) :: displacement(:, :)
-      real(wp) :: vector(step%equations%count)
-
-      call evaluate_step(model, step, displacement, tangent_none)
-      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
-    end function resistance_at
   end subroutine check_tangent
 
   !> What is kept of a step that is taken.

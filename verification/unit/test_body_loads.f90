@@ -2,29 +2,28 @@
 !> a load starts from, what takes a body in hand again, and a body that is loaded and touches nothing.
 module test_body_loads
   use qsmpm_analysis, only: analysis_type
-  use qsmpm_body_loads, only: free_components, load_on_body
+  use qsmpm_body_loads, only: free_components, body_components, load_rows, load_on_body, moment_of, &
+    moment_by_angle
   use qsmpm_deck, only: parse_deck, message_list_type
-  use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kept_arrays, only: keep_values
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
+  use qsmpm_law, only: step_info_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
   use qsmpm_model_builder, only: build_model
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_rigid_bodies, only: force_on_body, pose_of
+  use qsmpm_rigid_bodies, only: force_on_body, pose_of, keep_rigid_body
   use qsmpm_rigid_pose, only: rigid_pose_type
-  use qsmpm_sparse_matrix, only: multiply
-  use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
+  use term_samples, only: matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -37,8 +36,8 @@ module test_body_loads
     '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|*MATERIAL, NAME=soil|*ELASTIC|'// &
     '1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 2, 0, 1.1|*METHOD, BASIS=SPLINE2, INTEGRATION=POINTS|'
   character(len=*), parameter :: plate = '*RIGID BODY, NAME=plate, SHAPE=PLANE|0, 1.1, 0, -1|*CONTACT, BODY=plate, '// &
-    'SURFACE=top, FRICTION ANGLE=30|', roller = '*RIGID BODY, NAME=plate, SHAPE=CIRCLE|1, 2.1, 1|*CONTACT, '// &
-    'BODY=plate, SURFACE=top, FRICTION ANGLE=30|'
+    'SURFACE=top, FRICTION ANGLE=30|', roller = '*RIGID BODY, NAME=plate, SHAPE=POLYGON|0.3, 1.1|1.7, 1.1|1.7, 2|0.3, 2|'// &
+    '*CONTACT, BODY=plate, SURFACE=top, '
   character(len=*), parameter :: fix = '*FIX|base, ALL|*CONTROLS, STEPS=2, MAX ITERATIONS=100, TOLERANCE=1e-9|', &
     push = '*PHASE, NAME=push|'//fix//'*MOVE, BODY=plate|0, -0.01|*END PHASE|', &
     load = '*PHASE, NAME=load|*LOAD, BODY=plate, COMPONENT=Y|-40|*END PHASE|', &
@@ -54,7 +53,13 @@ contains
 
     call tests%start('body_loads')
     call check_phases(tests)
-    call check_tangent(tests)
+    call check_tangent(tests, 'force along both axes, friction', 'FRICTION ANGLE=30', '')
+    call check_tangent(tests, 'a moment, friction', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call check_tangent(tests, 'a moment, adhesion', 'ADHESION=4', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call check_tangent(tests, 'a moment, smooth', 'FRICTION ANGLE=0', '*LOAD, BODY=plate, COMPONENT=MZ|5|')
+    call check_tangent(tests, 'a moment, turned before', 'FRICTION ANGLE=30', '*LOAD, BODY=plate, COMPONENT=MZ|5|', 0.7_wp)
+    call check_moments(tests)
+    call check_turning(tests)
     call check_nothing_touched(tests)
   end subroutine collect_body_loads
 
@@ -100,7 +105,8 @@ contains
     type(step_type), target :: step
     type(rigid_pose_type) :: pose, before
     real(wp) :: force(6), pushed
-    logical :: free(3)
+    logical :: free(body_components)
+    real(wp) :: in_force(load_rows)
 
     call make_model(plate//push//load//shift//lift//aside, model)
     call begin_analysis(model, step%terms)
@@ -110,10 +116,12 @@ contains
     call tests%check('the soil pushes back', pushed > 1.0_wp)
     model%state%progress%phase = 2
     call start_phase(model)
-    call tests%close('a load starts from what the soil pushes', norm2(load_on_body(model, 1, 0.0_wp) &
-      - [0.0_wp, -pushed, 0.0_wp]), 0.0_wp, 1.0e-12_wp*pushed)
-    call tests%close('half way it is half way', norm2(load_on_body(model, 1, 0.5_wp) &
-      - [0.0_wp, -0.5_wp*(pushed + 40.0_wp), 0.0_wp]), 0.0_wp, 1.0e-12_wp*pushed)
+    in_force = load_on_body(model, 1, 0.0_wp)
+    call tests%close('a load starts from what the soil pushes', norm2(in_force(:4) - [0.0_wp, -pushed, 0.0_wp, 0.0_wp]), &
+      0.0_wp, 1.0e-12_wp*pushed)
+    in_force = load_on_body(model, 1, 0.5_wp)
+    call tests%close('half way it is half way', norm2(in_force(:4) &
+      - [0.0_wp, -0.5_wp*(pushed + 40.0_wp), 0.0_wp, 0.0_wp]), 0.0_wp, 1.0e-12_wp*pushed)
     model%state%progress%fraction = 0.0_wp
     call begin_again(model)
     call run_phase(tests, model, step, 2)
@@ -160,51 +168,114 @@ contains
     end do
   end subroutine begin_again
 
-  !> The matrix times a direction, the body moving too, is the change of the residual along it.
-  subroutine check_tangent(tests)
+  !> The matrix times a direction, the body moving and turning too, is the change of the residual along it; forces act
+  !> off the reference point.
+  subroutine check_tangent(tests, what, contact, moment, turned)
     type(tests_type), intent(inout) :: tests
+    !> What is loaded and the law, the law and the load that frees the turning.
+    character(len=*), intent(in) :: what, contact, moment
+    !> Angle by which the body has turned before; 0 when absent.
+    real(wp), intent(in), optional :: turned
     type(model_type) :: model
     type(step_type), target :: step
     type(error_type), allocatable :: error
-    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
+    character(len=:), allocatable :: place
     integer :: a
 
-    call make_model(roller//'*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=Y|-40|*LOAD, BODY=plate, '// &
-      'COMPONENT=X|3|*END PHASE|', model)
+    place = ''
+    if (len(moment) > 0) place = ', 1.3, 2.7'
+    call make_model(roller//contact//'|*PHASE, NAME=load|'//fix//moment//'*LOAD, BODY=plate, COMPONENT=Y|-40'// &
+      place//'|*LOAD, BODY=plate, COMPONENT=X|3'//place//'|*END PHASE|', model)
     call begin_analysis(model, step%terms)
+    if (present(turned)) call keep_rigid_body(model, 1, rigid_pose_type(rotation=[0.0_wp, 0.0_wp, turned]), &
+      spread(0.0_wp, 1, 6))
     call start_phase(model)
     call initialise_step(model, step, error)
     call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
     call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
-    call tests%check('one more node for the body', all_nodes(step%unknowns) == model%space%node_count + 1)
+    call tests%check('two more nodes for the body', all_nodes(step%unknowns) == model%space%node_count + 2)
     allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)]
       v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
     end do
-    u(:, size(u, 2)) = [0.004_wp, -0.03_wp]
-    where (step%equations%constrained) v = 0.0_wp
-    allocate (x(step%equations%count), product(step%equations%count))
-    call gather(step%equations, v, x)
-    call evaluate_step(model, step, u, tangent_consistent)
-    call add_all_blocks(step%terms, u, step%equations, step%matrix)
-    call multiply(step%matrix, x, product)
-    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
-    call tests%close('the matrix is the derivative of the residual', maxval(abs(product - change)), 0.0_wp, &
+    u(:, size(u, 2) - 1) = [0.004_wp, -0.03_wp]
+    u(:, size(u, 2)) = [0.02_wp, 0.0_wp]
+    call matrix_and_difference(model, step, u, v, difference, product, change)
+    call tests%close('the matrix is the derivative of the residual, '//what, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(change)))
     call tests%check('that of the body is in it', any(step%field_of == 2) .and. &
-      maxval(abs(product), mask=step%field_of == 2) > 1.0_wp)
+      maxval(abs(product), mask=step%field_of == 2) > 1.0_wp .and. (any(step%field_of == 3) .eqv. len(moment) > 0))
     call end_system(step%system)
-  contains
-    !> Minus the residual (equations).
-    function resistance_at(displacement) result(vector)
-      real(wp), intent(in) :: displacement(:, :)
-      real(wp) :: vector(step%equations%count)
-
-      call evaluate_step(model, step, displacement, tangent_none)
-      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
-    end function resistance_at
   end subroutine check_tangent
+
+  !> The moment of forces that turn with the body: by the arms, and its derivative.
+  subroutine check_moments(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: arm(2) = [0.3_wp, 1.2_wp], force(2) = [3.0_wp, -40.0_wp], angle = 0.4_wp
+    type(model_type) :: model
+    real(wp) :: load(load_rows), r(2)
+
+    call make_model(roller//'FRICTION ANGLE=0|*PHASE, NAME=load|'//fix//'*LOAD, BODY=plate, COMPONENT=MZ|5|'// &
+      '*LOAD, BODY=plate, COMPONENT=X|3, 1.3, 2.75|*LOAD, BODY=plate, COMPONENT=Y|-40, 1.3, 2.75|*END PHASE|', model)
+    call start_phase(model)
+    load = load_on_body(model, 1, 1.0_wp)
+    r = [cos(angle)*arm(1) - sin(angle)*arm(2), sin(angle)*arm(1) + cos(angle)*arm(2)]
+    call tests%close('moment of forces off the reference point', moment_of(load, angle), &
+      5.0_wp + r(1)*force(2) - r(2)*force(1), 1.0e-12_wp)
+    call tests%close('and its derivative', moment_by_angle(load, angle), (moment_of(load, angle + difference) &
+      - moment_of(load, angle - difference))/(2.0_wp*difference), 1.0e-7_wp)
+    load = load_on_body(model, 1, 0.5_wp)
+    call tests%close('half of it half way', moment_of(load, angle), 0.5_wp*(5.0_wp + r(1)*force(2) - r(2)*force(1)), &
+      1.0e-12_wp)
+  end subroutine check_moments
+
+  !> A plate is pressed, then turns under a force off its middle, is held, and freed again: the soil carries force and
+  !> moment, and what is freed starts from what the soil does.
+  subroutine check_turning(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(rigid_pose_type) :: pose, before
+    real(wp) :: force(6), load(load_rows), pushed(6)
+
+    call make_model(roller//'FRICTION ANGLE=30|'//push//'*PHASE, NAME=turn|*LOAD, BODY=plate, COMPONENT=MZ|0|'// &
+      '*LOAD, BODY=plate, COMPONENT=Y|-40, 1.1, 1.1|*END PHASE|*PHASE, NAME=hold|*MOVE, BODY=plate|0, -0.001|'// &
+      '*END PHASE|*PHASE, NAME=free|*LOAD, BODY=plate, COMPONENT=Y|-40, 1.1, 1.1|*LOAD, BODY=plate, '// &
+      'COMPONENT=MZ|1|*END PHASE|', model)
+    call begin_analysis(model, step%terms)
+    call run_phase(tests, model, step, 1)
+    pose = pose_of(model, 1)
+    call tests%close('a body that is pushed straight does not turn', pose%rotation(3), 0.0_wp, 1.0e-15_wp)
+    call run_phase(tests, model, step, 2)
+    force = force_on_body(model, 1)
+    pose = pose_of(model, 1)
+    load = load_on_body(model, 1, 1.0_wp)
+    call tests%check('pressed at the right it turns to the right', pose%rotation(3) < -1.0e-4_wp)
+    call tests%close('the soil carries the force', force(2), 40.0_wp, 1.0e-6_wp)
+    ! The place is 0.1 beside and 0.45 below the centroid; a force along y alone.
+    call tests%close('and its moment, the arm turned', -force(6), -40.0_wp*(0.1_wp*cos(pose%rotation(3)) &
+      + 0.45_wp*sin(pose%rotation(3))), 1.0e-6_wp)
+    call run_phase(tests, model, step, 3)
+    before = pose
+    pose = pose_of(model, 1)
+    call tests%close('held, it turns no more', pose%rotation(3), before%rotation(3), 1.0e-15_wp)
+    pushed = force_on_body(model, 1)
+    model%state%progress%phase = 4
+    call start_phase(model)
+    load = load_on_body(model, 1, 0.0_wp)
+    call tests%close('freed, it starts from the moment of the soil', moment_of(load, pose%rotation(3)), -pushed(6), &
+      1.0e-12_wp*norm2(pushed))
+    model%state%progress%fraction = 0.0_wp
+    call begin_again(model)
+    call run_phase(tests, model, step, 4)
+    force = force_on_body(model, 1)
+    pose = pose_of(model, 1)
+    call tests%close('and ends in equilibrium with force and moment', -force(6), 1.0_wp &
+      - 40.0_wp*(0.1_wp*cos(pose%rotation(3)) + 0.45_wp*sin(pose%rotation(3))), 1.0e-6_wp)
+    call end_system(step%system)
+  end subroutine check_turning
 
   !> A body above the ground is not loaded: the step fails and says why.
   subroutine check_nothing_touched(tests)

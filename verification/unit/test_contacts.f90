@@ -8,13 +8,12 @@ module test_contacts
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
   use qsmpm_contacts, only: bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
-  use qsmpm_equations, only: gather
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: tangent_none, tangent_consistent, step_info_type
+  use qsmpm_law, only: tangent_none, step_info_type
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type, contact_pair_type
@@ -26,14 +25,13 @@ module test_contacts
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
     cone_polygon, turned_polygon, kind_turned, completed_by_image, largest_round
-  use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
-  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads
+  use qsmpm_term_sums, only: begin_terms, set_loads
   use qsmpm_unknowns, only: all_nodes
   use deck_samples, only: joined
-  use term_samples, only: force_named
+  use term_samples, only: force_named, matrix_and_difference
   use testing, only: tests_type
   implicit none
   private
@@ -116,7 +114,7 @@ contains
     real(wp), parameter :: square(2, 4) = reshape([0.0_wp, 0.0_wp, 2.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, 0.0_wp, 1.0_wp], &
       [2, 4])
 
-    placed%pose = rigid_pose_type([0.3_wp, -0.2_wp, 0.0_wp], 0.4_wp)
+    placed%pose = rigid_pose_type([0.3_wp, -0.2_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.4_wp])
     placed%reference = [1.0_wp, 0.5_wp, 0.0_wp]
     placed%shape = ball([1.0_wp, 0.5_wp, 0.0_wp], 0.7_wp)
     call check_derivatives('of a circle', [2.2_wp, 1.9_wp, 0.0_wp], 0.0_wp)
@@ -127,7 +125,7 @@ contains
     call check_derivatives('of a box beside an edge', [1.5_wp, -0.9_wp, 0.0_wp], 0.0_wp)
     call check_derivatives('of a box beside a corner', [3.2_wp, 1.9_wp, 0.0_wp], 0.0_wp)
     call check_derivatives('of a box under its skin', [1.3_wp, -0.1_wp, 0.0_wp], 0.0_wp)
-    placed%pose%angle = 0.0_wp
+    placed%pose%rotation(3) = 0.0_wp
     call check_derivatives('of a box at rest', [4.3_wp, 0.3_wp, 0.0_wp], 2.0_wp)
     placed%shape = turned_polygon([1.0_wp, 9.0_wp, -0.5_wp], box_polygon([-0.6_wp, 0.0_wp], [0.6_wp, 1.0_wp]), 0.1_wp)
     ! Moved by (0.3, -0.2): the line is at x = 1.3, z = -0.5.
@@ -192,9 +190,9 @@ contains
 
     from%shape = rounded_polygon(box_polygon([-1.0_wp, 0.0_wp], [1.0_wp, 1.0_wp]), 0.1_wp)
     from%reference = [0.0_wp, 0.5_wp, 0.0_wp]
-    from%pose = rigid_pose_type([0.1_wp, 0.2_wp, 0.0_wp], 0.3_wp)
+    from%pose = rigid_pose_type([0.1_wp, 0.2_wp, 0.0_wp], [0.0_wp, 0.0_wp, 0.3_wp])
     to = from
-    to%pose = rigid_pose_type([-0.5_wp, 0.7_wp, 0.0_wp], 1.1_wp)
+    to%pose = rigid_pose_type([-0.5_wp, 0.7_wp, 0.0_wp], [0.0_wp, 0.0_wp, 1.1_wp])
     before = from%distance_at(x)
     behind = to%distance_at(carry_along(from%reference, from%pose, to%pose, x))
     call tests%close('what rides on a body keeps its distance', behind%value, before%value, 1.0e-14_wp)
@@ -295,7 +293,7 @@ contains
     real(wp), intent(in) :: aside
     type(model_type) :: model
     type(step_type) :: step
-    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
     call make_step('SHAPE=CIRCLE|1, 3.105, 2', contact, ', ROTATION=1|0.01, -0.03', model, step)
@@ -304,26 +302,11 @@ contains
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)] + [aside, 0.0_wp]
       v(:, a) = [cos(0.7_wp*a), sin(1.1_wp*a)]
     end do
-    where (step%equations%constrained) v = 0.0_wp
-    allocate (x(step%equations%count), product(step%equations%count))
-    call gather(step%equations, v, x)
-    call evaluate_step(model, step, u, tangent_consistent)
-    call add_all_blocks(step%terms, u, step%equations, step%matrix)
-    call multiply(step%matrix, x, product)
-    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    call matrix_and_difference(model, step, u, v, difference, product, change)
     call tests%close('the matrix is the derivative of the residual, '//contact, maxval(abs(product - change)), 0.0_wp, &
       1.0e-6_wp*maxval(abs(change)))
     call tests%check('the contact is at work', norm2(force_named(step, 'force of the contacts', u)) > 1.0_wp)
     call end_system(step%system)
-  contains
-    !> Minus the residual (equations).
-    function resistance_at(displacement) result(vector)
-      real(wp), intent(in) :: displacement(:, :)
-      real(wp) :: vector(step%equations%count)
-
-      call evaluate_step(model, step, displacement, tangent_none)
-      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
-    end function resistance_at
   end subroutine check_tangent
 
   !> What is kept of a step that is taken, and of one that is not.
@@ -352,7 +335,7 @@ contains
     force = force_on_body(model, 1)
     call tests%close('the body is where it was moved to', norm2(pose%displacement - [0.0_wp, -0.02_wp, 0.0_wp]), &
       0.0_wp, 1.0e-15_wp)
-    call tests%close('and has turned', pose%angle, 0.5_wp*acos(-1.0_wp)/180.0_wp, 1.0e-15_wp)
+    call tests%close('and has turned', pose%rotation(3), 0.5_wp*acos(-1.0_wp)/180.0_wp, 1.0e-15_wp)
     ! But for a thousandth that goes into the stabilisation.
     call tests%close('the work of the body is the work of the stresses', model%state%progress%external_work, &
       model%state%progress%internal_work, 2.0e-3_wp*model%state%progress%internal_work)
@@ -377,12 +360,12 @@ contains
     integer :: i
 
     pose = pose_of(model, 1)
-    back = reshape([cos(pose%angle), -sin(pose%angle), sin(pose%angle), cos(pose%angle)], [2, 2])
+    back = reshape([cos(pose%rotation(3)), -sin(pose%rotation(3)), sin(pose%rotation(3)), cos(pose%rotation(3))], [2, 2])
     moment = 0.0_wp
     associate (surface => model%state%surface)
       do i = 1, surface%count
         arm = surface%position(:, i) - [0.0_wp, 1.1_wp] - pose%displacement(:2)
-        on_body = -surface%area(i)*(surface%contact_pressure(i)*[sin(pose%angle), -cos(pose%angle)] &
+        on_body = -surface%area(i)*(surface%contact_pressure(i)*[sin(pose%rotation(3)), -cos(pose%rotation(3))] &
           + matmul(back, surface%contact_shear(:, i)))
         moment = moment + arm(1)*on_body(2) - arm(2)*on_body(1)
       end do

@@ -17,15 +17,14 @@ module test_terms
   use qsmpm_model_builder, only: build_model
   use qsmpm_model_window, only: restore
   use qsmpm_phase_start, only: start_phase
-  use qsmpm_sparse_matrix, only: multiply
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type, role_internal
-  use qsmpm_term_sums, only: add_all_blocks, begin_terms, set_loads, linear_forces, sum_forces
+  use qsmpm_term_sums, only: begin_terms, set_loads, linear_forces, sum_forces
   use deck_samples, only: joined
   use scratch_folder, only: make_folder, remove_folder
   use spring_term, only: spring_type, new_spring, position_reached
-  use term_samples, only: term_named, force_named, share_of
+  use term_samples, only: term_named, force_named, matrix_and_difference, share_of
   use testing, only: tests_type
   implicit none
   private
@@ -120,33 +119,18 @@ contains
     type(tests_type), intent(inout) :: tests
     type(model_type) :: model
     type(step_type) :: step
-    real(wp), allocatable :: u(:, :), v(:, :), x(:), product(:), change(:)
+    real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
 
     ! A pressure that is not small beside the modulus, so that its whole stiffness is in the matrix.
     call make_step('*FIX|base, ALL|*GRAVITY|0, -1|*PRESSURE, SURFACE=top|300|*SUPPORT, SURFACE=side, TYPE=NORMAL', &
       model, step)
     allocate (u, source=waves(model, 0.3_wp))
     allocate (v, source=waves(model, 1.1_wp))
-    where (model%loading%constrained) v = 0.0_wp
-    allocate (x(step%equations%count), product(step%equations%count))
-    call gather(step%equations, v, x)
-    call evaluate_step(model, step, u, tangent_consistent)
-    call add_all_blocks(step%terms, u, step%equations, step%matrix)
-    call multiply(step%matrix, x, product)
-    allocate (change, source=(resistance_at(u + difference*v) - resistance_at(u - difference*v))/(2.0_wp*difference))
+    call matrix_and_difference(model, step, u, v, difference, product, change)
     ! The springs of the support are the stiffest by far; what is left of the difference is little beside the weakest.
     call tests%close('the matrix is the derivative of the residual', maxval(abs(product - change)), 0.0_wp, &
       1.0e-5_wp*maxval(abs(force_named(step, 'force of the spring', v))))
     call end_system(step%system)
-  contains
-    !> Minus the residual (equations).
-    function resistance_at(displacement) result(vector)
-      real(wp), intent(in) :: displacement(:, :)
-      real(wp) :: vector(step%equations%count)
-
-      call evaluate_step(model, step, displacement, tangent_none)
-      call gather(step%equations, step%forces%internal + step%forces%numerical - step%forces%external, vector)
-    end function resistance_at
   end subroutine check_tangent
 
   !> The linear force of prescribed displacements is the matrix times them, with the spring in it.

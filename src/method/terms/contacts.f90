@@ -10,22 +10,22 @@
 !> qsmpm_contact_law. Pressure and shear of a step stay with the points as the multipliers of the next one. Surface
 !> points ride on the soil: g is the whole gap. Points on the body are at no distance from it at the start of each step:
 !> g is what the step opens. A body that is loaded along an axis is a node of its own there (field `body_motion`), with
-!> N = -1 at all its places; its equation is load - sum of its pushes = 0. Pose, force and moment of a body are kept
-!> (qsmpm_rigid_bodies). docs/methods/contact.md.
+!> N = -1 at all its places; its equation is load - sum of its pushes = 0. In plane strain the angle of one that is
+!> loaded by a moment is another (field `body_turning`, qsmpm_contact_turning), judged by the moments. Pose, force and
+!> moment of a body are kept (qsmpm_rigid_bodies). docs/methods/contact.md.
 module qsmpm_contacts
   use qsmpm_kinds, only: wp
-  use qsmpm_body_loads, only: free_components, load_on_body
+  use qsmpm_analysis, only: plane_strain
+  use qsmpm_body_loads, only: free_components, body_components, turning, load_on_body, moment_of, moment_by_angle
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
-  use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of
-  use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, body_displacement, keep_tractions, &
-    keep_contact_points
+  use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of, place_measure_type
+  use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
   use qsmpm_equations, only: equations_type, add_block
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body
-  use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
-  use qsmpm_rigid_shape, only: distance_type
+  use qsmpm_rigid_pose, only: placed_shape_type, carry_along, moved_on
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, term_slot_type, failure_type, force_sizes_type, role_external
   use qsmpm_text, only: real_text
@@ -38,8 +38,8 @@ module qsmpm_contacts
   !> Cells that a body may move in one step.
   real(wp), parameter :: largest_motion = 2.0_wp
 
-  !> Motion of loaded bodies in the step.
-  character(len=*), parameter :: field_name = 'body_motion'
+  !> Motion of loaded bodies in the step, and the angle by which they turn.
+  character(len=*), parameter :: motion_name = 'body_motion', turning_name = 'body_turning'
 
   type, extends(term_type) :: contacts_type
     type(contact_scratch_type) :: scratch
@@ -82,13 +82,15 @@ contains
     if (.not. allocated(bodies)) allocate (bodies(0))
   end function bodies_at_end
 
-  !> The motion of the bodies, one node each.
+  !> Motion and turning of the bodies, one node each.
   subroutine choose_fields(self, model)
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
 
     associate (bodies => size(model%analysis%rigid_bodies))
-      if (bodies > 0) call self%need_field(field_name, model%mesh%dimension, node_count=bodies)
+      if (bodies == 0) return
+      call self%need_field(motion_name, model%mesh%dimension, node_count=bodies)
+      if (model%analysis%model == plane_strain) call self%need_field(turning_name, 1, node_count=bodies)
     end associate
   end subroutine choose_fields
 
@@ -100,27 +102,44 @@ contains
     logical, intent(inout) :: constrained(:, :)
     real(wp), intent(inout) :: values(:, :)
     real(wp) :: kept(model%mesh%dimension, size(model%analysis%rigid_bodies))
-    logical :: free(3)
+    real(wp) :: kept_angle(1, size(model%analysis%rigid_bodies))
+    logical :: free(body_components)
     integer :: b
 
     associate (unused => fraction)
     end associate
-    kept = kept_values(model%state%kept, field_name)
+    kept = kept_values(model%state%kept, motion_name)
+    if (may_turn(self)) kept_angle = kept_values(model%state%kept, turning_name)
     do b = 1, size(kept, 2)
       free = free_components(model, b)
-      associate (column => column_of(self, b), d => size(kept, 1))
+      associate (column => column_of(self, b, motion_name), d => size(kept, 1))
         constrained(:d, column) = .not. free(:d)
         values(:d, column) = kept(:, b)
+      end associate
+      if (.not. may_turn(self)) cycle
+      associate (column => column_of(self, b, turning_name))
+        constrained(1, column) = .not. free(turning)
+        values(1, column) = kept_angle(1, b)
       end associate
     end do
   end subroutine prescribe
 
-  !> Column of a body in the table of unknowns.
-  pure integer function column_of(self, body) result(column)
+  !> Whether bodies turn by unknowns in this model.
+  pure logical function may_turn(self)
+    class(contacts_type), intent(in) :: self
+
+    may_turn = find_field(self%unknowns, turning_name) > 0
+  end function may_turn
+
+  !> Column of a body in the table of unknowns; 0 where there is no such field.
+  pure integer function column_of(self, body, field_name) result(column)
     class(contacts_type), intent(in) :: self
     integer, intent(in) :: body
+    character(len=*), intent(in) :: field_name
 
-    column = joint_node(self%unknowns, body, find_field(self%unknowns, field_name))
+    column = 0
+    if (find_field(self%unknowns, field_name) > 0) &
+      column = joint_node(self%unknowns, body, find_field(self%unknowns, field_name))
   end function column_of
 
   !> Patches near the bodies, with what they bring from the step before.
@@ -131,16 +150,21 @@ contains
     integer, allocatable :: free(:)
     integer :: b
 
-    call lay_scratch(self%scratch, model, configuration, [(column_of(self, b), b=1, size(model%rigid_shapes))])
+    call lay_scratch(self%scratch, model, configuration, &
+      [(column_of(self, b, motion_name), b=1, size(model%rigid_shapes))], &
+      [(column_of(self, b, turning_name), b=1, size(model%rigid_shapes))])
     self%connectivity = self%scratch%connectivity
     ! A free body is an unknown even where nothing touches it; `evaluate` says so.
-    free = pack(self%scratch%column, self%scratch%column > 0)
+    free = [pack(self%scratch%column, self%scratch%column > 0), &
+      pack(self%scratch%turning_column, self%scratch%turning_column > 0)]
     do b = 1, size(free)
       self%connectivity%nodes = [self%connectivity%nodes, free(b)]
       self%connectivity%first = [self%connectivity%first, size(self%connectivity%nodes) + 1]
       self%connectivity%count = self%connectivity%count + 1
     end do
-    self%symmetric = all(.not. self%scratch%pairs%friction > 0.0_wp)
+    ! The moment is that of where the shear acts, the slip that of what rode on the body.
+    self%symmetric = all(.not. self%scratch%pairs%friction > 0.0_wp) .and. &
+      (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%pairs%adhesion > 0.0_wp))
   end subroutine prepare
 
   !> Put the bodies where they are at a fraction of the phase.
@@ -149,19 +173,15 @@ contains
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
     real(wp), intent(in) :: fraction
-    type(rigid_pose_type) :: motion
     integer :: b
 
     associate (unused => configuration)
     end associate
     self%scratch%at_rest = .true.
     do b = 1, size(self%scratch%now)
-      motion = motion_in_phase(model, b)
       self%scratch%load(:, b) = load_on_body(model, b, fraction)
-      associate (share => fraction - model%state%progress%fraction, before => self%scratch%before(b)%pose)
-        self%scratch%now(b)%pose = rigid_pose_type(before%displacement + share*motion%displacement, &
-          before%angle + share*motion%angle)
-      end associate
+      self%scratch%now(b)%pose = moved_on(self%scratch%before(b)%pose, motion_in_phase(model, b), &
+        fraction - model%state%progress%fraction)
     end do
     self%scratch%final = self%scratch%now
   end subroutine set_load
@@ -187,7 +207,8 @@ contains
     self%scratch%at_rest = .false.
     do c = 1, size(self%scratch%column)
       call place_body(self%scratch, c, displacement)
-      if (self%scratch%column(c) > 0) call check_touch(self, model, c, displacement, failure)
+      if (self%scratch%column(c) + self%scratch%turning_column(c) > 0) &
+        call check_touch(self, model, c, displacement, failure)
     end do
     associate (scratch => self%scratch)
       do c = 1, size(scratch%pairs)
@@ -210,9 +231,10 @@ contains
     real(wp), intent(in) :: displacement(:, :)
 
     scratch%final(body) = scratch%now(body)
-    if (scratch%column(body) == 0) return
-    associate (pose => scratch%final(body)%pose, d => scratch%dimension)
-      pose%displacement(:d) = pose%displacement(:d) + displacement(:d, scratch%column(body))
+    associate (pose => scratch%final(body)%pose, d => scratch%dimension, turn => scratch%turning_column(body))
+      if (scratch%column(body) > 0) pose%displacement(:d) = pose%displacement(:d) &
+        + displacement(:d, scratch%column(body))
+      if (turn > 0) pose%rotation(3) = pose%rotation(3) + displacement(1, turn)
     end associate
   end subroutine place_body
 
@@ -224,16 +246,16 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(failure_type), intent(inout) :: failure
     type(tractions_type) :: tractions
-    type(distance_type), allocatable :: distance(:)
+    type(place_measure_type), allocatable :: measure(:)
     real(wp) :: gap
     integer :: c
 
     associate (patches => self%scratch%patches)
       do c = 1, patches%count
         if (self%scratch%pairs(patches%pair(c))%body /= body) cycle
-        if (allocated(distance)) deallocate (distance)
-        allocate (distance(patches%first(c):patches%first(c + 1) - 1))
-        call tractions_of_patch(self%scratch, c, displacement, distance, tractions, gap)
+        if (allocated(measure)) deallocate (measure)
+        allocate (measure(patches%first(c):patches%first(c + 1) - 1))
+        call tractions_of_patch(self%scratch, c, displacement, measure, tractions, gap)
         if (tractions%closed) return
       end do
     end associate
@@ -250,8 +272,10 @@ contains
     real(wp), intent(in) :: x(3)
     type(failure_type), intent(inout) :: failure
 
-    if (.not. norm2(body_displacement(self%scratch, b, x) + self%scratch%final(b)%pose%displacement &
-      - self%scratch%now(b)%pose%displacement) > largest_motion*model%cell_size) return
+    associate (before => self%scratch%before(b), final => self%scratch%final(b))
+      if (.not. norm2(carry_along(before%reference, before%pose, final%pose, x) - x) &
+        > largest_motion*model%cell_size) return
+    end associate
     failure%failed = .true.
     failure%reason = "rigid body '"//model%analysis%rigid_bodies(b)%name//"' moves by more than "// &
       real_text(largest_motion)//' cells in one step; more STEPS'
@@ -276,30 +300,49 @@ contains
       end associate
     end do
     do b = 1, size(self%scratch%column)
-      associate (column => self%scratch%column(b))
+      associate (column => self%scratch%column(b), turn => self%scratch%turning_column(b))
         if (column > 0) force(:d, column) = force(:d, column) + self%scratch%load(:d, b)
+        if (turn > 0) force(1, turn) = force(1, turn) &
+          + moment_of(self%scratch%load(:, b), angle_of(self, b, displacement))
       end associate
     end do
   end subroutine add_force
+
+  !> Angle of a body that may turn.
+  pure real(wp) function angle_of(self, body, displacement) result(angle)
+    class(contacts_type), intent(in) :: self
+    integer, intent(in) :: body
+    real(wp), intent(in) :: displacement(:, :)
+
+    angle = self%scratch%now(body)%pose%rotation(3) + displacement(1, self%scratch%turning_column(body))
+  end function angle_of
 
   !> Loads and pushes on the bodies by their size: what their equations refer to.
   subroutine add_sizes(self, sizes)
     class(contacts_type), intent(in) :: self
     type(force_sizes_type), intent(inout) :: sizes
+    real(wp) :: size_here(3), arm(3), moment
     integer :: b, c, k
 
     associate (scratch => self%scratch, d => self%scratch%dimension)
       do b = 1, size(scratch%column)
-        if (scratch%column(b) == 0) cycle
-        associate (size_here => sizes%force(:d, scratch%column(b)))
-          size_here = size_here + abs(scratch%load(:d, b))
+        associate (column => scratch%column(b), turn => scratch%turning_column(b))
+          if (column + turn == 0) cycle
+          size_here = abs(scratch%load(:3, b))
+          moment = abs(moment_of(scratch%load(:, b), scratch%now(b)%pose%rotation(3)))
           do c = 1, scratch%patches%count
             if (scratch%pairs(scratch%patches%pair(c))%body /= b) cycle
             do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
-              size_here = size_here + scratch%area(k)*(scratch%pressure(c)*abs(scratch%normal(:d, k)) &
-                + abs(scratch%shear(:d, c)))
+              associate (push => scratch%area(k)*(scratch%pressure(c)*abs(scratch%normal(:, k)) &
+                  + abs(scratch%shear(:, c))))
+                arm = abs(scratch%place(:, k) - scratch%before(b)%reference - scratch%before(b)%pose%displacement)
+                size_here = size_here + push
+                moment = moment + arm(1)*push(2) + arm(2)*push(1)
+              end associate
             end do
           end do
+          if (column > 0) sizes%force(:d, column) = sizes%force(:d, column) + size_here(:d)
+          if (turn > 0) sizes%force(1, turn) = sizes%force(1, turn) + moment
         end associate
       end do
     end associate
@@ -315,12 +358,22 @@ contains
     real(wp), allocatable :: block(:, :, :, :)
     real(wp) :: push(3, size(self%scratch%shape, 1))
     type(tractions_type) :: tractions
-    integer :: c
+    integer :: b, c, list
 
     do c = 1, self%scratch%patches%count
       call push_of_patch(self%scratch, c, displacement, tractions, push, block)
       if (equations%symmetric) block = 0.5_wp*(block + reshape(block, shape(block), order=[3, 4, 1, 2]))
       call add_block(equations, self%first_stencil + c - 1, block, matrix)
+    end do
+    ! What the arms of the loads add; the lists of the bodies stand behind those of the patches.
+    list = self%first_stencil + self%scratch%patches%count + count(self%scratch%column > 0) - 1
+    do b = 1, size(self%scratch%turning_column)
+      if (self%scratch%turning_column(b) == 0) cycle
+      list = list + 1
+      if (allocated(block)) deallocate (block)
+      allocate (block(self%scratch%dimension, 1, self%scratch%dimension, 1), source=0.0_wp)
+      block(1, 1, 1, 1) = -moment_by_angle(self%scratch%load(:, b), angle_of(self, b, displacement))
+      call add_block(equations, list, block, matrix)
     end do
   end subroutine add_blocks
 
@@ -331,7 +384,7 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(model_type), intent(inout) :: model
     type(tractions_type) :: tractions
-    type(distance_type), allocatable :: distance(:)
+    type(place_measure_type), allocatable :: measure(:)
     real(wp) :: on_body(6, size(self%scratch%now)), gap
     integer :: c, b
 
@@ -342,16 +395,18 @@ contains
     self%scratch%on_bodies%shear = 0.0_wp
     self%scratch%at_rest = .false.
     associate (scratch => self%scratch, patches => self%scratch%patches)
-      do c = 1, patches%count
-        if (allocated(distance)) deallocate (distance)
-        allocate (distance(patches%first(c):patches%first(c + 1) - 1))
-        call tractions_of_patch(scratch, c, displacement, distance, tractions, gap)
-        call keep_tractions(scratch, c, gap, tractions, model)
-        b = scratch%pairs(patches%pair(c))%body
-        on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, displacement, distance, tractions)
-      end do
       do b = 1, size(scratch%now)
         call place_body(scratch, b, displacement)
+      end do
+      do c = 1, patches%count
+        if (allocated(measure)) deallocate (measure)
+        allocate (measure(patches%first(c):patches%first(c + 1) - 1))
+        call tractions_of_patch(scratch, c, displacement, measure, tractions, gap)
+        call keep_tractions(scratch, c, gap, tractions, model)
+        b = scratch%pairs(patches%pair(c))%body
+        on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, measure, tractions)
+      end do
+      do b = 1, size(scratch%now)
         call keep_rigid_body(model, b, scratch%final(b)%pose, on_body(:, b))
       end do
     end associate
