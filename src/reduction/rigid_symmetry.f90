@@ -359,8 +359,8 @@ contains
     do p = 1, size(analysis%phases)
       do i = 1, size(analysis%phases(p)%moves)
         associate (move => analysis%phases(p)%moves(i))
-          if (moves_along(move, 1) .or. moves_along(move, 3) .or. any(abs(move%rotation) > 0.0_wp)) call refuse(reason, &
-            card_of(move)//' does not go along the axis')
+          if (moves_along(move, 1) .or. moves_along(move, 3) .or. any(abs(move%rotation) > 0.0_wp)) &
+            call refuse(reason, card_of(move)//' does not go along the axis')
         end associate
       end do
     end do
