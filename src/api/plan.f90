@@ -7,6 +7,7 @@ module qsmpm_plan
     mesh_grid, phase_safety
   use qsmpm_clock, only: clock_type, start_clock, cpu_seconds
   use qsmpm_basis_traits, only: basis_list
+  use qsmpm_contacts, only: contacts_type
   use qsmpm_deck_words, only: model_words, integration_words, stabilisation_words
   use qsmpm_error, only: error_type
   use qsmpm_initialisation, only: step_type, begin_analysis
@@ -181,6 +182,7 @@ contains
     call add_item(items, 'equations', integer_text(step%equations%count), is_figure=.true.)
     call add_item(items, 'entries', integer_text(size(step%matrix%column)), is_figure=.true.)
     if (allocated(step%system%solver)) call plan_solver(step, items)
+    call plan_contacts(step, items)
     call plan_cost(model, solution, seconds, items)
     call end_system(step%system)
   end subroutine plan_equations
@@ -199,10 +201,28 @@ contains
       return
     end if
     text = 'unsymmetric'
+    if (size(model%contact_pairs) > 0) text = 'unsymmetric: friction of the contacts'
     do m = 1, size(model%laws)
       if (.not. model%laws(m)%law%symmetric) text = "unsymmetric: material '"//model%analysis%materials(m)%name//"'"
     end do
   end function symmetry_text
+
+  !> Patches of rigid bodies that are near the soil, their places, and the unknowns of bodies that are free.
+  subroutine plan_contacts(step, items)
+    type(step_type), intent(in) :: step
+    type(plan_items_type), intent(inout) :: items
+    integer :: t
+
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      class is (contacts_type)
+        if (size(term%scratch%pairs) == 0) cycle
+        call add_item(items, 'contact patches', integer_text(term%scratch%patches%count), is_figure=.true.)
+        call add_item(items, 'contact points', integer_text(size(term%scratch%patches%point)), is_figure=.true.)
+        call add_item(items, 'unknowns of bodies', integer_text(count(step%field_of > 1)), is_figure=.true.)
+      end select
+    end do
+  end subroutine plan_contacts
 
   !> Solver, factors and memory.
   subroutine plan_solver(step, items)

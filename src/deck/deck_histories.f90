@@ -25,8 +25,10 @@ contains
       'POSITION follow a massless tracer that starts at the place given; STRESS, STRAIN, PORE PRESSURE and STATE '// &
       'are those of the nearest material point; REACTION is the sum over a node set or a supported surface; VOLUME '// &
       'is that of a body; RUNOUT how far the front of a body has moved along an axis; CONTACT FORCE and CONTACT '// &
-      'MOMENT what the soil does to a rigid body, BODY MOVE how far this has moved; CONTACT PRESSURE is that on '// &
-      'the soil, at the point of its surface that was nearest at the start. *STOP ends a phase by one.', &
+      'MOMENT (about z) what the soil does to a rigid body, BODY MOVE and BODY ROTATION how far this has moved '// &
+      'and turned about z (degrees); CONTACT SLIP how far soil has slid along it since they touched; CONTACT '// &
+      'PRESSURE is that on the soil, at the point of its surface that was nearest at the start. *STOP ends a phase '// &
+      'by one.', &
       history_fields, '*HISTORY, NAME=crest, QUANTITY=DISPLACEMENT, COMPONENT=Y| 1.0, 1.0|'// &
       '*HISTORY, NAME=force, QUANTITY=REACTION, COMPONENT=Y, NSET=plate|'// &
       '*HISTORY, NAME=toe, QUANTITY=RUNOUT, COMPONENT=X, BODY=slope', check_history, list=list_histories, &
@@ -53,9 +55,11 @@ contains
       call fields%name('NSET', history%set, 'node set', needs='QUANTITY=REACTION')
       call fields%name('SURFACE', history%surface, 'surface held by *SUPPORT, in place of NSET', &
         needs='QUANTITY=REACTION')
-      call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT and '// &
-        'BODY MOVE, whose rigid body must be named', &
-        needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|BODY MOVE')
+      call fields%name('BODY', history%body, 'body; all when not given, but of CONTACT FORCE, CONTACT MOMENT, '// &
+        'CONTACT SLIP, BODY MOVE and BODY ROTATION, whose rigid body must be named', &
+        needs='QUANTITY=VOLUME|RUNOUT|CONTACT FORCE|CONTACT MOMENT|CONTACT SLIP|BODY MOVE|BODY ROTATION')
+      call fields%answer('MEAN', history%mean, 'YES: the mean over what is in contact, not the largest', &
+        needs='QUANTITY=CONTACT SLIP')
       call fields%answer('SMALLEST', history%smallest, 'the front is where the coordinate is smallest, and moves '// &
         'against the axis', needs='QUANTITY=RUNOUT')
       call fields%name('STATE', history%state, 'state variable: its name in the results (plastic_strain, '// &

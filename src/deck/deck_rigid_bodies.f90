@@ -10,7 +10,7 @@ module qsmpm_deck_rigid_bodies
   use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
   use qsmpm_deck_sets, only: box_fields, check_box
   use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, contact_words, load_words, rigid_words
+  use qsmpm_deck_words, only: bar_list, contact_words, load_words, patch_words, rigid_words
   use qsmpm_keyword_table, only: table_type, in_model, in_phase, many
   use qsmpm_text, only: string_type, add_word
   implicit none
@@ -75,6 +75,7 @@ contains
       call fields%number('radius', body%radius, 'radius', range='(0, inf)')
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
+      call turn_fields(fields, body%rotation, 'its middle')
       call cone_fields(fields, body)
       call polygon_fields(fields, body%polygon)
       call cylinder_fields(fields, body)
@@ -124,8 +125,6 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
-      if (state%dimension == 3 .and. body%shape == rigid_box) call state%report_error(card, &
-        'in 3D a rigid body is no BOX: a POLYGON is a prism along z, a CYLINDER stands upright')
       if (state%analysis%model == plane_strain .and. body%shape == rigid_cylinder) call state%report_error(card, &
         'CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX or a CIRCLE')
       if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
@@ -146,6 +145,7 @@ contains
   subroutine contact_fields(fields, deck)
     class(card_fields_type), intent(inout) :: fields
     type(deck_state_type), intent(inout) :: deck
+    logical :: shares, stiff
 
     associate (contact => deck%analysis%contacts(deck%item))
       call fields%line(contact%where)
@@ -155,6 +155,15 @@ contains
       call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
       call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
       call fields%number('ADHESION', contact%adhesion, 'shear strength without pressure', range='[0, inf)')
+      shares = contact%interface > 0.0_wp
+      call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
+        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]', given=shares)
+      stiff = contact%penalty > 0.0_wp
+      call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
+        'of the soil, that of the slip a tenth of it; 100 on soil and 10 on bodies when not given', range='(0, inf)', &
+        given=stiff)
+      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
+        'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
       call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
         'not part')
     end associate
@@ -172,6 +181,8 @@ contains
         'with ON=BODY contact is asked for on the body: there is no SURFACE')
       if (contacts(n)%place == contact_on_soil .and. .not. card%has('SURFACE')) call state%report_error(card, &
         'SURFACE is missing: the surface of the soil that may touch the body; or ON=BODY')
+      if (card%has('INTERFACE') .and. (card%has('FRICTION ANGLE') .or. card%has('ADHESION'))) call &
+        state%report_error(card, 'INTERFACE says what FRICTION ANGLE and ADHESION would: one or the other')
       if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error(card, &
         'ON=BODY is for plane and axisymmetric models; in 3D name a SURFACE')
       do i = 1, n - 1
@@ -202,17 +213,18 @@ contains
       call fields%number('ux', move%vector(1), 'component')
       call fields%number('uy', move%vector(2), 'component')
       call fields%number('uz', move%vector(3), 'component', third=.true.)
-      call turn_fields(fields, move%rotation)
+      call turn_fields(fields, move%rotation, 'its reference point')
     end associate
   end subroutine move_fields
 
   !> A rotation in space.
-  subroutine turn_fields(fields, rotation)
+  subroutine turn_fields(fields, rotation, about)
     class(card_fields_type), intent(inout) :: fields
     real(wp), intent(inout) :: rotation(3)
+    character(len=*), intent(in) :: about
 
-    call fields%number('rx', rotation(1), 'rotation about its reference point, axis times angle in degrees: '// &
-      '0, 0, 30 turns x to y', required=.false., third=.true.)
+    call fields%number('rx', rotation(1), 'rotation about '//about//', axis times angle in degrees: 0, 0, 30 turns '// &
+      'x to y', required=.false., third=.true.)
     call fields%number('ry', rotation(2), 'rotation', required=.false., third=.true.)
     call fields%number('rz', rotation(3), 'rotation', required=.false., third=.true.)
   end subroutine turn_fields

@@ -24,6 +24,7 @@ module qsmpm_deck_words
     'BOX', 'SEGMENT', 'MESH', 'OUTLINE']
   character(len=n), parameter, public :: shape_words(5) = [character(len=n) :: &
     'ALL', 'BOX', 'POLYGON', 'REGION', 'POLYHEDRON']
+  character(len=n), parameter, public :: patch_words(2) = [character(len=n) :: 'CELL', 'POINT']
   character(len=n), parameter, public :: rigid_words(6) = [character(len=n) :: &
     'PLANE', 'CIRCLE', 'BOX', 'CONE', 'POLYGON', 'CYLINDER']
   character(len=n), parameter, public :: contact_words(2) = [character(len=n) :: 'SOIL', 'BODY']

@@ -10,17 +10,21 @@
 !> direction away from it and t the one around it:
 !>
 !>   n = n_r e + n_y y,   H = H of the polygon in e, y + n_r/r t t'
+!>
+!> A block has round edges and corners, too, along axes of its own.
 module qsmpm_rigid_shape
   use qsmpm_kinds, only: wp
   use qsmpm_polygon, only: polygon_contains
+  use qsmpm_rigid_rotation, only: rotation_matrix
   use qsmpm_tensor, only: identity
   implicit none
   private
 
   public :: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, box_polygon, &
-    turned_polygon, completed_by_image, largest_round, edge_normal, projection
+    turned_polygon, rounded_block, completed_by_image, largest_round, edge_normal, projection
 
-  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4
+  integer, parameter, public :: kind_half_space = 1, kind_ball = 2, kind_polygon = 3, kind_turned = 4, &
+    kind_block = 5
 
   type :: rigid_shape_type
     integer :: kind = kind_ball
@@ -29,6 +33,8 @@ module qsmpm_rigid_shape
     real(wp) :: place(3) = 0.0_wp, normal(3) = 0.0_wp, radius = 0.0_wp
     !> Corners, counter-clockwise (2,n).
     real(wp), allocatable :: core(:, :)
+    !> Half lengths of the core of a block, and its axes (3, axes); its middle is the place.
+    real(wp) :: half(3) = 0.0_wp, axes(3, 3) = identity
   contains
     procedure :: distance_of
   end type rigid_shape_type
@@ -71,6 +77,20 @@ contains
     shape%radius = round
     allocate (shape%core, source=drawn_in(vertices, round))
   end function rounded_polygon
+
+  !> A block with round edges and corners.
+  pure type(rigid_shape_type) function rounded_block(low, high, rotation, round) result(shape)
+    !> Corners before it is turned about its middle by a rotation (axis times angle, radians).
+    real(wp), intent(in) :: low(3), high(3), rotation(3)
+    !> Radius, below half of the shortest edge.
+    real(wp), intent(in) :: round
+
+    shape%kind = kind_block
+    shape%place = 0.5_wp*(low + high)
+    shape%half = 0.5_wp*(high - low) - round
+    shape%axes = rotation_matrix(rotation)
+    shape%radius = round
+  end function rounded_block
 
   !> A polygon with round corners turned about a line along y.
   pure type(rigid_shape_type) function turned_polygon(place, vertices, round) result(shape)
@@ -192,6 +212,8 @@ contains
       call round_distance(x - self%place, self%radius, distance)
     case (kind_turned)
       call turned_distance(self, x - self%place, x(2), distance)
+    case (kind_block)
+      call block_distance(self, matmul(x - self%place, self%axes), distance)
     case default
       call polygon_distance(self, x, distance)
     end select
@@ -218,6 +240,36 @@ contains
     if (r > 0.0_wp) section%curvature(3, 3) = section%normal(1)/r
     distance%curvature = matmul(frame, matmul(section%curvature, transpose(frame)))
   end subroutine turned_distance
+
+  !> Distance of a block: from the nearest point of its core, or from the nearest of its faces.
+  pure subroutine block_distance(shape, arm, distance)
+    class(rigid_shape_type), intent(in) :: shape
+    !> From the middle, along the axes.
+    real(wp), intent(in) :: arm(3)
+    type(distance_type), intent(inout) :: distance
+    real(wp) :: beyond(3), normal(3), curvature(3, 3)
+    integer :: i
+
+    beyond = abs(arm) - shape%half
+    curvature = 0.0_wp
+    if (count(beyond > 0.0_wp) > 1) then
+      distance%value = norm2(max(0.0_wp, beyond)) - shape%radius
+      normal = sign(max(0.0_wp, beyond), arm)/norm2(max(0.0_wp, beyond))
+      do i = 1, 3
+        if (beyond(i) > 0.0_wp) curvature(i, i) = 1.0_wp
+      end do
+      do i = 1, 3
+        curvature(:, i) = (curvature(:, i) - normal*normal(i))/norm2(max(0.0_wp, beyond))
+      end do
+    else
+      i = maxloc(beyond, dim=1)
+      distance%value = beyond(i) - shape%radius
+      normal = 0.0_wp
+      normal(i) = sign(1.0_wp, arm(i))
+    end if
+    distance%normal = matmul(shape%axes, normal)
+    distance%curvature = matmul(shape%axes, matmul(curvature, transpose(shape%axes)))
+  end subroutine block_distance
 
   !> Distance of what is round about a point.
   pure subroutine round_distance(from_centre, radius, distance)

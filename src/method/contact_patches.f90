@@ -44,13 +44,17 @@ contains
         points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
         label = model%state%surface%cell(points)
         extents = [(extent_of(model, points(i)), i=1, size(points))]
-        call join_short(patch_limit(model), model%state%surface%position(:, points), extents, label)
+        if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
+        if (.not. model%contact_pairs(k)%pointwise) call join_short(patch_limit(model), &
+          model%state%surface%position(:, points), extents, label)
         call add_patches(k, points, label, near(points, k), patches)
       else
         points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
         label = on_bodies%patch(points)
         extents = model%body_outlines(k)%length(:size(points))
-        call join_short(patch_limit(model), on_bodies%position(:, points), extents, label)
+        if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
+        if (.not. model%contact_pairs(k)%pointwise) call join_short(patch_limit(model), on_bodies%position(:, points), &
+          extents, label)
         call add_patches(k, points, label, on_bodies%touched(points), patches)
       end if
     end do

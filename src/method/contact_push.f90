@@ -5,6 +5,7 @@ module qsmpm_contact_push
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_scratch, only: contact_scratch_type
   use qsmpm_contact_turning, only: turning_node, add_turning, add_turning_stiffness
+  use qsmpm_model, only: contact_pair_type
   use qsmpm_rigid_pose, only: placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: distance_type, projection
   use qsmpm_tensor, only: cross
@@ -85,6 +86,7 @@ contains
     !> Mean, with the opening at the start; mean slip in the step.
     real(wp), intent(out) :: gap
     real(wp), intent(out), optional :: slip(3)
+    type(contact_pair_type) :: pair
     real(wp) :: slip_here(3)
 
     call measure_patch(self, c, displacement, measure, gap, slip_here)
@@ -94,8 +96,12 @@ contains
     end if
     if (present(slip)) slip = slip_here
     gap = gap + self%opening(c)
-    tractions = contact_tractions(self%pairs(self%patches%pair(c)), self%penalty(:, c), self%pressure(c), &
-      self%shear(:, c), gap, slip_here, touching*self%cell_size)
+    pair = self%pairs(self%patches%pair(c))
+    pair%tension = self%bonded(c)
+    pair%friction = self%strength(1, c)
+    pair%adhesion = self%strength(2, c)
+    tractions = contact_tractions(pair, self%penalty(:, c), self%pressure(c), self%shear(:, c), gap, slip_here, &
+      touching*self%cell_size)
   end subroutine tractions_of_patch
 
   !> Mean gap and slip of a patch, and what is measured of each of its places. A free body stands still, and the soil

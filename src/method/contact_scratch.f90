@@ -9,6 +9,7 @@ module qsmpm_contact_scratch
   use qsmpm_configuration, only: configuration_type
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
+  use qsmpm_interface_strength, only: interface_strength
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_rigid_bodies, only: placed_bodies
@@ -27,6 +28,8 @@ module qsmpm_contact_scratch
   real(wp), parameter :: strength_soil(2) = [100.0_wp, 10.0_wp], strength_body(2) = [10.0_wp, 1.0_wp]
   !> Cells between a body and the surface points that are looked at.
   real(wp), parameter :: reach = 4.0_wp
+  !> Mean gap over the size of a cell that counts as touching.
+  real(wp), parameter :: touching = 1.0e-3_wp
 
   type :: contact_scratch_type
     type(contact_patches_type) :: patches
@@ -48,6 +51,12 @@ module qsmpm_contact_scratch
     !> Multipliers, area, opening at the start (0 on the soil), and penalties of gap and slip of each patch; (patches),
     !> (3, patches), (2, patches).
     real(wp), allocatable :: pressure(:), shear(:, :), patch_area(:), opening(:), penalty(:, :)
+    !> Tangent of the angle of friction and adhesion of each patch (2, patches).
+    real(wp), allocatable :: strength(:, :)
+    !> With tension, whether it does not part: it has touched before, or touches at the start of the step (patches).
+    logical, allocatable :: bonded(:)
+    !> Slip of the surface points before the step (dimension, surface points).
+    real(wp), allocatable :: slip_before(:, :)
     real(wp) :: cell_size = 1.0_wp
     integer :: dimension = 2
     !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
@@ -69,8 +78,7 @@ contains
     integer :: i, k
 
     self%pairs = model%contact_pairs
-    self%pairs%friction = self%pairs%friction/model%state%progress%strength_factor
-    self%pairs%adhesion = self%pairs%adhesion/model%state%progress%strength_factor
+    self%slip_before = model%state%surface%contact_slip
     self%cell_size = model%cell_size
     self%dimension = model%mesh%dimension
     self%before = placed_bodies(model)
@@ -97,7 +105,53 @@ contains
     call gather_nodes(self, basis)
     call lay_places(self, model)
     call take_multipliers(self, model, configuration)
+    call take_strengths(self, model)
+    call find_bonds(self)
   end subroutine lay_scratch
+
+  !> Patches that do not part.
+  subroutine find_bonds(self)
+    type(contact_scratch_type), intent(inout) :: self
+    real(wp) :: gap
+    integer :: c, k
+
+    if (allocated(self%bonded)) deallocate (self%bonded)
+    allocate (self%bonded(self%patches%count), source=.false.)
+    do c = 1, self%patches%count
+      associate (pair => self%pairs(self%patches%pair(c)))
+        if (.not. pair%tension) cycle
+        gap = 0.0_wp
+        do k = self%patches%first(c), self%patches%first(c + 1) - 1
+          gap = gap + self%area(k)/self%patch_area(c)*distance_from(self%before(pair%body), &
+            self%place(:self%dimension, k))
+        end do
+        self%bonded(c) = is_on_body(self, c) .or. abs(self%pressure(c)) > 0.0_wp .or. gap <= touching*self%cell_size
+      end associate
+    end do
+  end subroutine find_bonds
+
+  !> Strength of every patch: that of its contact, or a share of that of the soil there; lowered in a safety phase.
+  subroutine take_strengths(self, model)
+    type(contact_scratch_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+    integer :: c, k
+
+    if (allocated(self%strength)) deallocate (self%strength)
+    allocate (self%strength(2, self%patches%count), source=0.0_wp)
+    do c = 1, self%patches%count
+      associate (pair => self%pairs(self%patches%pair(c)), strength => self%strength(:, c))
+        if (pair%interface > 0.0_wp) then
+          do k = self%patches%first(c), self%patches%first(c + 1) - 1
+            strength = strength + self%area(k)/self%patch_area(c) &
+              *interface_strength(model, pair%interface, self%place(:self%dimension, k))
+          end do
+        else
+          strength = [pair%friction, pair%adhesion]
+        end if
+      end associate
+    end do
+    self%strength = self%strength/model%state%progress%strength_factor
+  end subroutine take_strengths
 
   !> Distance of a place of the plane or of space.
   pure real(wp) function distance_from(body, x) result(value)
@@ -245,18 +299,31 @@ contains
             self%opening(c) = sum(area*self%on_bodies%opening(points))/sum(area)
             call take_means(self%on_bodies%pressure(points), self%on_bodies%shear(:, points), area, self%pressure(c), &
               self%shear(:, c))
-            self%penalty(:, c) = strength_body/self%cell_size &
+            self%penalty(:, c) = penalties_of(self, c, strength_body)/self%cell_size &
               *stiffness_near(model, self%on_bodies%position(:, points(1)))
           else
             call take_means(surface%contact_pressure(points), surface%contact_shear(:, points), area, &
               self%pressure(c), self%shear(:self%dimension, c))
-            self%penalty(:, c) = strength_soil &
+            self%penalty(:, c) = penalties_of(self, c, strength_soil) &
               *stiffness_at(model, configuration%activation, points(1))/self%cell_size
           end if
         end associate
       end do
     end associate
   end subroutine take_multipliers
+
+  !> Penalties of a patch times the size of a cell over Young's modulus: the usual ones, or those asked for.
+  pure function penalties_of(self, c, usual) result(penalties)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c
+    real(wp), intent(in) :: usual(2)
+    real(wp) :: penalties(2)
+
+    penalties = usual
+    associate (pair => self%pairs(self%patches%pair(c)))
+      if (pair%penalty > 0.0_wp) penalties = usual*pair%penalty/usual(1)
+    end associate
+  end function penalties_of
 
   !> Means of pressure and shear.
   pure subroutine take_means(pressures, shears, area, pressure, shear)
@@ -273,32 +340,59 @@ contains
 
   !> The points of a patch keep its tractions; the shear turns with the body. Those on a body keep how far the patch is
   !> open.
-  pure subroutine keep_tractions(self, c, gap, tractions, model)
+  pure subroutine keep_tractions(self, c, gap, slip, tractions, model)
     type(contact_scratch_type), intent(inout) :: self
     integer, intent(in) :: c
     !> With the opening at the start.
-    real(wp), intent(in) :: gap
+    real(wp), intent(in) :: gap, slip(3)
     type(tractions_type), intent(in) :: tractions
     type(model_type), intent(inout) :: model
-    real(wp) :: shear(3)
+    real(wp) :: shear(3), slid(3)
     integer :: k
 
-    associate (b => self%pairs(self%patches%pair(c))%body)
-      shear = turned_along(self%before(b)%pose, self%final(b)%pose, tractions%shear)
-    end associate
+    shear = turned_with_body(self, c, tractions%shear)
     do k = self%patches%first(c), self%patches%first(c + 1) - 1
       associate (i => self%patches%point(k))
+        slid = 0.0_wp
+        if (tractions%closed) slid = turned_with_body(self, c, slip + slip_so_far(self, c, i))
         if (is_on_body(self, c)) then
+          self%on_bodies%slip(:, i) = slid
           self%on_bodies%pressure(i) = tractions%pressure
           self%on_bodies%opening(i) = merge(0.0_wp, max(0.0_wp, gap), tractions%closed)
           self%on_bodies%shear(:, i) = shear
         else
           model%state%surface%contact_pressure(i) = tractions%pressure
           model%state%surface%contact_shear(:, i) = shear(:self%dimension)
+          model%state%surface%contact_slip(:, i) = slid(:self%dimension)
         end if
       end associate
     end do
   end subroutine keep_tractions
+
+  !> What a vector of a patch becomes in the step when it turns with the body.
+  pure function turned_with_body(self, c, vector) result(turned)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c
+    real(wp), intent(in) :: vector(3)
+    real(wp) :: turned(3)
+
+    associate (b => self%pairs(self%patches%pair(c))%body)
+      turned = turned_along(self%before(b)%pose, self%final(b)%pose, vector)
+    end associate
+  end function turned_with_body
+
+  !> Slip of a point of a patch before the step.
+  pure function slip_so_far(self, c, point) result(slip)
+    type(contact_scratch_type), intent(in) :: self
+    integer, intent(in) :: c, point
+    real(wp) :: slip(3)
+
+    if (is_on_body(self, c)) then
+      slip = self%on_bodies%slip(:, point)
+    else
+      slip = in_space(self%slip_before(:, point))
+    end if
+  end function slip_so_far
 
   !> What the contact points on the bodies keep of an accepted step; soil that has come near touches them.
   subroutine keep_contact_points(self, model)

@@ -2,6 +2,7 @@
 !> whether to go on. Files, progress lines and signals are the observer's business (`src/output`).
 module qsmpm_observer
   use qsmpm_kinds, only: wp
+  use qsmpm_contact_results, only: penetration_type
   use qsmpm_error, only: error_type
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_model, only: model_type
@@ -32,6 +33,8 @@ module qsmpm_observer
     real(wp) :: step_error = 0.0_wp
     !> Largest nodal displacement of the step.
     real(wp) :: largest_move = 0.0_wp
+    !> Soil inside of rigid bodies, and away from them.
+    type(penetration_type) :: penetration
     !> Requested histories in the deck's order.
     real(wp), allocatable :: histories(:)
   end type step_record_type

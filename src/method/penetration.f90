@@ -3,11 +3,10 @@
 !> for on the body soil may drift away from it and press from afar; they tell that too.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp
-  use qsmpm_contact_results, only: deepest_point, widest_gap
+  use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
-  use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   implicit none
   private
@@ -45,35 +44,34 @@ contains
   end subroutine refuse_penetration
 
   !> Warn where soil is inside a body, and again when it is twice as deep.
-  subroutine warn_of_penetration(model, check, observer)
+  subroutine warn_of_penetration(model, found, check, observer)
     type(model_type), intent(in) :: model
+    !> In the state of the model.
+    type(penetration_type), intent(in) :: found
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
-    real(wp) :: depth
-    integer :: body, point
 
-    call warn_of_gap(model, check, observer)
-    call deepest_point(model, placed_bodies(model), body, point, depth)
-    if (.not. depth > check%reported*model%cell_size) return
-    check%reported = 2.0_wp*depth/model%cell_size
-    call observer%note('warning: '//sentence(model, body, point, depth)//'; the surface of its *CONTACT must '// &
-      'reach there; else smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
+    call warn_of_gap(model, found, check, observer)
+    if (.not. found%depth > check%reported*model%cell_size) return
+    check%reported = 2.0_wp*found%depth/model%cell_size
+    call observer%note('warning: '//sentence(model, found%body, found%point, found%depth)// &
+      '; the surface of its *CONTACT must reach there; else smaller steps, a larger ROUND of *RIGID BODY or '// &
+      'smaller cells')
   end subroutine warn_of_penetration
 
   !> Warn where soil presses on a body from afar, and again when it is twice as far.
-  subroutine warn_of_gap(model, check, observer)
+  subroutine warn_of_gap(model, found, check, observer)
     type(model_type), intent(in) :: model
+    type(penetration_type), intent(in) :: found
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
-    real(wp) :: place(2), width
     character(len=80) :: buffer
-    integer :: body
 
-    call widest_gap(model, placed_bodies(model), body, place, width)
-    if (.not. width > check%reported_gap*model%cell_size) return
-    check%reported_gap = 2.0_wp*width/model%cell_size
-    write (buffer, '(f8.2,a,2(1x,es11.4))') width/model%cell_size, ' cells away at', place
-    call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(body)%name//"' from "// &
+    if (.not. found%gap > check%reported_gap*model%cell_size) return
+    check%reported_gap = 2.0_wp*found%gap/model%cell_size
+    write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
+    call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
+      "' from "// &
       trim(adjustl(buffer))//': it has drifted from the body, whose place is wrong by as much; smaller steps and cells')
   end subroutine warn_of_gap
 

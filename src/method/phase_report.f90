@@ -4,6 +4,7 @@
 module qsmpm_phase_report
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type
+  use qsmpm_contact_results, only: penetration_type
   use qsmpm_error, only: error_not_converged
   use qsmpm_cut_cell_check, only: cut_cell_check_type, end_cut_cell_check, warn_of_cut_cells
   use qsmpm_grid_window, only: window_type, cells_of, operator(==)
@@ -51,9 +52,10 @@ module qsmpm_phase_report
 contains
 
   !> What an accepted step shows of solver, mesh and cut bodies.
-  subroutine report_step(model, step, report, observer)
+  subroutine report_step(model, step, penetration, report, observer)
     type(model_type), intent(in) :: model
     type(step_type), intent(inout) :: step
+    type(penetration_type), intent(in) :: penetration
     type(phase_report_type), intent(inout) :: report
     class(observer_type), intent(inout) :: observer
 
@@ -62,7 +64,7 @@ contains
       deallocate (step%system%note)
     end if
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
-    call warn_of_penetration(model, report%penetration, observer)
+    call warn_of_penetration(model, penetration, report%penetration, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step

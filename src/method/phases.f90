@@ -4,6 +4,7 @@
 module qsmpm_phases
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
+  use qsmpm_contact_results, only: find_penetration
   use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -408,6 +409,7 @@ contains
     record%inaccurate_points = inaccurate_points(step%terms)
     record%plastic_points = sum(model%state%points%plastic)
     record%equations = step%equations%count
+    call find_penetration(model, record%penetration)
     call take_histories(model, record%histories)
   end subroutine complete_record
 
@@ -420,7 +422,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call switch_timer(loop%step%profile%watch, part_output)
-    call report_step(model, loop%step, loop%report, observer)
+    call report_step(model, loop%step, record%penetration, loop%report, observer)
     call observer%accepted(model, record, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)

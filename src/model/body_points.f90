@@ -25,8 +25,8 @@ module qsmpm_body_points
     touch_body_points
 
   character(len=*), parameter :: kept_name = 'body_points'
-  !> Rows of the array that is kept: whether in contact, opening, pressure, shear.
-  integer, parameter :: rows = 6, touched_row = 1, opening_row = 2, pressure_row = 3, shear_row = 4
+  !> Rows of the array that is kept: whether in contact, opening, pressure, shear, slip.
+  integer, parameter :: rows = 9, touched_row = 1, opening_row = 2, pressure_row = 3, shear_row = 4, slip_row = 7
   !> Length of a patch and number of places of a cell: patches shorter than a cell make the pressure wavy.
   real(wp), parameter :: patch_cells = 1.5_wp
   integer, parameter :: places_of_patch = 12
@@ -43,6 +43,8 @@ module qsmpm_body_points
     logical, allocatable :: touched(:)
     !> Present area (per radian in axisymmetry), opening and pressure; shear on the soil (count), (3, count).
     real(wp), allocatable :: area(:), opening(:), pressure(:), shear(:, :)
+    !> How far the soil has slid along the body since they touched (3, count).
+    real(wp), allocatable :: slip(:, :)
   end type body_points_type
 
 contains
@@ -89,7 +91,8 @@ contains
     points%touched = values(touched_row, :) > 0.0_wp
     points%opening = values(opening_row, :)
     points%pressure = values(pressure_row, :)
-    points%shear = values(shear_row:, :)
+    points%shear = values(shear_row:slip_row - 1, :)
+    points%slip = values(slip_row:, :)
     n = 0
     do k = 1, size(model%contact_pairs)
       associate (outline => model%body_outlines(k))
@@ -137,7 +140,8 @@ contains
     values = 0.0_wp
     values(opening_row, :) = points%opening
     values(pressure_row, :) = points%pressure
-    values(shear_row:, :) = points%shear
+    values(shear_row:slip_row - 1, :) = points%shear
+    values(slip_row:, :) = points%slip
     where (points%touched .and. points%opening <= away*model%cell_size) values(touched_row, :) = 1.0_wp
     call keep_values(model%state%kept, kept_name, values)
   end subroutine keep_body_points

@@ -1,4 +1,5 @@
-!> What contact comes to: soil inside of rigid bodies, soil that presses from afar, and the pressure at a place.
+!> What contact comes to: soil inside of rigid bodies, soil that presses from afar, the pressure at a place, and how far
+!> soil has slid along a body.
 module qsmpm_contact_results
   use qsmpm_kinds, only: wp
   use qsmpm_body_points, only: body_points_type, present_body_points
@@ -10,9 +11,29 @@ module qsmpm_contact_results
   implicit none
   private
 
-  public :: deepest_point, widest_gap, contact_pressure_at
+  public :: penetration_type, find_penetration, deepest_point, widest_gap, contact_pressure_at, contact_slip_on
+
+  !> Soil inside of rigid bodies, and soil that presses from afar.
+  type :: penetration_type
+    !> Deepest material point, how deep it is, and the body; 0 where none is inside.
+    integer :: point = 0, body = 0
+    real(wp) :: depth = 0.0_wp
+    !> Contact point of a body that carries a pressure from farthest, how far, and the body; 0 where none does.
+    integer :: pressed = 0
+    real(wp) :: place(2) = 0.0_wp, gap = 0.0_wp
+  end type penetration_type
 
 contains
+
+  !> Both in the present state.
+  subroutine find_penetration(model, found)
+    type(model_type), intent(in) :: model
+    type(penetration_type), intent(out) :: found
+
+    if (size(model%contact_pairs) == 0) return
+    call deepest_point(model, placed_bodies(model), found%body, found%point, found%depth)
+    call widest_gap(model, placed_bodies(model), found%pressed, found%place, found%gap)
+  end subroutine find_penetration
 
   !> The material point that is deepest inside of a rigid body that something may touch.
   pure subroutine deepest_point(model, bodies, body, point, depth)
@@ -72,6 +93,47 @@ contains
       place = on_bodies%position(:, i)
     end do
   end subroutine widest_gap
+
+  !> Largest or mean slip of what presses on a body.
+  real(wp) function contact_slip_on(model, body, mean) result(slip)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: body
+    logical, intent(in) :: mean
+    type(body_points_type) :: on_bodies
+    real(wp) :: area, largest, total
+    integer :: i, k
+
+    area = 0.0_wp
+    largest = 0.0_wp
+    total = 0.0_wp
+    associate (surface => model%state%surface, pairs => model%contact_pairs)
+      do k = 1, size(pairs)
+        if (pairs(k)%body /= body .or. pairs(k)%surface == 0) cycle
+        do i = 1, surface%count
+          if (surface%surface(i) == pairs(k)%surface .and. surface%contact_pressure(i) > 0.0_wp) &
+            call add(norm2(surface%contact_slip(:, i)), norm2(surface%area_vector(:, i)))
+        end do
+      end do
+      call present_body_points(model, placed_bodies(model), on_bodies)
+      do i = 1, on_bodies%count
+        if (pairs(on_bodies%pair(i))%body == body .and. on_bodies%pressure(i) > 0.0_wp) &
+          call add(norm2(on_bodies%slip(:, i)), on_bodies%area(i))
+      end do
+    end associate
+    slip = largest
+    if (mean) slip = total/max(area, tiny(1.0_wp))
+
+  contains
+
+    !> Count one point.
+    subroutine add(slid, extent)
+      real(wp), intent(in) :: slid, extent
+
+      area = area + extent
+      total = total + extent*slid
+      largest = max(largest, slid)
+    end subroutine add
+  end function contact_slip_on
 
   !> Pressure on the point of a contact that was nearest to a place at the start; 0 where there is none.
   real(wp) function contact_pressure_at(model, place) result(pressure)

@@ -3,10 +3,11 @@ module qsmpm_histories
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
-    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_contact_pressure, plane_strain
+    quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
+    quantity_contact_pressure, quantity_contact_slip, plane_strain
   use qsmpm_model, only: model_type
   use qsmpm_mesh_sets, only: find_set
-  use qsmpm_contact_results, only: contact_pressure_at
+  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, rigid_body_number
   use qsmpm_rigid_pose, only: rigid_pose_type
   use qsmpm_smooth_stress, only: patches_type, smooth_stress_type, make_patches, fit_smooth_stress, smooth_stress_at
@@ -65,8 +66,10 @@ contains
         value = sum(model%state%points%volume, mask=is_of_body(model, history))
       case (quantity_runout)
         value = runout_of(model, history)
-      case (quantity_contact_force, quantity_contact_moment, quantity_body_move)
+      case (quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation)
         value = rigid_body_value(model, history)
+      case (quantity_contact_slip)
+        value = contact_slip_on(model, rigid_body_number(model, history%body), history%mean)
       case (quantity_contact_pressure)
         value = contact_pressure_at(model, history%at(:model%mesh%dimension))
       end select
@@ -89,6 +92,8 @@ contains
       value = force(history%component)
     case (quantity_contact_moment)
       value = force(6)
+    case (quantity_body_rotation)
+      value = pose%rotation(3)*180.0_wp/acos(-1.0_wp)
     case default
       value = pose%displacement(history%component)
     end select

@@ -140,6 +140,11 @@ module qsmpm_model
     real(wp) :: friction = 0.0_wp, adhesion = 0.0_wp
     !> They do not part.
     logical :: tension = .false.
+    !> Share of the strength of the soil that stands for both, and penalty of the gap times the size of a cell over
+    !> Young's modulus; negative where not given.
+    real(wp) :: interface = -1.0_wp, penalty = -1.0_wp
+    !> A condition at every point.
+    logical :: pointwise = .false.
   end type contact_pair_type
 
   !> A model that can be advanced.

@@ -127,8 +127,12 @@ contains
           vector_text(model, model%rigid_shapes(b)%reference)//', touched by'
         if (.not. any(model%contact_pairs%body == b)) text = text//' no surface'
         do i = 1, size(model%contact_pairs)
-          if (model%contact_pairs(i)%body == b) text = text//' '// &
-            model%analysis%surfaces(model%contact_pairs(i)%surface)%name
+          if (model%contact_pairs(i)%body /= b) cycle
+          if (model%contact_pairs(i)%surface > 0) then
+            text = text//' '//model%analysis%surfaces(model%contact_pairs(i)%surface)%name
+          else
+            text = text//' the soil around it'
+          end if
         end do
         text = text//new_line('a')
       end associate

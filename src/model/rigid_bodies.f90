@@ -6,17 +6,18 @@
 !> radian, as reactions are.
 module qsmpm_rigid_bodies
   use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: rigid_body_type, axisymmetric, three_dimensional, rigid_plane, rigid_circle, &
+  use qsmpm_analysis, only: rigid_body_type, patch_point, axisymmetric, three_dimensional, rigid_plane, rigid_circle, &
     rigid_box, rigid_cone, rigid_cylinder
   use qsmpm_body_points, only: make_body_outlines, lay_body_points
   use qsmpm_diagnostics, only: diagnostics_type, add_diagnostic
+  use qsmpm_interface_strength, only: check_interfaces
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_model, only: model_type, contact_pair_type
   use qsmpm_polygon, only: polygon_centroid
   use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, half_space, ball, rounded_polygon, cone_polygon, &
-    box_polygon, turned_polygon, completed_by_image, largest_round
+    box_polygon, turned_polygon, rounded_block, completed_by_image, largest_round
   use qsmpm_text, only: real_text
   implicit none
   private
@@ -52,11 +53,12 @@ contains
       do i = 1, size(contacts)
         model%contact_pairs(i) = contact_pair_type(rigid_body_number(model, contacts(i)%body), &
           surface_number(model, contacts(i)%surface), tan(contacts(i)%friction_angle*degree), contacts(i)%adhesion, &
-          contacts(i)%tension)
+          contacts(i)%tension, contacts(i)%interface, contacts(i)%penalty, contacts(i)%patch == patch_point)
       end do
     end associate
     call make_body_outlines(model)
     call check_overlap(model, diagnostics)
+    call check_interfaces(model, diagnostics)
   end subroutine make_rigid_bodies
 
   !> No soil is inside of a body as drawn.
@@ -115,6 +117,10 @@ contains
     real(wp) :: round, axis(2)
     logical :: turned
 
+    if (body%shape == rigid_box .and. kind_of_model == three_dimensional) then
+      call make_block(body, cell_size, shape, reference, diagnostics)
+      return
+    end if
     reference = body%place
     turned = any(body%shape == [rigid_cone, rigid_cylinder]) .and. kind_of_model == three_dimensional
     axis = body%place(:2)
@@ -137,18 +143,52 @@ contains
     end select
     if (kind_of_model == axisymmetric) vertices = completed_by_image(vertices, 1.0e-6_wp*cell_size)
     if (.not. any(body%shape == [rigid_cone, rigid_cylinder])) reference(:2) = polygon_centroid(vertices)
-    round = body%round
-    if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest_round(vertices))
+    round = round_of(body, cell_size, largest_round(vertices))
     if (round > most_of_edge*largest_round(vertices)) then
-      call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
-        "' cannot be as round as ROUND="//real_text(round)//': its edges allow '// &
-        real_text(most_of_edge*largest_round(vertices)))
+      call refuse_round(body, round, largest_round(vertices), diagnostics)
     else if (turned) then
       shape = turned_polygon(body%place, vertices, round)
     else
       shape = rounded_polygon(vertices, round)
     end if
   end subroutine make_shape
+
+  !> A box in space, turned about its middle.
+  subroutine make_block(body, cell_size, shape, reference, diagnostics)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: cell_size
+    type(rigid_shape_type), intent(out) :: shape
+    real(wp), intent(out) :: reference(3)
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: largest, round
+
+    reference = 0.5_wp*(body%box(:, 1) + body%box(:, 2))
+    largest = 0.5_wp*minval(body%box(:, 2) - body%box(:, 1))
+    round = round_of(body, cell_size, largest)
+    if (round > most_of_edge*largest) call refuse_round(body, round, largest, diagnostics)
+    shape = rounded_block(body%box(:, 1), body%box(:, 2), body%rotation*degree, round)
+  end subroutine make_block
+
+  !> Radius of the corners of a body.
+  pure real(wp) function round_of(body, cell_size, largest) result(round)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: cell_size
+    !> That at which an edge is used up.
+    real(wp), intent(in) :: largest
+
+    round = body%round
+    if (round < 0.0_wp) round = min(usual_round*cell_size, 0.5_wp*largest)
+  end function round_of
+
+  !> Say that corners are too round.
+  subroutine refuse_round(body, round, largest, diagnostics)
+    type(rigid_body_type), intent(in) :: body
+    real(wp), intent(in) :: round, largest
+    type(diagnostics_type), intent(inout) :: diagnostics
+
+    call add_diagnostic(diagnostics, body%where, '*RIGID BODY', "the corners of '"//body%name// &
+      "' cannot be as round as ROUND="//real_text(round)//': its edges allow '//real_text(most_of_edge*largest))
+  end subroutine refuse_round
 
   !> Lay what is kept of the bodies into the state: none has moved.
   subroutine lay_rigid_bodies(model)

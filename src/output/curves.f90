@@ -114,6 +114,8 @@ contains
       if (any(model%analysis%phases%kind == phase_safety)) row = row//','//real_text(progress%strength_factor)
       row = row//','//integer_text(record%inaccurate_points)//','//real_text(record%step_error)//','// &
         real_text(relative_compliance(progress%limit))
+      if (has_contacts(model%analysis)) row = row//','//real_text(record%penetration%depth)//','// &
+        real_text(record%penetration%gap)
       if (allocated(record%histories)) then
         do i = 1, size(record%histories)
           row = row//','//real_text(record%histories(i))
@@ -136,6 +138,8 @@ contains
     header = 'phase,step,load_factor,iterations,out_of_balance'//shares
     if (any(analysis%phases%kind == phase_safety)) header = header//',F'
     header = header//',inaccurate_points,step_error,compliance'
+    if (has_contacts(analysis)) header = header//','//column('soil_inside_bodies', length_unit(analysis))//','// &
+      column('soil_away_from_bodies', length_unit(analysis))
     if (allocated(analysis%histories)) then
       do i = 1, size(analysis%histories)
         header = header//','//column(analysis%histories(i)%name, &
@@ -161,6 +165,23 @@ contains
       if (scan(text(i:i), ',"'//newline) > 0) text(i:i) = ' '
     end do
   end function column
+
+  !> Whether soil and rigid bodies may touch.
+  pure logical function has_contacts(analysis)
+    type(analysis_type), intent(in) :: analysis
+
+    has_contacts = .false.
+    if (allocated(analysis%contacts)) has_contacts = size(analysis%contacts) > 0
+  end function has_contacts
+
+  !> Unit of lengths.
+  pure function length_unit(analysis) result(unit)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable :: unit
+
+    unit = ''
+    if (has_units(analysis)) unit = analysis%length_unit
+  end function length_unit
 
   !> Unit of work.
   pure function work_unit(analysis) result(unit)

@@ -6,7 +6,7 @@
 !>                         point and the normal, 3); in space `ball` (centre and radius)
 !>   contacts              surface points that may touch a body, and contact points of bodies (surface 0): `position`,
 !>                         `normal` of the soil, `extent` (length in the plane, area in space), `pressure`, `shear`,
-!>                         `surface` and `body` by number
+!>                         `slip`, `surface` and `body` by number
 !>   water/NNNNNN          corners of a level, from end to end of the mesh, or of the body whose own it is
 module qsmpm_surroundings
   use qsmpm_kinds, only: wp
@@ -27,7 +27,7 @@ module qsmpm_surroundings
 
   !> Places of contact as pictures show them (3, places), (places).
   type :: contact_picture_type
-    real(wp), allocatable :: position(:, :), normal(:, :), extent(:), pressure(:), shear(:, :)
+    real(wp), allocatable :: position(:, :), normal(:, :), extent(:), pressure(:), shear(:, :), slip(:, :)
     integer, allocatable :: surface(:), body(:)
   end type contact_picture_type
 
@@ -132,6 +132,7 @@ contains
     call put_array(image, group//'/extent', picture%extent)
     call put_array(image, group//'/pressure', picture%pressure)
     call put_array(image, group//'/shear', picture%shear)
+    call put_array(image, group//'/slip', picture%slip)
     call put_array(image, group//'/surface', picture%surface)
     call put_array(image, group//'/body', picture%body)
   end subroutine put_contacts
@@ -154,6 +155,7 @@ contains
       allocate (picture%position(3, size(points)), source=0.0_wp)
       picture%normal = picture%position
       picture%shear = picture%position
+      picture%slip = picture%position
       picture%position(:d, :) = surface%position(:, points)
       picture%extent = norm2(surface%area_vector(:, points), dim=1)
       do k = 1, d
@@ -163,6 +165,7 @@ contains
         tiny(1.0_wp))
       picture%pressure = surface%contact_pressure(points)
       picture%shear(:d, :) = surface%contact_shear(:, points)
+      picture%slip(:d, :) = surface%contact_slip(:, points)
       picture%surface = surface%surface(points)
       picture%body = body_of_surface(picture%surface)
     end associate
@@ -191,6 +194,7 @@ contains
     picture%extent = [picture%extent, [(model%body_outlines(points%pair(i))%length(1), i=1, points%count)]]
     picture%pressure = [picture%pressure, points%pressure]
     picture%shear = reshape([picture%shear, points%shear], [3, n + points%count])
+    picture%slip = reshape([picture%slip, points%slip], [3, n + points%count])
     picture%surface = [picture%surface, [(0, i=1, points%count)]]
     picture%body = [picture%body, model%contact_pairs(points%pair)%body]
   end subroutine picture_outlines

@@ -80,6 +80,8 @@ module qsmpm_points
     !> Pressure and shear traction of a rigid body on the soil after the last step, per area of its end
     !> (count), (dimension, count).
     real(wp), allocatable :: contact_pressure(:), contact_shear(:, :)
+    !> How far the soil has slid along the body since they touched (dimension, count).
+    real(wp), allocatable :: contact_slip(:, :)
   contains
     procedure :: list_fields => list_surface_points
   end type surface_points_type
@@ -154,6 +156,7 @@ contains
     call list%add('released', self%released, kind_vector, unit=unit_force)
     call list%add('contact_pressure', self%contact_pressure, kind_number, unit=unit_stress)
     call list%add('contact_shear', self%contact_shear, kind_vector, unit=unit_stress)
+    call list%add('contact_slip', self%contact_slip, kind_vector, unit=unit_length)
   end subroutine list_surface_points
 
   !> Fields of the watched places.
@@ -313,7 +316,7 @@ contains
     allocate (surface%area(count), surface%contact_pressure(count), source=0.0_wp)
     allocate (surface%area_vector(dimension, count), surface%normal(dimension, count), &
       surface%reaction(dimension, count), surface%released(dimension, count), &
-      surface%contact_shear(dimension, count), source=0.0_wp)
+      surface%contact_shear(dimension, count), surface%contact_slip(dimension, count), source=0.0_wp)
   end subroutine allocate_surface_points
 
   !> Allocate watched places of no set.

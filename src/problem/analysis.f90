@@ -85,7 +85,7 @@ module qsmpm_analysis
   integer, parameter, public :: quantity_displacement = 1, quantity_position = 2, quantity_stress = 3, &
     quantity_reaction = 4, quantity_state = 5, quantity_strain = 6, quantity_volume = 7, quantity_runout = 8, &
     quantity_pore_pressure = 9, quantity_contact_force = 10, quantity_contact_moment = 11, quantity_body_move = 12, &
-    quantity_contact_pressure = 13
+    quantity_contact_pressure = 13, quantity_body_rotation = 14, quantity_contact_slip = 15
   !> Whether a phase stops where a history rises to a value or falls to it.
   integer, parameter, public :: stop_above = 1, stop_below = 2
   !> What has ended a phase: nothing yet, its whole load, its limit load, a stop, the loss of its equilibrium.
@@ -96,6 +96,8 @@ module qsmpm_analysis
     rigid_cylinder = 6
   !> Where contact is asked for: on a surface of the soil, or on the outline of the rigid body.
   integer, parameter, public :: contact_on_soil = 1, contact_on_body = 2
+  !> What contact is asked for on in the mean: what a cell holds of a surface, or every point by itself.
+  integer, parameter, public :: patch_cell = 1, patch_point = 2
   !> How a body that is put in place meets the ground below: stretched down to it, or as it is drawn.
   integer, parameter, public :: fill_level = 1, fill_shape = 2
 
@@ -303,6 +305,8 @@ module qsmpm_analysis
     real(wp), allocatable :: polygon(:, :)
     !> Radius of the corners; negative asks for a share of the cells.
     real(wp) :: round = -1.0_wp
+    !> A box in space as drawn is turned about its middle: axis times angle in degrees.
+    real(wp) :: rotation(3) = 0.0_wp
   end type rigid_body_type
 
   !> A surface of the soil that may touch a rigid body, or any soil.
@@ -314,6 +318,12 @@ module qsmpm_analysis
     type(source_line_type) :: where
     !> Strength of the interface: angle in degrees, and shear strength without pressure.
     real(wp) :: friction_angle = 0.0_wp, adhesion = 0.0_wp
+    !> Share of the strength of the soil that the interface has instead; negative for none.
+    real(wp) :: interface = -1.0_wp
+    !> Penalty of the gap times the size of a cell over Young's modulus; negative for the usual one.
+    real(wp) :: penalty = -1.0_wp
+    !> One of patch_*.
+    integer :: patch = patch_cell
     !> They do not part.
     logical :: tension = .false.
   end type contact_type
@@ -419,6 +429,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: body
     !> quantity_runout: the front is where the coordinate is smallest, not largest.
     logical :: smallest = .false.
+    !> quantity_contact_slip: mean of what is in contact, not the largest.
+    logical :: mean = .false.
     !> quantity_state: name of the state variable as results have it, or its number.
     character(len=:), allocatable :: state
     real(wp) :: scale = 1.0_wp

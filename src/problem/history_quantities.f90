@@ -23,7 +23,7 @@ module qsmpm_history_quantities
     character(len=1) :: unit
   end type history_quantity_type
 
-  type(history_quantity_type), parameter, public :: history_quantities(13) = [ &
+  type(history_quantity_type), parameter, public :: history_quantities(15) = [ &
     history_quantity_type('DISPLACEMENT', at_tracer, component_vector, 'L'), &
     history_quantity_type('POSITION', at_tracer, component_vector, 'L'), &
     history_quantity_type('STRESS', at_point, component_tensor, 'S'), &
@@ -36,7 +36,9 @@ module qsmpm_history_quantities
     history_quantity_type('CONTACT FORCE', at_rigid_body, component_vector, 'F'), &
     history_quantity_type('CONTACT MOMENT', at_rigid_body, component_none, 'M'), &
     history_quantity_type('BODY MOVE', at_rigid_body, component_vector, 'L'), &
-    history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S')]
+    history_quantity_type('CONTACT PRESSURE', at_contact, component_none, 'S'), &
+    history_quantity_type('BODY ROTATION', at_rigid_body, component_none, ' '), &
+    history_quantity_type('CONTACT SLIP', at_rigid_body, component_none, 'L')]
 
 contains
 

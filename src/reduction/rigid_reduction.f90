@@ -3,7 +3,7 @@
 module qsmpm_rigid_reduction
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, rigid_body_type, contact_type, rigid_move_type, history_type, &
-    quantity_contact_force, quantity_contact_moment, quantity_body_move
+    quantity_contact_force, quantity_contact_moment, quantity_body_rotation
   use qsmpm_history_quantities, only: is_taken_at, at_rigid_body
   use qsmpm_reduction, only: reduction_type
   use qsmpm_rigid_symmetry, only: rigid_number, rigid_partner, rigid_side, rigid_above
@@ -84,9 +84,9 @@ contains
     partner = rigid_partner(analysis, b, axis)
     ! A moment about z turns its sense in a mirror along x.
     odd = history%component == axis
-    if (history%quantity == quantity_contact_moment) odd = axis == 1
+    if (any(history%quantity == [quantity_contact_moment, quantity_body_rotation])) odd = axis == 1
     if (partner == b) then
-      value_factor = merge(1.0_wp, 2.0_wp, history%quantity == quantity_body_move)
+      value_factor = merge(2.0_wp, 1.0_wp, any(history%quantity == [quantity_contact_force, quantity_contact_moment]))
       if (odd) value_factor = 0.0_wp
     else if (rigid_side(analysis, analysis%rigid_bodies(b), axis) == rigid_above) then
       value_factor = merge(-1.0_wp, 1.0_wp, odd)

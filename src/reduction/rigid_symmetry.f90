@@ -59,7 +59,8 @@ contains
     type(analysis_type), intent(in) :: analysis
 
     yes = .true.
-    if (allocated(analysis%contacts)) yes = all(.not. analysis%contacts%friction_angle > 0.0_wp)
+    if (allocated(analysis%contacts)) yes = all(.not. analysis%contacts%friction_angle > 0.0_wp &
+      .and. .not. analysis%contacts%interface > 0.0_wp)
   end function contact_is_associated
 
   !> Bodies, motions, loads and contacts do not depend on an axis and have no part along it.
@@ -107,7 +108,8 @@ contains
         ! Its round ends lie beyond the grid.
         margin = body%round
         if (margin < 0.0_wp) margin = maxval(lines(2:) - lines(:size(lines) - 1))
-        yes = axis == 3 .and. body%box(axis, 1) <= lines(1) - margin .and. &
+        yes = axis == 3 .and. .not. any(abs(body%rotation) > 0.0_wp) .and. &
+          body%box(axis, 1) <= lines(1) - margin .and. &
           body%box(axis, 2) >= lines(size(lines)) + margin
       case default
         yes = .false.
@@ -239,7 +241,8 @@ contains
       yes = norm2(direction - other%direction/norm2(other%direction)) <= epsilon(1.0_wp)*8.0_wp .and. &
         abs(dot_product(place - other%place, direction)) <= tolerance
     case (rigid_box)
-      yes = all(abs(mirrored_box(body%box, axis, plane) - other%box) <= tolerance)
+      yes = all(abs(mirrored_box(body%box, axis, plane) - other%box) <= tolerance) .and. &
+        .not. any(abs([body%rotation, other%rotation]) > 0.0_wp)
     case (rigid_polygon)
       if (axis == 1) then
         yes = edges_match(outline_edges(body%polygon), outline_edges(other%polygon), plane, tolerance)
@@ -331,8 +334,9 @@ contains
     do i = 1, size(analysis%contacts)
       associate (image => analysis%contacts(i))
         if (image%place /= contact%place .or. image%body /= analysis%rigid_bodies(partner)%name .or. &
-          (image%tension .neqv. contact%tension)) cycle
-        if (any(abs([image%friction_angle - contact%friction_angle, image%adhesion - contact%adhesion]) > 0.0_wp)) cycle
+          (image%tension .neqv. contact%tension) .or. image%patch /= contact%patch) cycle
+        if (any(abs([image%friction_angle - contact%friction_angle, image%adhesion - contact%adhesion, &
+          image%interface - contact%interface, image%penalty - contact%penalty]) > 0.0_wp)) cycle
         if (contact%place == contact_on_body) then
           found = .true.
         else if (surface > 0) then

@@ -247,6 +247,20 @@ class Embedding:
              *self.flags("--cflags", "--libs"))
         self.check_c(call(program, LD_LIBRARY_PATH=str(self.lib)))
 
+    def moves_and_loads_a_rigid_body(self) -> None:
+        """Programs in Fortran, Fortran 77 and C push a plate, load it step by step, and read the same places and forces."""
+        call("cmake", "--build", self.work / "modern", "--target", "plate", "legacy_plate", seconds=300)
+        call("gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "c/plate.c", "-o", self.work / "plate-c",
+             *self.flags("--cflags", "--libs"))
+        told = [call(program, LD_LIBRARY_PATH=str(self.lib)) for program in (
+            self.work / "modern/plate", self.work / "modern/legacy_plate", self.work / "plate-c")]
+        rows = [[(word, float(place), float(force)) for word, place, force in
+                 re.findall(r"(MOVED|LOADED)\s+(\S+)\s+(\S+)", text)] for text in told]
+        expect(rows[0] == rows[1] == rows[2] and [row[0] for row in rows[0]] == ["MOVED"] * 2 + ["LOADED"] * 2, f"{told}")
+        (_, half, _), (_, place, pushed), (_, _, first), (_, down, last) = rows[0]
+        expect(abs(half + 0.005) < 1e-12 and abs(place + 0.01) < 1e-12, told[0])
+        expect(abs(first - 0.5 * (pushed + 40)) < 1e-5 and abs(last - 40) < 1e-5 and down < place, told[0])
+
     def linked_statically_from_c(self) -> None:
         """The same with the static library and what pkg-config --static says."""
         program = self.work / "host-static"
@@ -401,7 +415,7 @@ def main() -> int:
             tests.steered_by_a_legacy_program, tests.steered_by_another_compiler,
             tests.warns_of_another_compiler, tests.refuses_another_minor_version, tests.found_by_a_c_project,
             tests.is_a_good_subproject, *([tests.builds_as_a_subproject] if given.long else []), tests.linked_from_c,
-            tests.linked_statically_from_c, tests.interface_source_is_the_header,
+            tests.moves_and_loads_a_rigid_body, tests.linked_statically_from_c, tests.interface_source_is_the_header,
             tests.examples_of_the_page, tests.steered_from_python,
             tests.calls_a_umat_from_python,
             tests.interleaved_runs_write_the_same_bytes, tests.cards_write_the_same_bytes]

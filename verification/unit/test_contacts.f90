@@ -6,11 +6,13 @@ module test_contacts
   use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
-  use qsmpm_contacts, only: bodies_at_end
+  use qsmpm_contact_results, only: contact_slip_on
+  use qsmpm_contacts, only: contacts_type, bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
   use qsmpm_initial_contact, only: press_on_bodies
+  use qsmpm_interface_strength, only: interface_strength
   use qsmpm_initialisation, only: step_type, initialise_step, begin_analysis
   use qsmpm_kinds, only: wp
   use qsmpm_law, only: tangent_none, step_info_type
@@ -22,9 +24,10 @@ module test_contacts
   use qsmpm_phase_start, only: start_phase
   use qsmpm_rigid_bodies, only: force_on_body, pose_of, placed_bodies
   use qsmpm_rigid_outline, only: outline_corners
+  use qsmpm_rigid_rotation, only: rotation_matrix, followed_by
   use qsmpm_rigid_pose, only: rigid_pose_type, placed_shape_type, carry_along
   use qsmpm_rigid_shape, only: rigid_shape_type, distance_type, ball, half_space, rounded_polygon, box_polygon, &
-    cone_polygon, turned_polygon, kind_turned, completed_by_image, largest_round
+    cone_polygon, turned_polygon, rounded_block, kind_turned, completed_by_image, largest_round
   use qsmpm_step_evaluation, only: evaluate_step
   use qsmpm_step_solver, only: attempt_type
   use qsmpm_term, only: increment_type
@@ -55,6 +58,8 @@ contains
     call check_distances(tests)
     call check_polygons(tests)
     call check_outlines(tests)
+    call check_rotations(tests)
+    call check_blocks(tests)
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
@@ -63,6 +68,9 @@ contains
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
     call check_tangent(tests, 'TENSION=YES', 0.0_wp)
     call check_step(tests)
+    call check_bonds(tests)
+    call check_slip(tests)
+    call check_interface(tests)
     call check_strength(tests)
     call check_penetration(tests)
     call check_rest(tests)
@@ -180,6 +188,63 @@ contains
     call tests%check('one beside the axis stays', size(completed_by_image(reshape([1.0_wp, 0.0_wp, 2.0_wp, 1.0_wp, &
       1.0_wp, 2.0_wp], [2, 3]), 1.0e-9_wp), 2) == 3)
   end subroutine check_polygons
+
+  !> Blocks in space, turned: outside of a face, an edge, a corner, and inside.
+  subroutine check_blocks(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: low(3) = [-1.0_wp, 0.0_wp, 2.0_wp], high(3) = [1.0_wp, 1.0_wp, 6.0_wp], round = 0.2_wp
+    real(wp), parameter :: turn(3) = [0.3_wp, -0.5_wp, 0.9_wp], middle(3) = 0.5_wp*(low + high)
+    type(placed_shape_type) :: placed
+
+    placed%reference = middle
+    placed%shape = rounded_block(low, high, turn, round)
+    ! Beyond the skin of the box that has no round edges by the legs of right triangles.
+    call check_place('of a face', [1.5_wp, 0.1_wp, -0.3_wp], 0.5_wp)
+    call check_place('of an edge', [1.1_wp, 0.6_wp, 0.4_wp], sqrt(0.3_wp**2 + 0.3_wp**2) - round)
+    call check_place('of a corner', [-1.2_wp, 0.7_wp, -2.3_wp], sqrt(0.4_wp**2 + 0.4_wp**2 + 0.5_wp**2) - round)
+    call check_place('inside', [0.1_wp, -0.4_wp, 0.2_wp], -0.1_wp)
+    placed%pose = rigid_pose_type([0.2_wp, 0.1_wp, -0.4_wp], [0.7_wp, 0.2_wp, -0.1_wp])
+    call check_place('of an edge, moved', [1.1_wp, 0.6_wp, 0.4_wp], sqrt(0.3_wp**2 + 0.3_wp**2) - round)
+  contains
+    !> Distance at a place along the axes of the block from its middle, with its differences.
+    subroutine check_place(which, along, value)
+      character(len=*), intent(in) :: which
+      real(wp), intent(in) :: along(3), value
+      type(distance_type) :: here, ahead, back
+      real(wp) :: x(3), move(3)
+      integer :: j
+
+      x = carry_along(middle, rigid_pose_type(), placed%pose, middle + matmul(rotation_matrix(turn), along))
+      here = placed%distance_at(x)
+      call tests%close('distance of a block '//which, here%value, value, 1.0e-14_wp)
+      do j = 1, 3
+        move = 0.0_wp
+        move(j) = difference
+        ahead = placed%distance_at(x + move)
+        back = placed%distance_at(x - move)
+        call tests%close('normal of a block '//which, here%normal(j), (ahead%value - back%value)/(2.0_wp*difference), &
+          1.0e-9_wp)
+        call tests%close('curvature of a block '//which, norm2(here%curvature(:, j) - (ahead%normal - back%normal) &
+          /(2.0_wp*difference)), 0.0_wp, 1.0e-8_wp)
+      end do
+    end subroutine check_place
+  end subroutine check_blocks
+
+  !> Rotations one behind the other are their matrices multiplied; about one axis their angles add.
+  subroutine check_rotations(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: first(3) = [0.4_wp, -1.1_wp, 0.3_wp], then(3) = [1.2_wp, 0.5_wp, 2.0_wp], up(3) = &
+      [0.0_wp, 0.0_wp, 4.0_wp]
+    real(wp) :: r(3, 3)
+
+    r = rotation_matrix([0.0_wp, 0.0_wp, 0.5_wp*acos(-1.0_wp)])
+    call tests%close('a right angle about z turns x to y', norm2(r(:, 1) - [0.0_wp, 1.0_wp, 0.0_wp]), 0.0_wp, 1.0e-15_wp)
+    r = rotation_matrix(followed_by(first, then)) - matmul(rotation_matrix(then), rotation_matrix(first))
+    call tests%close('the second behind the first', maxval(abs(r)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('more than once around', norm2(followed_by(up, up) - 2.0_wp*up), 0.0_wp, 1.0e-15_wp)
+    r = rotation_matrix(followed_by(first, -first)) - rotation_matrix([0.0_wp, 0.0_wp, 0.0_wp])
+    call tests%close('back again', maxval(abs(r)), 0.0_wp, 1.0e-15_wp)
+  end subroutine check_rotations
 
   !> A place that rides on a body keeps its distance.
   subroutine check_pose(tests)
@@ -371,6 +436,130 @@ contains
       end do
     end associate
   end function moment_of_tractions
+
+  !> With tension what has not touched is not pulled.
+  subroutine check_bonds(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp) :: force
+
+    force = force_of_lifting('SHAPE=PLANE|0, 1.1, 0, -1')
+    call tests%close('a plane that touches pulls: 100 E/h 0.01 on 2 m', force, 8000.0_wp, 1.0e-6_wp)
+    force = force_of_lifting('SHAPE=BOX, ROUND=0.01|0.5, 1, 1.1, 2')
+    call tests%close('a box on two of eight cells pulls these alone', force, 2000.0_wp, 1.0e-6_wp)
+    force = force_of_lifting('SHAPE=PLANE|0, 1.11, 0, -1')
+    call tests%close('one above the ground pulls nothing', force, 0.0_wp, 1.0e-12_wp)
+  contains
+    !> Vertical force on the block of a body with tension that goes up by 0.01.
+    real(wp) function force_of_lifting(tool)
+      character(len=*), intent(in) :: tool
+      type(model_type) :: model
+      type(step_type) :: step
+      real(wp), allocatable :: u(:, :), push(:, :)
+
+      call make_step(tool, 'TENSION=YES', '|0, 0.02', model, step)
+      allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+      call evaluate_step(model, step, u, tangent_none)
+      allocate (push, source=force_named(step, 'force of the contacts', u))
+      force_of_lifting = sum(push(2, :))
+      call end_system(step%system)
+    end function force_of_lifting
+  end subroutine check_bonds
+
+  !> Slip adds up while soil and body touch, turns with the body, and is none where they part.
+  subroutine check_slip(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type), target :: step
+    type(load_step_type) :: solver
+    type(solution_type) :: solution
+    type(error_type), allocatable :: error
+    real(wp) :: largest, mean
+
+    ! A smooth plane goes 0.02 into the block and 0.1 along it, which does not move with it.
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0.1, -0.02', model, step)
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(0.5_wp, 1.0e-9_wp, &
+      largest_move=1.0_wp), solution, error)
+    call tests%check('the first half is taken', solution%converged)
+    mean = contact_slip_on(model, 1, .true.)
+    call tests%close('the mean slip is half of the motion', mean, 0.05_wp, 1.0e-4_wp)
+    call solver%solve(model, step, model%analysis%phases(1)%controls, attempt_type(1.0_wp, 1.0e-9_wp, &
+      largest_move=1.0_wp), solution, error)
+    mean = contact_slip_on(model, 1, .true.)
+    largest = contact_slip_on(model, 1, .false.)
+    call tests%close('then the whole', mean, 0.1_wp, 2.0e-4_wp)
+    call tests%check('the largest is more, as the sides of the block bulge', largest > 0.101_wp .and. largest < 0.12_wp)
+    call tests%check('soil goes against the body', all(model%state%surface%contact_slip(1, :) < -0.08_wp))
+    call end_system(step%system)
+  end subroutine check_slip
+
+  !> Strength of an interface by a share of that of the soil; penalties and patches that are asked for.
+  subroutine check_interface(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: ground = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, 0, 2, 8|Y, 0, 2, 8|'// &
+      '*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|2, 1.1, 0, 1.1|*MATERIAL, NAME=sand|*ELASTIC|'// &
+      '1000, 0.3|*MOHR COULOMB|4, 30, 0|*MATERIAL, NAME=clay|*ELASTIC|1000, 0.3|*MOHR COULOMB|5, 0, 0|'// &
+      '*STRENGTH PROFILE, TYPE=LINEAR|1.1, 10, 2|*BODY, NAME=left, MATERIAL=sand, SHAPE=BOX|0, 1, 0, 1.1|'// &
+      '*BODY, NAME=right, MATERIAL=clay, SHAPE=BOX|1, 2, 0, 1.1|*RIGID BODY, NAME=tool, SHAPE=PLANE|0, 1.1, 0, -1|'
+    type(model_type) :: model
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+    real(wp) :: strength(2)
+
+    call parse_deck('ground.inp', joined(ground//'*CONTACT, BODY=tool, SURFACE=top, INTERFACE=0.5, PENALTY=20, '// &
+      'PATCH=POINT|'//press//'|0, -0.02|*END PHASE|'), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    call tests%check('a deck with INTERFACE is read', .not. allocated(error))
+    if (allocated(error)) return
+    strength = interface_strength(model, 0.5_wp, [0.2_wp, 1.1_wp])
+    call tests%close('share of tan phi', strength(1), 0.5_wp*tan(acos(-1.0_wp)/6.0_wp), 1.0e-15_wp)
+    call tests%close('share of c', strength(2), 2.0_wp, 1.0e-15_wp)
+    strength = interface_strength(model, 0.5_wp, [1.8_wp, 0.6_wp])
+    call tests%close('no friction on clay', strength(1), 0.0_wp, 1.0e-15_wp)
+    ! Points lie up to an eighth of a cell from the place: half of a gain of 2 on 0.04.
+    call tests%close('share of s_u where the place was', strength(2), 0.5_wp*(10.0_wp + 2.0_wp*0.5_wp), 0.07_wp)
+    call check_patch_strengths(tests, model)
+  end subroutine check_interface
+
+  !> Its patches are points with the strength of the soil there, lowered by a factor of safety.
+  subroutine check_patch_strengths(tests, model)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(inout) :: model
+    type(step_type) :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :), force(:, :)
+
+    call begin_analysis(model, step%terms)
+    call start_phase(model)
+    model%state%progress%strength_factor = 2.0_wp
+    call initialise_step(model, step, error)
+    call begin_terms(step%terms, increment_type(step_info_type(duration=0.5_wp, phase_time=1.0_wp)))
+    call set_loads(step%terms, model, step%configuration_type, 0.5_wp)
+    allocate (u(2, all_nodes(step%unknowns)), source=0.0_wp)
+    u(1, :) = 0.1_wp
+    call evaluate_step(model, step, u, tangent_none)
+    allocate (force, source=force_named(step, 'force of the contacts', u))
+    ! p = 20 E/h 0.01 = 800; the sand has 0.25 tan 30 p + 1 on 1 m, the clay 2.5 (its profile falls to 10 at the top).
+    call tests%close('pressure by the penalty that is asked for', -sum(force(2, :)), 1600.0_wp, 1.0e-9_wp)
+    call tests%close('shear by the shares, lowered', -sum(force(1, :)), 0.25_wp*tan(acos(-1.0_wp)/6.0_wp)*800.0_wp &
+      + 1.0_wp + 2.5_wp, 0.1_wp)
+    call tests%check('a condition at every point', contact_patch_count(step) == model%state%surface%count)
+    call end_system(step%system)
+  end subroutine check_patch_strengths
+
+  !> Patches of the term.
+  integer function contact_patch_count(step) result(count_of)
+    type(step_type), intent(in) :: step
+    integer :: t
+
+    count_of = 0
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      class is (contacts_type)
+        count_of = term%scratch%patches%count
+      end select
+    end do
+  end function contact_patch_count
 
   !> A factor of safety lowers the strength of the interface.
   subroutine check_strength(tests)

@@ -163,8 +163,8 @@ contains
       self%connectivity%count = self%connectivity%count + 1
     end do
     ! The moment is that of where the shear acts, the slip that of what rode on the body.
-    self%symmetric = all(.not. self%scratch%pairs%friction > 0.0_wp) .and. &
-      (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%pairs%adhesion > 0.0_wp))
+    self%symmetric = all(.not. self%scratch%strength(1, :) > 0.0_wp) .and. &
+      (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%strength(2, :) > 0.0_wp))
   end subroutine prepare
 
   !> Put the bodies where they are at a fraction of the phase.
@@ -385,12 +385,13 @@ contains
     type(model_type), intent(inout) :: model
     type(tractions_type) :: tractions
     type(place_measure_type), allocatable :: measure(:)
-    real(wp) :: on_body(6, size(self%scratch%now)), gap
+    real(wp) :: on_body(6, size(self%scratch%now)), gap, slip(3)
     integer :: c, b
 
     on_body = 0.0_wp
     model%state%surface%contact_pressure = 0.0_wp
     model%state%surface%contact_shear = 0.0_wp
+    model%state%surface%contact_slip = 0.0_wp
     self%scratch%on_bodies%pressure = 0.0_wp
     self%scratch%on_bodies%shear = 0.0_wp
     self%scratch%at_rest = .false.
@@ -401,8 +402,8 @@ contains
       do c = 1, patches%count
         if (allocated(measure)) deallocate (measure)
         allocate (measure(patches%first(c):patches%first(c + 1) - 1))
-        call tractions_of_patch(scratch, c, displacement, measure, tractions, gap)
-        call keep_tractions(scratch, c, gap, tractions, model)
+        call tractions_of_patch(scratch, c, displacement, measure, tractions, gap, slip)
+        call keep_tractions(scratch, c, gap, slip, tractions, model)
         b = scratch%pairs(patches%pair(c))%body
         on_body(:, b) = on_body(:, b) + reaction_of(scratch, c, measure, tractions)
       end do
