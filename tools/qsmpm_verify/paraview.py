@@ -56,18 +56,28 @@ COLOURS = {BODY: (200, 200, 200), PRESSURE: (194, 49, 79), WATER: (31, 111, 208)
 
 
 @dataclass
+class Cell:
+    """A line or face: numbers of its corners, what it is, pressure and slip."""
+
+    nodes: list[int]
+    kind: int
+    pressure: float = 0.0
+    slip: float = 0.0
+
+
+@dataclass
 class Pieces:
     """Lines and faces with what they are; places in space."""
 
     places: list[Array] = field(default_factory=list)
-    lines: list[tuple[list[int], int, float]] = field(default_factory=list)
-    faces: list[tuple[list[int], int, float]] = field(default_factory=list)
+    lines: list[Cell] = field(default_factory=list)
+    faces: list[Cell] = field(default_factory=list)
 
-    def add(self, corners: Array, kind: int, value: float = 0.0, line: bool = False) -> None:
+    def add(self, corners: Array, kind: int, pressure: float = 0.0, slip: float = 0.0, line: bool = False) -> None:
         """A face or a line with corners of its own; those in the plane get a third coordinate by what they are."""
         first = sum(map(len, self.places))
         self.places.append(corners)
-        (self.lines if line else self.faces).append((list(range(first, first + len(corners))), kind, value))
+        (self.lines if line else self.faces).append(Cell(list(range(first, first + len(corners))), kind, pressure, slip))
 
 
 def _deep(corners: Array, height: float) -> Array:
@@ -111,9 +121,12 @@ def pieces_of(points: Points, largest: float) -> Pieces:
     for body in points.around.bodies:
         add_body(found, body, flat, size)
     if flat and points.around.pressure > 0:
-        values = points.around.contacts["pressure"]
-        for bar, value in zip(points.around.bars(BAR * size / largest), values[values > 0]):
-            found.add(_deep(bar, 1e-3 * size), PRESSURE, float(value))
+        contacts = points.around.contacts
+        pressed = contacts["pressure"] > 0
+        slips = np.linalg.norm(contacts.get("slip", np.zeros((len(pressed), 3))), axis=1)
+        bars = points.around.bars(BAR * size / largest)
+        for bar, pressure, slip in zip(bars, contacts["pressure"][pressed], slips[pressed]):
+            found.add(_deep(bar, 1e-3 * size), PRESSURE, float(pressure), float(slip))
     for line in points.around.water:
         if flat:
             found.add(_deep(line, 2e-3 * size), WATER, line=True)
@@ -129,10 +142,10 @@ def _array(name: str, kind: str, values: Sequence[object], components: int = 1) 
     return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" format="ascii">{shown}</DataArray>\n'
 
 
-def _cells(name: str, cells: list[tuple[list[int], int, float]]) -> str:
+def _cells(name: str, cells: list[Cell]) -> str:
     """Lines or faces of VTK's XML."""
-    numbers = [n for nodes, _, _ in cells for n in nodes]
-    ends = np.cumsum([len(nodes) for nodes, _, _ in cells]).tolist()
+    numbers = [n for cell in cells for n in cell.nodes]
+    ends = np.cumsum([len(cell.nodes) for cell in cells]).tolist()
     return f"<{name}>\n{_array('connectivity', 'Int64', numbers)}{_array('offsets', 'Int64', ends)}</{name}>\n"
 
 
@@ -140,12 +153,13 @@ def polydata(pieces: Pieces) -> str:
     """The pieces as VTK's XML; `kind` is 1 for rigid bodies, 2 for pressures, 3 for water."""
     cells = [*pieces.lines, *pieces.faces]
     places = [float(x) for corners in pieces.places for x in corners.ravel()]
-    colours = [c for _, kind, _ in cells for c in COLOURS[kind]]
+    colours = [c for cell in cells for c in COLOURS[cell.kind]]
     return (
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian">\n<PolyData>\n'
         f'<Piece NumberOfPoints="{len(places) // 3}" NumberOfVerts="0" NumberOfLines="{len(pieces.lines)}" NumberOfStrips="0" '
-        f'NumberOfPolys="{len(pieces.faces)}">\n<CellData>\n' + _array("kind", "Int32", [kind for _, kind, _ in cells])
-        + _array("contact_pressure", "Float64", [value for _, _, value in cells]) + _array("colour", "UInt8", colours, 3)
+        f'NumberOfPolys="{len(pieces.faces)}">\n<CellData>\n' + _array("kind", "Int32", [cell.kind for cell in cells])
+        + _array("contact_pressure", "Float64", [cell.pressure for cell in cells])
+        + _array("contact_slip", "Float64", [cell.slip for cell in cells]) + _array("colour", "UInt8", colours, 3)
         + f"</CellData>\n<Points>\n{_array('Points', 'Float64', places, 3)}</Points>\n"
         + _cells("Lines", pieces.lines) + _cells("Polys", pieces.faces) + "</Piece>\n</PolyData>\n</VTKFile>\n"
     )  # fmt: skip

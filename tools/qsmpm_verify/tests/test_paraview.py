@@ -52,6 +52,7 @@ class ForParaView(unittest.TestCase):
         kinds = vtk_to_numpy(data.GetCellData().GetArray("kind")).tolist()
         self.assertEqual(kinds, [WATER, BODY, BODY, PRESSURE, PRESSURE])
         self.assertEqual(vtk_to_numpy(data.GetCellData().GetArray("contact_pressure")).tolist(), [0, 0, 0, 60, 20])
+        np.testing.assert_allclose(vtk_to_numpy(data.GetCellData().GetArray("contact_slip")), [0, 0, 0, 0.05, 0.01])
         self.assertEqual((data.GetNumberOfLines(), data.GetNumberOfPolys()), (1, 4))
         wall = data.GetCell(1).GetBounds()
         np.testing.assert_allclose(wall[:4], [0.2, 0.5, -2, 3])
@@ -90,7 +91,7 @@ class ForParaView(unittest.TestCase):
         water = np.array([[0, 1, 0], [1, 1, 0], [2, 1.5, 0]])
         around = Surroundings((RigidBody(ball=np.array([1, 3, 1, 0.5])),), {}, (water,))
         found = pieces_of(Points(Path("r"), 1, 1, 1.0, {"position": places}, around=around), 0.0)
-        kinds = [kind for _, kind, _ in found.faces]
+        kinds = [cell.kind for cell in found.faces]
         self.assertEqual((kinds.count(BODY), kinds.count(WATER), found.lines), (288, 2, []))
         ball = np.concatenate(found.places[:288])
         np.testing.assert_allclose(np.linalg.norm(ball - [1, 3, 1], axis=1), 0.5)

@@ -52,6 +52,7 @@ def write_surroundings(folder: Path) -> None:
         step["rigid_bodies/000002/outline"], step["rigid_bodies/000002/plane"] = [[9, 0, 0], [-9, 0, 0]], [[0, 0, 0], [0, 1, 0]]
         step["contacts/position"], step["contacts/normal"] = [[0.5, 0.25, 0], [0.5, 0.75, 0]], [[-1, 0, 0], [-1, 0, 0]]
         step["contacts/extent"], step["contacts/pressure"] = [0.5, 0.5], [60.0, 20.0]
+        step["contacts/slip"] = [[0, 0.03, 0.04], [0, -0.01, 0]]
         step["water/000001"] = [[0.0, 0.8, 0], [2.0, 1.4, 0]]
 
 
