@@ -290,11 +290,15 @@ LOADED = PRESSED.replace("SHAPE=PLANE\n0, 1, 0, -1", "SHAPE=BOX\n-0.3, 1.3, 1, 1
 
 
 def loaded(checks: Checks, folder: pathlib.Path) -> None:
-    """A rigid box with contact points of its own, pressed down and loaded sideways: what it and its points keep is continued."""
-    loads = "*MOVE, BODY=plate\n0, -0.05\n*LOAD, BODY=plate, COMPONENT=X\n0.5\n"
+    """A rigid box with contact points of its own, pressed down, loaded sideways and turned: what it and its points keep is continued,
+    and two threads give the same."""
+    loads = "*MOVE, BODY=plate\n0, -0.05\n*LOAD, BODY=plate, COMPONENT=MZ\n0.1\n*LOAD, BODY=plate, COMPONENT=X\n0.5, 0.5, 1.1\n"
     deck = block(loads=loads, method="BASIS=GIMP, INTEGRATION=CELL", steps=40).replace("*HISTORY", LOADED, 1)
     whole = checks.run(folder, deck, out=folder / "whole")
     checks.check("a block under a loaded box runs", whole.returncode == 0, whole.stderr[-300:])
+    threads = checks.run(folder, deck, "--threads", "2", out=folder / "threads")
+    same, why = same_results(folder / "whole", folder / "threads")
+    checks.check("a box that turns, on two threads, the same bytes", threads.returncode == 0 and same, why)
     code = interrupt(checks, folder, folder / "part", 6, signal.SIGKILL)
     rest = checks.run(folder, deck, "--restart", str(folder / "part" / "restart.h5"), out=folder / "part")
     same, why = same_results(folder / "whole", folder / "part")
