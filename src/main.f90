@@ -17,6 +17,12 @@ program qsmpm_main
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck
   implicit none
 
+  interface
+    !> Start the program again with threads that sleep while they wait (process_waits.c).
+    subroutine wait_asleep() bind(c, name='qsmpm_wait_asleep')
+    end subroutine wait_asleep
+  end interface
+
   type(string_type), allocatable :: words(:)
   type(command_type) :: command
   type(error_type), allocatable :: error
@@ -78,6 +84,7 @@ contains
     type(run_request_type) :: request
     character(len=:), allocatable :: report
 
+    if (command%threads > 1) call wait_asleep()
     request%deck = command%subject
     request%directory = command%directory
     request%restart = command%restart

@@ -13,7 +13,7 @@ program bench_solvers
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_band, solver_cholmod, solver_umfpack, solver_mumps, solver_krylov
-  use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count, residual_norm
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_solver_choice, only: make_solver, solver_single
@@ -136,11 +136,13 @@ contains
       first = step%matrix
       call yielding_block(model, step, rhs, yielding)
     end if
-    call make_solver(kind, step%matrix%n, step%equations%bandwidth, symmetric, model%mesh%dimension, solver)
+    call make_solver(kind, step%matrix%n, step%equations%bandwidth, entry_count(step%matrix), symmetric, &
+      model%mesh%dimension, solver)
     call time_solver(solver, block, step, rhs, yielding, .false.)
     call solver%destroy()
     if (.not. block%yields .or. kind /= solver_mumps) return
-    call make_solver(kind, step%matrix%n, step%equations%bandwidth, symmetric, model%mesh%dimension, old)
+    call make_solver(kind, step%matrix%n, step%equations%bandwidth, entry_count(step%matrix), symmetric, &
+      model%mesh%dimension, old)
     call old%analyse(first, error)
     call stop_on(error)
     call old%factorise(first, error)

@@ -525,6 +525,18 @@ def threads(checks: Checks, folder: pathlib.Path) -> None:
             checks.check(f"{name}: {count} threads give the bytes of one", same, why)
 
 
+def sleeping_threads(checks: Checks, folder: pathlib.Path) -> None:
+    """Threads of a run sleep while they wait, unless the environment says how they are to wait. The runtime tells."""
+    deck = folder / "case.inp"
+    deck.write_text(block(factor=1, steps=1))
+    free = {key: value for key, value in os.environ.items() if key not in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT")}
+    for name, given, turns in (("asleep", {}, "0"), ("as they are told", {"GOMP_SPINCOUNT": "77"}, "77")):
+        run = subprocess.run([checks.binary, "run", str(deck), "--threads", "2", "--quiet", "--out", str(folder / turns)],
+                             capture_output=True, text=True, env={**free, **given, "OMP_DISPLAY_ENV": "verbose"}, check=False)
+        told = re.findall(r"GOMP_SPINCOUNT = '(\d+)'", run.stderr)
+        checks.check(f"two threads wait {name}", run.returncode == 0 and told[-1:] == [turns], run.stderr[-300:])
+
+
 def two_runs(checks: Checks, folder: pathlib.Path) -> None:
     """A second run into a folder is refused while the first one writes, and its results stay as they are; a run that was killed leaves no
     lock."""
@@ -740,7 +752,8 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
     for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
-                 threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit, clocks_and_levels,
+                 threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit,
+                 clocks_and_levels,
                  small_memory, full_disk):
         with tempfile.TemporaryDirectory() as name:
             try:

@@ -102,14 +102,15 @@ contains
     type(sparse_matrix_type), intent(in) :: matrix
     type(error_type), allocatable, intent(out) :: error
 
+    real(wp) :: largest(matrix%n)
+
     self%factor_nonzeros = size(self%band, kind=long)
-    self%factor_operations = merge(1.0_wp, 4.0_wp, self%symmetric)*size(self%band, 2)*real(self%half + 1, wp)**2
-    call fill_band(self, matrix)
+    call fill_band(self, matrix, largest)
     self%factor_operations = operations(matrix%n, self%half, self%symmetric)
     if (self%symmetric) then
       call factorise_symmetric(self, error)
     else
-      call factorise_general(self, error)
+      call factorise_general(self, largest, error)
     end if
   end subroutine factorise_values
 
@@ -125,17 +126,21 @@ contains
     if (symmetric) operations = real(n, wp)*(half + 1.0_wp)**2
   end function operations
 
-  !> Copy the rows into the band.
-  pure subroutine fill_band(self, matrix)
+  !> Copy the rows into the band. The rows above it that exchanges fill are cleared by LAPACK.
+  pure subroutine fill_band(self, matrix, largest)
     class(band_solver_type), intent(inout) :: self
     type(sparse_matrix_type), intent(in) :: matrix
+    !> Largest absolute value of each column (n).
+    real(wp), intent(out) :: largest(:)
 
     integer :: i, j, k
 
-    self%band = 0.0_wp
+    self%band(merge(1, self%half + 1, self%symmetric):, :) = 0.0_wp
+    largest = 0.0_wp
     do i = 1, matrix%n
       do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
         j = matrix%column(k)
+        largest(j) = max(largest(j), abs(matrix%values(k)))
         if (.not. self%symmetric) then
           self%band(2*self%half + 1 + i - j, j) = matrix%values(k)
         else if (j >= i) then
@@ -171,15 +176,16 @@ contains
   end subroutine factorise_symmetric
 
   !> LU; a pivot u(j,j) is judged against the largest entry of its column.
-  subroutine factorise_general(self, error)
+  subroutine factorise_general(self, largest, error)
     class(band_solver_type), intent(inout) :: self
+    !> Largest absolute value of each column (n).
+    real(wp), intent(in) :: largest(:)
     type(error_type), allocatable, intent(out) :: error
 
-    real(wp) :: largest(size(self%band, 2)), floor_share
+    real(wp) :: floor_share
     integer :: j, n, info
 
     n = size(self%band, 2)
-    largest = maxval(abs(self%band), dim=1)
     call dgbtrf(n, n, self%half, self%half, self%band, size(self%band, 1), self%exchanged, info)
     floor_share = pivot_floor(n)
     do j = 1, n

@@ -1,5 +1,5 @@
 !> Equations: which displacement components are unknown, how they are numbered, and the pattern of
-!> the matrix.
+!> the matrix. What is added to it is left to `matrix_blocks`.
 !>
 !> What couples nodes is a *patch*: the nodes of a cell, or of the two cells at a face of the ghost
 !> penalty. Only nodes of patches get equations, and only their free components, numbered along a
@@ -17,7 +17,7 @@ module qsmpm_equations
   implicit none
   private
 
-  public :: equations_type, number_equations, add_block, add_scalar_block, add_diagonal, gather, scatter
+  public :: equations_type, number_equations, gather, scatter
 
   !> Numbering, pattern and where each patch's blocks go.
   type :: equations_type
@@ -103,19 +103,20 @@ contains
     type(error_type), allocatable, intent(out) :: error
     integer :: position(size(graph_node)), order(size(graph_node))
     type(solver_row_type) :: row
-    integer :: i, c, node, width
+    integer :: i, c, d, node, width
 
     call order_bandwidth(first, neighbour, position)
-    width = (node_distance(first, neighbour, position) + 1)*size(equations%constrained, 1)
-    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*size(equations%constrained, 1), width, &
-      equations%symmetric, size(equations%constrained, 1)))
+    d = size(equations%constrained, 1)
+    width = (node_distance(first, neighbour, position) + 1)*d
+    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*d, width, &
+      (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
     if (.not. row%narrow_band) then
       call order_metis(first, neighbour, position, error)
       if (allocated(error)) return
     end if
     order(position) = [(i, i=1, size(graph_node))]
     if (allocated(equations%number)) deallocate (equations%number)
-    allocate (equations%number(size(equations%constrained, 1), size(equations%constrained, 2)))
+    allocate (equations%number(d, size(equations%constrained, 2)))
     equations%number = 0
     equations%count = 0
     do i = 1, size(graph_node)
@@ -211,12 +212,12 @@ contains
   end subroutine row_columns
 
   !> For every pair of nodes of every patch, where the block of the second starts in the rows of the
-  !> first.
+  !> first: node by node, so that the places of a row's columns are looked up, not searched for.
   pure subroutine place_blocks(equations, matrix)
     type(equations_type), intent(inout) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
-    integer :: q, a, b, n, k, row, target_equation
-    logical :: wanted
+    integer, allocatable :: lead(:), place(:), first(:), patch(:), position(:)
+    integer :: q, a, k, n, node, row
 
     if (allocated(equations%pair_first)) deallocate (equations%pair_first, equations%pair_offset)
     allocate (equations%pair_first(equations%connectivity%count + 1))
@@ -225,25 +226,59 @@ contains
       n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
       equations%pair_first(q + 1) = equations%pair_first(q) + n*n
     end do
-    allocate (equations%pair_offset(equations%pair_first(equations%connectivity%count + 1) - 1))
-    do q = 1, equations%connectivity%count
-      associate (nodes => equations%connectivity%nodes(equations%connectivity%first(q): &
-        equations%connectivity%first(q + 1) - 1))
-        k = equations%pair_first(q)
-        do b = 1, size(nodes)
-          target_equation = first_equation(equations%number(:, nodes(b)))
-          do a = 1, size(nodes)
-            row = first_equation(equations%number(:, nodes(a)))
-            wanted = row > 0 .and. target_equation >= merge(row, 1, matrix%symmetric)
-            equations%pair_offset(k) = 0
-            if (wanted) equations%pair_offset(k) = matrix%row_first(row + 1) - matrix%row_first(row) + 1 &
-              - find(matrix%column(matrix%row_first(row):matrix%row_first(row + 1) - 1), target_equation)
-            k = k + 1
+    allocate (equations%pair_offset(equations%pair_first(equations%connectivity%count + 1) - 1), source=0)
+    allocate (lead(size(equations%number, 2)), place(matrix%n))
+    do node = 1, size(lead)
+      lead(node) = first_equation(equations%number(:, node))
+    end do
+    call list_places(equations%connectivity, size(lead), first, patch, position)
+    do node = 1, size(lead)
+      row = lead(node)
+      if (row == 0) cycle
+      do k = matrix%row_first(row), matrix%row_first(row + 1) - 1
+        place(matrix%column(k)) = matrix%row_first(row + 1) - k
+      end do
+      do k = first(node), first(node + 1) - 1
+        q = patch(k)
+        n = equations%connectivity%first(q + 1) - equations%connectivity%first(q)
+        associate (nodes => equations%connectivity%nodes(equations%connectivity%first(q):), &
+          offset => equations%pair_offset(equations%pair_first(q) + position(k) - 1:))
+          do a = 1, n
+            if (lead(nodes(a)) >= merge(row, 1, matrix%symmetric)) offset((a - 1)*n + 1) = place(lead(nodes(a)))
           end do
-        end do
-      end associate
+        end associate
+      end do
     end do
   end subroutine place_blocks
+
+  !> Where each node stands: patches and the positions in them, in compressed rows.
+  pure subroutine list_places(connectivity, node_count, first, patch, position)
+    !> Node lists that couple.
+    type(connectivity_type), intent(in) :: connectivity
+    integer, intent(in) :: node_count
+    !> First places of the rows (node_count+1), patches and positions (listed nodes).
+    integer, allocatable, intent(out) :: first(:), patch(:), position(:)
+    integer :: next(node_count), q, k, node
+
+    allocate (first(node_count + 1), source=0)
+    allocate (patch(size(connectivity%nodes)), position(size(connectivity%nodes)))
+    do k = 1, size(connectivity%nodes)
+      first(connectivity%nodes(k) + 1) = first(connectivity%nodes(k) + 1) + 1
+    end do
+    first(1) = 1
+    do node = 1, node_count
+      first(node + 1) = first(node + 1) + first(node)
+    end do
+    next = first(:node_count)
+    do q = 1, connectivity%count
+      do k = connectivity%first(q), connectivity%first(q + 1) - 1
+        node = connectivity%nodes(k)
+        patch(next(node)) = q
+        position(next(node)) = k - connectivity%first(q) + 1
+        next(node) = next(node) + 1
+      end do
+    end do
+  end subroutine list_places
 
   !> First equation of a node, 0 when all its components are constrained.
   pure function first_equation(numbers) result(equation)
@@ -275,100 +310,6 @@ contains
     end do
     place = low
   end function find
-
-  !> Add a dense block of a patch, rows and columns ordered component first, to the matrix.
-  pure subroutine add_block(equations, stencil, block, matrix)
-    type(equations_type), intent(in) :: equations
-    integer, intent(in) :: stencil
-    !> (dimension, nodes, dimension, nodes)
-    real(wp), contiguous, intent(in) :: block(:, :, :, :)
-    type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: n, node, pair
-
-    n = size(block, 2)
-    node = equations%connectivity%first(stencil)
-    pair = equations%pair_first(stencil)
-    call add_pairs(size(block, 1), n, equations%connectivity%nodes(node:node + n - 1), &
-      equations%pair_offset(pair:pair + n*n - 1), equations%number, matrix%symmetric, matrix%row_first, block, &
-      matrix%values)
-  end subroutine add_block
-
-  !> The block of a patch on the plain arrays of the equations and the matrix.
-  pure subroutine add_pairs(d, n, nodes, offset, number, symmetric, row_first, block, values)
-    !> Components and nodes.
-    integer, intent(in) :: d, n
-    !> As of equations_type, the parts of the patch: nodes, offsets of the pairs; and all numbers.
-    integer, intent(in) :: nodes(n), offset(n, n), number(d, *)
-    !> As of sparse_matrix_type.
-    logical, intent(in) :: symmetric
-    integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(d, n, d, n)
-    real(wp), intent(inout) :: values(*)
-    integer :: a, b, i, j, row, place, least
-
-    do b = 1, n
-      do a = 1, n
-        if (offset(a, b) == 0) cycle
-        do i = 1, d
-          row = number(i, nodes(a))
-          if (row == 0) cycle
-          place = row_first(row + 1) - offset(a, b)
-          least = merge(row, 1, symmetric)
-          do j = 1, d
-            if (number(j, nodes(b)) == 0) cycle
-            if (number(j, nodes(b)) >= least) values(place) = values(place) + block(i, a, j, b)
-            place = place + 1
-          end do
-        end do
-      end do
-    end do
-  end subroutine add_pairs
-
-  !> Add a matrix on the nodes of a patch to the matrix: the same for every component, and none couples with another.
-  pure subroutine add_scalar_block(equations, stencil, block, matrix)
-    type(equations_type), intent(in) :: equations
-    integer, intent(in) :: stencil
-    !> (nodes, nodes)
-    real(wp), intent(in) :: block(:, :)
-    type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: a, b, c, pair, row, before, place
-
-    pair = equations%pair_first(stencil) - 1
-    associate (number => equations%number, n => size(block, 1), &
-      nodes => equations%connectivity%nodes(equations%connectivity%first(stencil):))
-      do b = 1, n
-        before = 0
-        do c = 1, size(number, 1)
-          if (number(c, nodes(b)) == 0) cycle
-          do a = 1, n
-            row = number(c, nodes(a))
-            if (row == 0 .or. equations%pair_offset(pair + (b - 1)*n + a) == 0) cycle
-            if (matrix%symmetric .and. number(c, nodes(b)) < row) cycle
-            place = matrix%row_first(row + 1) - equations%pair_offset(pair + (b - 1)*n + a) + before
-            matrix%values(place) = matrix%values(place) + block(a, b)
-          end do
-          before = before + 1
-        end do
-      end do
-    end associate
-  end subroutine add_scalar_block
-
-  !> Add to the diagonal at one component of a node; nothing where it is no unknown.
-  pure subroutine add_diagonal(equations, component, node, value, matrix)
-    type(equations_type), intent(in) :: equations
-    integer, intent(in) :: component, node
-    real(wp), intent(in) :: value
-    type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: row, place
-
-    row = equations%number(component, node)
-    if (row == 0) return
-    place = matrix%row_first(row)
-    do while (matrix%column(place) < row)
-      place = place + 1
-    end do
-    matrix%values(place) = matrix%values(place) + value
-  end subroutine add_diagonal
 
   !> The free components of nodal values.
   pure subroutine gather(equations, field, vector)

@@ -14,7 +14,7 @@ module qsmpm_linear_system
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, precision_double, &
     keep_auto, keep_yes
-  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct, solver_single, &
@@ -126,10 +126,10 @@ contains
     system%dimension = dimension
     system%bandwidth = bandwidth
     if (matrix%n == 0) return
-    kind = choose_solver(kind_for(system, choice), matrix%n, bandwidth, symmetric, dimension)
+    kind = choose_solver(kind_for(system, choice), matrix%n, bandwidth, entry_count(matrix), symmetric, dimension)
     system%banded = kind == solver_krylov
     if (use_single(system%choice%precision, kind, matrix%n, symmetric, dimension)) kind = solver_single
-    call make_solver(kind, matrix%n, bandwidth, symmetric, dimension, system%solver)
+    call make_solver(kind, matrix%n, bandwidth, entry_count(matrix), symmetric, dimension, system%solver)
     call system%solver%analyse(matrix, error)
   end subroutine start_system
 
@@ -201,7 +201,8 @@ contains
     type(error_type), allocatable, intent(out) :: error
 
     call end_system(system)
-    call make_solver(kind, matrix%n, system%bandwidth, system%symmetric, system%dimension, system%solver)
+    call make_solver(kind, matrix%n, system%bandwidth, entry_count(matrix), system%symmetric, system%dimension, &
+      system%solver)
     call system%solver%analyse(matrix, error)
     if (.not. allocated(error)) call system%solver%factorise(matrix, error)
   end subroutine replace_solver

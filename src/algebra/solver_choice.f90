@@ -3,6 +3,7 @@
 module qsmpm_solver_choice
   use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, precision_auto, &
     precision_single
+  use qsmpm_kinds, only: wp
   use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_list, only: solver_row_type, solver_row
@@ -16,8 +17,10 @@ module qsmpm_solver_choice
   !> Kinds no deck names: the fastest direct solver, MUMPS in single precision, MUMPS with an order of
   !> its own where the equations are not numbered for elimination.
   integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_ordering = 13
-  !> Widest bands for which the band solver is the fastest.
-  integer, parameter :: widest_symmetric = 120, widest_unsymmetric = 50
+  !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
+  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row.
+  real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp
+  integer, parameter :: most_for_band = 10000
   !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
   integer, parameter :: most_for_cholmod = 400000
   !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov
@@ -27,13 +30,15 @@ module qsmpm_solver_choice
 contains
 
   !> Make a solver.
-  subroutine make_solver(kind, n, bandwidth, symmetric, dimension, solver)
+  subroutine make_solver(kind, n, bandwidth, entries, symmetric, dimension, solver)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
     !> Number of equations.
     integer, intent(in) :: n
     !> Largest distance of an entry from the diagonal in the order of `order_bandwidth`.
     integer, intent(in) :: bandwidth
+    !> Entries of the matrix, in both triangles.
+    integer, intent(in) :: entries
     !> The matrix is symmetric. CHOLMOD takes no other, so an explicit CHOLMOD becomes MUMPS.
     logical, intent(in) :: symmetric
     !> Dimension of the model, 1 to 3.
@@ -44,7 +49,7 @@ contains
     type(solver_row_type) :: row
     integer :: chosen
 
-    chosen = choose_solver(kind, n, bandwidth, symmetric, dimension)
+    chosen = choose_solver(kind, n, bandwidth, entries, symmetric, dimension)
     row = solver_row(chosen)
     if (associated(row%make)) then
       call row%make(symmetric, solver)
@@ -61,19 +66,20 @@ contains
 
   !> The kind that will solve: the one asked for, or for `solver_auto` the fastest one. It is known
   !> before the equations are numbered, as it decides their order.
-  pure integer function choose_solver(kind, n, bandwidth, symmetric, dimension)
+  pure integer function choose_solver(kind, n, bandwidth, entries, symmetric, dimension)
     !> One of the `solver_*` values of the analysis.
     integer, intent(in) :: kind
     !> As for `make_solver`.
     integer, intent(in) :: n
     integer, intent(in) :: bandwidth
+    integer, intent(in) :: entries
     logical, intent(in) :: symmetric
     integer, intent(in) :: dimension
 
     choose_solver = kind
     if (kind == solver_cholmod .and. .not. symmetric) choose_solver = solver_mumps
     if (kind /= solver_auto .and. kind /= solver_direct) return
-    if (bandwidth <= merge(widest_symmetric, widest_unsymmetric, symmetric)) then
+    if (is_narrow(n, real(bandwidth, wp), entries)) then
       choose_solver = solver_band
     else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
@@ -84,6 +90,17 @@ contains
       choose_solver = solver_mumps
     end if
   end function choose_solver
+
+  !> Whether the band solver is the fastest.
+  pure logical function is_narrow(n, bandwidth, entries)
+    !> As for `make_solver`.
+    integer, intent(in) :: n
+    real(wp), intent(in) :: bandwidth
+    integer, intent(in) :: entries
+
+    is_narrow = bandwidth <= narrow
+    if (n <= most_for_band) is_narrow = is_narrow .or. n*bandwidth*(bandwidth + start) <= fill*entries
+  end function is_narrow
 
   !> Whether a direct solver of a kind is to work in single precision.
   pure logical function use_single(precision, kind, n, symmetric, dimension)

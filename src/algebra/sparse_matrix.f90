@@ -11,7 +11,7 @@ module qsmpm_sparse_matrix
   implicit none
   private
 
-  public :: sparse_matrix_type, multiply, residual_norm, bandwidth, row_sums, &
+  public :: sparse_matrix_type, multiply, residual_norm, bandwidth, entry_count, row_sums, &
     first_not_finite
 
   !> A square matrix in compressed rows.
@@ -107,6 +107,14 @@ contains
       bandwidth = max(bandwidth, i - matrix%column(first), matrix%column(last) - i)
     end do
   end function bandwidth
+
+  !> Entries in both triangles.
+  pure integer function entry_count(matrix)
+    type(sparse_matrix_type), intent(in) :: matrix
+
+    entry_count = matrix%row_first(matrix%n + 1) - 1
+    if (matrix%symmetric) entry_count = 2*entry_count - matrix%n
+  end function entry_count
 
   !> Sums of absolute values in the rows.
   pure subroutine row_sums(matrix, sums)

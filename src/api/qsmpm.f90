@@ -26,7 +26,8 @@ module qsmpm
   use qsmpm_program_name, only: program_name, has_feature, api_version
   use qsmpm_version, only: version
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_equations, only: equations_type, add_block, add_diagonal
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_block, add_diagonal
   use qsmpm_kept_arrays, only: lay_array, kept_values, keep_values
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, increment_type, failure_type, force_sizes_type, role_external, role_internal, &

@@ -14,7 +14,8 @@ module qsmpm_assembly
   use qsmpm_law, only: law_slot_type, step_info_type, tangent_none, status_ok
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type, group_of
-  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_group_evaluation, only: results_type, work_type, allocate_work, evaluate_group
   implicit none

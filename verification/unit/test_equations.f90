@@ -3,7 +3,8 @@ module test_equations
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_equations, only: equations_type, number_equations, add_block
+  use qsmpm_equations, only: equations_type, number_equations
+  use qsmpm_matrix_blocks, only: add_block, add_scalar_block
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use testing, only: tests_type
   implicit none
@@ -51,7 +52,75 @@ contains
     constrained(1, 2) = .false.
     call number_equations(equations, connectivity, constrained, matrix, changed, error)
     call tests%check('a freed component changes the pattern', changed .and. equations%count == 8)
+    call check_blocks(tests, 2)
+    call check_blocks(tests, 3)
+    call check_blocks(tests, 4)
   end subroutine collect_equations
+
+  !> Blocks and scalar blocks of any number of components, whole and in one triangle: nodes that are free, held in part and
+  !> held altogether, against a dense matrix. Source: the sums by hand; round-off.
+  subroutine check_blocks(tests, d)
+    type(tests_type), intent(inout) :: tests
+    !> Components.
+    integer, intent(in) :: d
+    type(equations_type) :: equations
+    type(connectivity_type) :: connectivity
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    logical :: constrained(d, 6), changed
+    real(wp) :: dense(6*d, 6*d), sparse(6*d, 6*d)
+    character(len=16) :: name
+    integer :: k
+
+    connectivity%count = 3
+    connectivity%first = [1, 4, 7, 9]
+    connectivity%nodes = [1, 2, 3, 3, 4, 5, 5, 1]
+    constrained = .false.
+    constrained(d, 2) = .true.
+    constrained(:, 4) = .true.
+    do k = 1, 2
+      equations%symmetric = k == 2
+      write (name, '(i0,a)') d, merge(', one triangle', '              ', k == 2)
+      call number_equations(equations, connectivity, constrained, matrix, changed, error)
+      call fill(equations, connectivity, matrix, dense)
+      call to_dense(equations, matrix, sparse)
+      call tests%close('blocks, components: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
+      matrix%values = 0.0_wp
+      call fill_scalars(equations, connectivity, matrix, dense)
+      call to_dense(equations, matrix, sparse)
+      call tests%close('scalar blocks, components: '//trim(name), maxval(abs(dense - sparse)), 0.0_wp, 1.0e-13_wp)
+    end do
+  end subroutine check_blocks
+
+  !> A different matrix on the nodes of each patch, in an array with room for more.
+  subroutine fill_scalars(equations, connectivity, matrix, dense)
+    type(equations_type), intent(in) :: equations
+    type(connectivity_type), intent(in) :: connectivity
+    type(sparse_matrix_type), intent(inout) :: matrix
+    real(wp), intent(out) :: dense(:, :)
+    real(wp) :: block(5, 5)
+    integer :: q, a, b, i, d
+
+    dense = 0.0_wp
+    d = size(equations%number, 1)
+    do q = 1, connectivity%count
+      associate (nodes => connectivity%nodes(connectivity%first(q):connectivity%first(q + 1) - 1))
+        do b = 1, size(block, 2)
+          do a = 1, size(block, 1)
+            block(a, b) = q + 0.1_wp*(a + b) + 0.3_wp*a*b
+            if (max(a, b) > size(nodes)) cycle
+            do i = 1, d
+              if (equations%number(i, nodes(a)) == 0 .or. equations%number(i, nodes(b)) == 0) cycle
+              associate (entry => dense(d*(nodes(a) - 1) + i, d*(nodes(b) - 1) + i))
+                entry = entry + block(a, b)
+              end associate
+            end do
+          end do
+        end do
+      end associate
+      call add_scalar_block(equations, q, block, matrix)
+    end do
+  end subroutine fill_scalars
 
   !> Add a different block for each patch, symmetric where the matrix is, to the matrix and to a dense one.
   subroutine fill(equations, connectivity, matrix, dense)
@@ -60,24 +129,26 @@ contains
     type(sparse_matrix_type), intent(inout) :: matrix
     real(wp), intent(out) :: dense(:, :)
     real(wp), allocatable :: block(:, :, :, :)
-    integer :: q, a, b, i, j, n, first
+    integer :: q, a, b, i, j, n, d, first
 
     dense = 0.0_wp
+    d = size(equations%number, 1)
     do q = 1, connectivity%count
       first = connectivity%first(q) - 1
       n = connectivity%first(q + 1) - connectivity%first(q)
-      allocate (block(2, n, 2, n))
+      allocate (block(d, n, d, n))
       do b = 1, n
-        do j = 1, 2
+        do j = 1, d
           do a = 1, n
-            do i = 1, 2
+            do i = 1, d
               block(i, a, j, b) = q + 0.1_wp*a + 0.01_wp*b + 0.3_wp*i - 0.7_wp*j
               if (matrix%symmetric) block(i, a, j, b) = q + (0.1_wp*a + 0.3_wp*i)*(0.1_wp*b + 0.3_wp*j)
               if (equations%number(i, connectivity%nodes(first + a)) == 0) cycle
               if (equations%number(j, connectivity%nodes(first + b)) == 0) cycle
-              dense(2*connectivity%nodes(first + a) - 2 + i, 2*connectivity%nodes(first + b) - 2 + j) = &
-                dense(2*connectivity%nodes(first + a) - 2 + i, 2*connectivity%nodes(first + b) - 2 + j) + block(i, &
-                  a, j, b)
+              associate (entry => dense(d*(connectivity%nodes(first + a) - 1) + i, &
+                d*(connectivity%nodes(first + b) - 1) + j))
+                entry = entry + block(i, a, j, b)
+              end associate
             end do
           end do
         end do
@@ -92,11 +163,12 @@ contains
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(in) :: matrix
     real(wp), intent(out) :: dense(:, :)
-    integer :: place(equations%count), i, a, row, k
+    integer :: place(equations%count), i, a, row, k, d
 
+    d = size(equations%number, 1)
     do a = 1, size(equations%number, 2)
-      do i = 1, 2
-        if (equations%number(i, a) > 0) place(equations%number(i, a)) = 2*a - 2 + i
+      do i = 1, d
+        if (equations%number(i, a) > 0) place(equations%number(i, a)) = d*(a - 1) + i
       end do
     end do
     dense = 0.0_wp

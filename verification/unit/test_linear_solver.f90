@@ -10,7 +10,7 @@ module test_linear_solver
   use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_umfpack, solver_mumps, &
     solver_krylov, precision_auto, precision_double, precision_single
   use qsmpm_sparse_matrix, only: sparse_matrix_type, multiply, residual_norm, bandwidth, &
-    row_sums
+    entry_count, row_sums
   use qsmpm_node_ordering, only: order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_version, only: with_suitesparse
@@ -94,17 +94,21 @@ contains
 
     symmetric_kind = merge(solver_cholmod, solver_mumps, with_suitesparse)
     call tests%check('a narrow band is chosen for the band solver', &
-      choose_solver(solver_auto, 1000, 5, .true., 1) == solver_band)
+      choose_solver(solver_auto, 1000, 5, 11000, .true., 1) == solver_band)
+    call tests%check('the denser the rows, the wider a band may be; and not in a large model', &
+      choose_solver(solver_auto, 1500, 224, 75000, .false., 2) == solver_band .and. &
+      choose_solver(solver_auto, 2080, 132, 36000, .false., 2) == solver_mumps .and. &
+      choose_solver(solver_auto, 15000, 224, 750000, .false., 2) == solver_mumps)
     call tests%check('a wide symmetric matrix goes to CHOLMOD where it is built in', &
-      choose_solver(solver_auto, 10000, 500, .true., 2) == symmetric_kind)
+      choose_solver(solver_auto, 10000, 500, 170000, .true., 2) == symmetric_kind)
     call tests%check('a wide unsymmetric matrix goes to MUMPS', &
-      choose_solver(solver_auto, 10000, 500, .false., 3) == solver_mumps)
+      choose_solver(solver_auto, 10000, 500, 600000, .false., 3) == solver_mumps)
     call tests%check('a factor too large for CHOLMOD goes to MUMPS', &
-      choose_solver(solver_direct, 1000000, 30000, .true., 3) == solver_mumps)
+      choose_solver(solver_direct, 1000000, 30000, 75000000, .true., 3) == solver_mumps)
     call tests%check('a large symmetric matrix in 3D is iterated', &
-      choose_solver(solver_auto, 1000000, 30000, .true., 3) == solver_krylov)
+      choose_solver(solver_auto, 1000000, 30000, 75000000, .true., 3) == solver_krylov)
     call tests%check('a large unsymmetric one is not', &
-      choose_solver(solver_auto, 1000000, 30000, .false., 3) == solver_mumps)
+      choose_solver(solver_auto, 1000000, 30000, 75000000, .false., 3) == solver_mumps)
     call tests%check('single precision is for large matrices in 3D, and where it is asked for', &
       use_single(precision_auto, solver_mumps, 50000, .false., 3) .and. &
       .not. use_single(precision_auto, solver_mumps, 50000, .false., 2) .and. &
@@ -113,9 +117,9 @@ contains
       use_single(precision_single, solver_mumps, 500, .true., 2) .and. &
       .not. use_single(precision_single, solver_band, 500, .true., 2))
     call tests%check('a solver asked for is kept', &
-      choose_solver(solver_umfpack, 10, 1, .false., 2) == solver_umfpack)
+      choose_solver(solver_umfpack, 10, 1, 28, .false., 2) == solver_umfpack)
     call tests%check('an unsymmetric matrix asked of CHOLMOD goes to MUMPS', &
-      choose_solver(solver_cholmod, 10, 1, .false., 2) == solver_mumps)
+      choose_solver(solver_cholmod, 10, 1, 28, .false., 2) == solver_mumps)
   end subroutine test_choice
 
   !> The rows are the kinds of the analysis, and their words those of the deck.
@@ -149,7 +153,7 @@ contains
     class(linear_solver_type), allocatable :: solver
     character(len=:), allocatable :: name
 
-    call make_solver(kind, 1, 0, symmetric, 2, solver)
+    call make_solver(kind, 1, 0, 1, symmetric, 2, solver)
     name = solver%name//merge(' symmetric  ', ' unsymmetric', symmetric)
     name = trim(name)
     call test_grids(tests, solver, name)
@@ -231,8 +235,8 @@ contains
     type(error_type), allocatable :: error
     real(wp), allocatable :: x(:), rhs(:)
 
-    call make_solver(kind, 1, 0, symmetric, 2, one)
-    call make_solver(kind, 1, 0, symmetric, 2, two)
+    call make_solver(kind, 1, 0, 1, symmetric, 2, one)
+    call make_solver(kind, 1, 0, 1, symmetric, 2, two)
     call grid([5, 5], .true., 0.0_wp, matrix_one)
     call grid([3, 3, 3], .true., 0.0_wp, matrix_two)
     call one%analyse(matrix_one, error)
@@ -370,7 +374,7 @@ contains
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
 
-    call make_solver(kind, 9, 1, kind == solver_cholmod, 2, solver)
+    call make_solver(kind, 9, 1, 25, kind == solver_cholmod, 2, solver)
     call second_difference(9, 0.0_wp, matrix)
     call solver%analyse(matrix, error)
     call check_error(tests, solver%name//': is not in this build and says so', error, &
@@ -387,7 +391,7 @@ contains
     type(sparse_matrix_type) :: matrix
     type(error_type), allocatable :: error
 
-    call make_solver(solver_number('KLU'), 4, 3, .false., 2, solver)
+    call make_solver(solver_number('KLU'), 4, 3, 10, .false., 2, solver)
     matrix = sparse_matrix_type(n=4, row_first=[1, 4, 7, 9, 11], column=[1, 2, 3, 1, 2, 4, 1, 3, 2, 4], &
       values=[0.0_wp, 2.0_wp, 5.0_wp, 4.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 2.0_wp, 3.0_wp, 0.0_wp])
     call solver%analyse(matrix, error)
@@ -407,12 +411,12 @@ contains
     type(error_type), allocatable :: error
 
     call second_difference(30, 0.5_wp, matrix)
-    call make_solver(solver_auto, 30, 1, .true., 1, solver)
+    call make_solver(solver_auto, 30, 1, 88, .true., 1, solver)
     call solver%analyse(matrix, error)
     call solver%factorise(matrix, error)
     call tests%check('the automatic choice recognises an indefinite matrix', solver%indefinite)
     call solver%destroy()
-    call make_solver(solver_mumps, 30, 1, .true., 1, solver)
+    call make_solver(solver_mumps, 30, 1, 88, .true., 1, solver)
     call solver%analyse(matrix, error)
     call solve_and_check(tests, solver, matrix, 'MUMPS takes over an indefinite matrix')
     call solver%destroy()
@@ -429,7 +433,7 @@ contains
     real(wp), allocatable :: x(:)
 
     call grid([60, 60], .false., 0.5_wp, matrix)
-    call make_solver(solver_band, matrix%n, bandwidth(matrix), .false., 2, solver)
+    call make_solver(solver_band, matrix%n, bandwidth(matrix), entry_count(matrix), .false., 2, solver)
     call solver%analyse(matrix, error)
     call solver%factorise(matrix, error)
     allocate (x(matrix%n))

@@ -3,7 +3,7 @@ module test_node_ordering
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_mumps
-  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_choice, only: make_solver
@@ -153,7 +153,7 @@ contains
       type(sparse_matrix_type) :: matrix
 
       call elastic_matrix([side, side], position, 0.3_wp, .true., 0.0_wp, matrix)
-      call make_solver(solver_mumps, matrix%n, 0, .true., 2, solver)
+      call make_solver(solver_mumps, matrix%n, 0, entry_count(matrix), .true., 2, solver)
       call solver%analyse(matrix, error)
       if (.not. allocated(error)) call solver%factorise(matrix, error)
       factor_size = 10_long**12

@@ -13,7 +13,8 @@ module qsmpm_boundary_stabilisation
   use qsmpm_background, only: build_background
   use qsmpm_configuration, only: configuration_type
   use qsmpm_element_ghost, only: build_element_ghost
-  use qsmpm_equations, only: equations_type, add_scalar_block
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_scalar_block
   use qsmpm_point_location, only: activation_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type
@@ -161,13 +162,12 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     type(equations_type), intent(in) :: equations
     type(sparse_matrix_type), intent(inout) :: matrix
-    integer :: k, n
+    integer :: k
 
     associate (unused => displacement)
     end associate
     do k = 1, self%penalty%connectivity%count
-      n = self%penalty%connectivity%first(k + 1) - self%penalty%connectivity%first(k)
-      call add_scalar_block(equations, self%first_stencil + k - 1, self%penalty%matrix(:n, :n, k), matrix)
+      call add_scalar_block(equations, self%first_stencil + k - 1, self%penalty%matrix(:, :, k), matrix)
     end do
   end subroutine add_blocks
 

@@ -21,7 +21,8 @@ module qsmpm_contacts
   use qsmpm_contact_law, only: tractions_type
   use qsmpm_contact_push, only: push_of_patch, tractions_of_patch, reaction_of, place_measure_type
   use qsmpm_contact_scratch, only: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
-  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_block
   use qsmpm_kept_arrays, only: kept_values
   use qsmpm_model, only: model_type
   use qsmpm_rigid_bodies, only: motion_in_phase, keep_rigid_body

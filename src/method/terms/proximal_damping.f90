@@ -4,7 +4,8 @@
 module qsmpm_proximal_damping
   use qsmpm_kinds, only: wp
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_equations, only: equations_type, add_diagonal
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_diagonal
   use qsmpm_model, only: model_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_term, only: term_type, increment_type, role_numerical

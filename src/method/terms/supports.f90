@@ -11,7 +11,8 @@ module qsmpm_supports
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: support_none, support_all
   use qsmpm_configuration, only: configuration_type
-  use qsmpm_equations, only: equations_type, add_block
+  use qsmpm_equations, only: equations_type
+  use qsmpm_matrix_blocks, only: add_block
   use qsmpm_model, only: model_type
   use qsmpm_space, only: shape_values_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
