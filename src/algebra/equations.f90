@@ -11,7 +11,8 @@ module qsmpm_equations
   use qsmpm_node_graph, only: connectivity_type, node_graph, node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
   use qsmpm_sorting, only: sort
-  use qsmpm_solver_choice, only: choose_solver
+  use qsmpm_sweep_ordering, only: narrow_by_sweeps
+  use qsmpm_solver_choice, only: choose_solver, most_for_band
   use qsmpm_solver_list, only: solver_row_type, solver_row
   use qsmpm_error, only: error_type
   implicit none
@@ -44,7 +45,7 @@ contains
 
   !> Number the equations and lay out the matrix; nothing happens when patches and constraints are
   !> those of the last call.
-  subroutine number_equations(equations, connectivity, constrained, matrix, changed, error)
+  subroutine number_equations(equations, connectivity, constrained, matrix, changed, error, places)
     type(equations_type), intent(inout) :: equations
     !> Node lists that couple.
     type(connectivity_type), intent(in) :: connectivity
@@ -55,6 +56,8 @@ contains
     !> True when the pattern is new.
     logical, intent(out) :: changed
     type(error_type), allocatable, intent(out) :: error
+    !> Coordinates of the nodes, from which an order with a narrow band may follow (2 or 3, node_count).
+    real(wp), intent(in), optional :: places(:, :)
     integer, allocatable :: first(:), neighbour(:), graph_node(:)
 
     changed = .not. same_patches(equations, connectivity, constrained)
@@ -64,7 +67,7 @@ contains
     equations%connectivity = connectivity
     equations%constrained = constrained
     call node_graph(connectivity, size(constrained, 2), equations%active, graph_node, first, neighbour)
-    call number_along_order(equations, graph_node, first, neighbour, error)
+    call number_along_order(equations, graph_node, first, neighbour, error, places)
     if (allocated(error)) return
     call lay_out(equations, graph_node, first, neighbour, matrix)
   end subroutine number_equations
@@ -96,19 +99,23 @@ contains
   end function same_patches
 
   !> Give the free components numbers along the order of the nodes.
-  subroutine number_along_order(equations, graph_node, first, neighbour, error)
+  subroutine number_along_order(equations, graph_node, first, neighbour, error, places)
     type(equations_type), intent(inout) :: equations
     !> Mesh node of each graph node.
     integer, intent(in) :: graph_node(:), first(:), neighbour(:)
     type(error_type), allocatable, intent(out) :: error
+    !> Coordinates of the nodes (2 or 3, node_count).
+    real(wp), intent(in), optional :: places(:, :)
     integer :: position(size(graph_node)), order(size(graph_node))
     type(solver_row_type) :: row
-    integer :: i, c, d, node, width
+    integer :: i, c, d, node, distance
 
     call order_bandwidth(first, neighbour, position)
     d = size(equations%constrained, 1)
-    width = (node_distance(first, neighbour, position) + 1)*d
-    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*d, width, &
+    distance = node_distance(first, neighbour, position)
+    if (present(places) .and. size(graph_node)*d <= most_for_band) &
+      call narrow_by_sweeps(places(:, graph_node), first, neighbour, position, distance)
+    row = solver_row(choose_solver(equations%solver_kind, size(graph_node)*d, (distance + 1)*d, &
       (size(graph_node) + size(neighbour))*d**2, equations%symmetric, d))
     if (.not. row%narrow_band) then
       call order_metis(first, neighbour, position, error)

@@ -41,7 +41,7 @@ contains
     integer, intent(in) :: row_first(*)
     real(wp), intent(in) :: block(d, n, d, n)
     real(wp), intent(inout) :: values(*)
-    integer :: a, b, row_end(d, n), at(d)
+    integer :: a, b, row_end(d, n), at
     logical :: free(n)
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
@@ -53,23 +53,27 @@ contains
             block(:, a, :, b), values)
           cycle
         end if
-        at = row_end(:, a) - offset(a, b)
         ! Written out: loops of two and three cost more than what they do.
         if (d == 3) then
-          values(at(1)) = values(at(1)) + block(1, a, 1, b)
-          values(at(1) + 1) = values(at(1) + 1) + block(1, a, 2, b)
-          values(at(1) + 2) = values(at(1) + 2) + block(1, a, 3, b)
-          values(at(2)) = values(at(2)) + block(2, a, 1, b)
-          values(at(2) + 1) = values(at(2) + 1) + block(2, a, 2, b)
-          values(at(2) + 2) = values(at(2) + 2) + block(2, a, 3, b)
-          values(at(3)) = values(at(3)) + block(3, a, 1, b)
-          values(at(3) + 1) = values(at(3) + 1) + block(3, a, 2, b)
-          values(at(3) + 2) = values(at(3) + 2) + block(3, a, 3, b)
+          at = row_end(1, a) - offset(a, b)
+          values(at) = values(at) + block(1, a, 1, b)
+          values(at + 1) = values(at + 1) + block(1, a, 2, b)
+          values(at + 2) = values(at + 2) + block(1, a, 3, b)
+          at = row_end(2, a) - offset(a, b)
+          values(at) = values(at) + block(2, a, 1, b)
+          values(at + 1) = values(at + 1) + block(2, a, 2, b)
+          values(at + 2) = values(at + 2) + block(2, a, 3, b)
+          at = row_end(3, a) - offset(a, b)
+          values(at) = values(at) + block(3, a, 1, b)
+          values(at + 1) = values(at + 1) + block(3, a, 2, b)
+          values(at + 2) = values(at + 2) + block(3, a, 3, b)
         else
-          values(at(1)) = values(at(1)) + block(1, a, 1, b)
-          values(at(1) + 1) = values(at(1) + 1) + block(1, a, 2, b)
-          values(at(2)) = values(at(2)) + block(2, a, 1, b)
-          values(at(2) + 1) = values(at(2) + 1) + block(2, a, 2, b)
+          at = row_end(1, a) - offset(a, b)
+          values(at) = values(at) + block(1, a, 1, b)
+          values(at + 1) = values(at + 1) + block(1, a, 2, b)
+          at = row_end(2, a) - offset(a, b)
+          values(at) = values(at) + block(2, a, 1, b)
+          values(at + 1) = values(at + 1) + block(2, a, 2, b)
         end if
       end do
     end do
@@ -148,25 +152,26 @@ contains
     integer, intent(in) :: row_first(*)
     real(wp), intent(in) :: block(most, *)
     real(wp), intent(inout) :: values(*)
-    integer :: a, b, c, before, row_end(d, n), at(d)
+    integer :: a, b, c, before, row_end(d, n), at
     logical :: free(n)
 
     call find_row_ends(d, n, nodes, number, row_first, row_end, free)
     do b = 1, n
       do a = 1, n
         if (offset(a, b) == 0) cycle
-        at = row_end(:, a) - offset(a, b)
         if (free(a) .and. free(b)) then
-          values(at(1)) = values(at(1)) + block(a, b)
-          values(at(2) + 1) = values(at(2) + 1) + block(a, b)
-          if (d == 3) values(at(3) + 2) = values(at(3) + 2) + block(a, b)
+          do c = 1, d
+            at = row_end(c, a) - offset(a, b) + c - 1
+            values(at) = values(at) + block(a, b)
+          end do
           cycle
         end if
         before = 0
         do c = 1, d
           if (number(c, nodes(b)) == 0) cycle
+          at = row_end(c, a) - offset(a, b) + before
           if (row_end(c, a) > 0 .and. .not. (symmetric .and. number(c, nodes(b)) < number(c, nodes(a)))) &
-            values(at(c) + before) = values(at(c) + before) + block(a, b)
+            values(at) = values(at) + block(a, b)
           before = before + 1
         end do
       end do

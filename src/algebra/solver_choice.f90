@@ -20,7 +20,7 @@ module qsmpm_solver_choice
   !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
   !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row.
   real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp
-  integer, parameter :: most_for_band = 10000
+  integer, parameter, public :: most_for_band = 10000
   !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
   integer, parameter :: most_for_cholmod = 400000
   !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov

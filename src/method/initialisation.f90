@@ -4,7 +4,7 @@
 !> kept while the active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
-  use qsmpm_analysis, only: newton_modified
+  use qsmpm_analysis, only: newton_modified, basis_fem
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
@@ -16,6 +16,7 @@ module qsmpm_initialisation
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
+  use qsmpm_space, only: node_position
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
@@ -104,6 +105,7 @@ contains
     type(error_type), allocatable, intent(out) :: error
     type(connectivity_type) :: connectivity
     logical, allocatable :: constrained(:, :)
+    real(wp), allocatable :: places(:, :)
     logical :: changed
 
     call switch_timer(step%profile%watch, part_initialisation)
@@ -123,7 +125,8 @@ contains
     step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
     step%equations%symmetric = is_symmetric(model, step%terms)
     call switch_timer(step%profile%watch, part_analysis)
-    call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error)
+    call find_places(model, all_nodes(step%unknowns), places)
+    call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
     if (allocated(error)) return
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count)
     changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
@@ -134,6 +137,23 @@ contains
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
+
+  !> Where the nodes are, unless they move: an order that follows from their places would be another one in a run that
+  !> is continued. Unknowns that belong to no node are put at the origin.
+  pure subroutine find_places(model, count, places)
+    type(model_type), intent(in) :: model
+    !> Nodes and other columns of the table of unknowns.
+    integer, intent(in) :: count
+    !> (dimension, count); not allocated where nodes move.
+    real(wp), allocatable, intent(out) :: places(:, :)
+    integer :: a
+
+    if (model%analysis%method%basis == basis_fem .or. model%analysis%moving_mesh%active) return
+    allocate (places(model%mesh%dimension, count), source=0.0_wp)
+    do a = 1, min(count, model%space%node_count)
+      places(:, a) = node_position(model%space, model%mesh, a)
+    end do
+  end subroutine find_places
 
   !> Room for the forces; none yet.
   subroutine prepare_forces(components, nodes, forces)

@@ -4,7 +4,9 @@ module test_node_ordering
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_mumps
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
+  use qsmpm_node_graph, only: node_distance
   use qsmpm_node_ordering, only: order_metis, order_bandwidth
+  use qsmpm_sweep_ordering, only: narrow_by_sweeps
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_choice, only: make_solver
   use model_matrices, only: node_graph, elastic_matrix, inverse_of
@@ -23,6 +25,7 @@ contains
     call tests%start('node_ordering')
     call test_odd_graphs(tests)
     call test_strip(tests)
+    call test_sweeps(tests)
     call test_fill(tests)
     call test_refusal(tests)
   end subroutine collect_node_ordering
@@ -62,6 +65,53 @@ contains
     call order_metis(first, neighbour, again, error)
     call tests%check('METIS repeats itself on '//name, all(dissected == again))
   end subroutine check_orders
+
+  !> Nodes of a grid whose functions reach over `reach` cells in every direction. Slices along the longest axis, rows
+  !> along the shortest, leave a distance of reach (slice + row + 1), counted by hand; a narrower order stays.
+  subroutine test_sweeps(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call check_sweeps(tests, 'a rectangle', [5, 12, 1], 2, 2*(5 + 1))
+    call check_sweeps(tests, 'a rectangle that lies', [12, 5, 1], 2, 2*(5 + 1))
+    call check_sweeps(tests, 'a brick', [4, 3, 6], 1, 12 + 3 + 1)
+    call check_sweeps(tests, 'a brick that lies', [6, 4, 3], 1, 12 + 3 + 1)
+  end subroutine test_sweeps
+
+  !> One grid with scrambled numbers.
+  subroutine check_sweeps(tests, name, sides, reach, expected)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: name
+    !> Nodes along the axes.
+    integer, intent(in) :: sides(3)
+    integer, intent(in) :: reach, expected
+    integer, allocatable :: at(:, :), first(:), neighbour(:), position(:), kept(:)
+    integer :: n, i, j, d, found
+
+    n = product(sides)
+    d = merge(2, 3, sides(3) == 1)
+    ! 7 has no divisor in common with the numbers of nodes.
+    allocate (at(3, n), first(n + 1), neighbour(0), position(n))
+    do i = 1, n
+      j = mod(7*i, n)
+      at(:, i) = [mod(j, sides(1)), mod(j/sides(1), sides(2)), j/(sides(1)*sides(2))]
+    end do
+    do i = 1, n
+      first(i) = size(neighbour) + 1
+      do j = 1, n
+        if (j /= i .and. maxval(abs(at(:, i) - at(:, j))) <= reach) neighbour = [neighbour, j]
+      end do
+    end do
+    first(n + 1) = size(neighbour) + 1
+    call order_bandwidth(first, neighbour, position)
+    found = node_distance(first, neighbour, position)
+    call narrow_by_sweeps(real(at(:d, :), wp), first, neighbour, position, found)
+    call tests%check('sweeps permute '//name, is_permutation(position))
+    call tests%check('sweeps leave the narrow band of '//name, found == expected .and. &
+      node_distance(first, neighbour, position) == expected)
+    allocate (kept, source=position)
+    call narrow_by_sweeps(real(at(:d, :), wp), first, neighbour, position, found)
+    call tests%check('an order as narrow stays: '//name, all(position == kept))
+  end subroutine check_sweeps
 
   !> Scrambled numbers make any graph wide. Cuthill-McKee brings a path back to the bandwidth 1. On
   !> a strip of 3 by 40 nodes joined along the axes no order does with less than 3, the smaller side
