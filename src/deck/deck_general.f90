@@ -43,9 +43,9 @@ contains
     call table%add('SOLVER', in_model, once, 'The solver of linear equations.', solver_fields, '*SOLVER, TYPE=MUMPS', &
       check_solver)
     call table%add('MOVING MESH', in_model, once, 'Grid rows follow a plate: rows between base '// &
-      'and plate are scaled, rows beyond the plate are shifted. The points stay where they are. No row may come to '// &
-      'be narrower than the points it passes stand apart: the run warns where one does.', moving_fields, &
-      '*MOVING MESH, NSET=plate, AXIS=Y, BASE=0', check_moving)
+      'and plate are scaled, rows beyond the plate are shifted. Or they follow a rigid body. The points stay where '// &
+      'they are. No row may come to be narrower than the points it passes stand apart: the run warns where one does.', &
+      moving_fields, '*MOVING MESH, NSET=plate, AXIS=Y, BASE=0|*MOVING MESH, BODY=bar, AXIS=X, NEAR=0.04', check_moving)
   end subroutine add_general_keywords
 
   !> *FIELD and *RESTART.
@@ -302,7 +302,11 @@ contains
     associate (moving => deck%analysis%moving_mesh)
       call fields%given(moving%active)
       call fields%line(moving%where)
-      call fields%name('NSET', moving%set, 'node set of the plate', required=.true.)
+      call fields%name('NSET', moving%set, 'node set of the plate')
+      call fields%name('BODY', moving%body, 'rigid body in place of a plate: rows near it go with it, all others '// &
+        'are scaled, the ends of the grid stay')
+      call fields%number('NEAR', moving%near, 'distance from the reference point of the body (centre, tip) within '// &
+        'which rows keep their distances: its half width and some cells', range='(0, inf)', needs='BODY')
       call fields%choice('AXIS', moving%axis, bar_list(axis_words), 'direction in which the rows move')
       call fields%number('BASE', moving%base, 'coordinate of the row that stays')
     end associate
@@ -315,6 +319,13 @@ contains
 
     if (state%analysis%moving_mesh%axis > state%dimension .and. state%dimension > 0) call state%report_error(card, &
       'AXIS=Z has no meaning in a plane model')
+    state%analysis%moving_mesh%by_body = card%has('BODY')
+    if (card%has('BODY') .eqv. card%has('NSET')) call state%report_error(card, &
+      'one of the parameters NSET, a plate of nodes, and BODY, a rigid body, says what the rows follow')
+    if (card%has('BODY') .and. .not. card%has('NEAR')) call state%report_error(card, &
+      'NEAR is missing: the distance from the body within which rows keep their distances')
+    if (card%has('BODY') .and. card%has('BASE')) call state%report_error(card, &
+      'BASE is for rows that follow a plate; with BODY both ends of the grid stay')
   end subroutine check_moving
 
   !> *FIELD.

@@ -195,7 +195,7 @@ contains
     integer :: i, p
 
     associate (sets => state%analysis%node_sets)
-      if (state%analysis%moving_mesh%active) call check_set(state, &
+      if (state%analysis%moving_mesh%active .and. .not. state%analysis%moving_mesh%by_body) call check_set(state, &
         state%analysis%moving_mesh%set, sets, state%analysis%moving_mesh%where, 'MOVING MESH', &
         'node set')
       do i = 1, size(state%analysis%histories)

@@ -65,6 +65,8 @@ contains
         'edge on the axis, in 3D all along z. CYLINDER: upright, in axisymmetry and 3D', required=.true.)
       call fields%number('ROUND', body%round, 'radius of the corners of BOX, CONE, POLYGON and CYLINDER; a quarter '// &
         'of a cell when not given', range='(0, inf)', given=rounded)
+      call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
+        'before the first step; in plane strain and axisymmetry')
       call fields%data('plane', when='SHAPE=PLANE')
       call place_fields(fields, body)
       call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
@@ -125,6 +127,8 @@ contains
     type(deck_state_type), intent(inout) :: state
 
     associate (body => state%analysis%rigid_bodies(state%item))
+      if (state%dimension == 3 .and. body%in_place) call state%report_error(card, &
+        'IN PLACE is for plane strain and axisymmetry: in 3D draw the bodies of soil without it')
       if (state%analysis%model == plane_strain .and. body%shape == rigid_cylinder) call state%report_error(card, &
         'CYLINDER is for axisymmetry and 3D; in plane strain draw a BOX or a CIRCLE')
       if (card%has('ROUND') .and. any(body%shape == [rigid_plane, rigid_circle])) call state%report_error(card, &
@@ -338,6 +342,9 @@ contains
         end associate
       end do
     end do
+    associate (moving => state%analysis%moving_mesh)
+      if (moving%by_body) call check_name(state, moving%body, bodies, moving%where, 'MOVING MESH', 'rigid body')
+    end associate
     call check_moved_and_loaded(state)
     call warn_of_untouched(state)
     call warn_of_water(state)

@@ -29,7 +29,7 @@ module qsmpm_rigid_outline
 
   real(wp), parameter :: pi = acos(-1.0_wp)
   !> Chords by which a full circle is drawn.
-  integer, parameter :: chords_of_circle = 64
+  integer, parameter :: drawn_chords = 64
 
 contains
 
@@ -59,15 +59,19 @@ contains
 
   !> Corners of the outline, arcs as chords; of a plane two points that are `reach` to both sides of its own, the body
   !> at the left hand.
-  pure function outline_corners(shape, reach) result(corners)
+  pure function outline_corners(shape, reach, chords_of_circle) result(corners)
     type(rigid_shape_type), intent(in) :: shape
     real(wp), intent(in) :: reach
+    !> Chords of a full circle; as many as are drawn where it is absent.
+    integer, intent(in), optional :: chords_of_circle
     !> (2,n)
     real(wp), allocatable :: corners(:, :)
     type(pieces_type) :: pieces
     real(wp) :: part
-    integer :: k, i, chords
+    integer :: k, i, chords, of_circle
 
+    of_circle = drawn_chords
+    if (present(chords_of_circle)) of_circle = chords_of_circle
     allocate (corners(2, 0))
     if (shape%kind == kind_half_space) then
       call add_corner(shape%place(:2) + reach*[shape%normal(2), -shape%normal(1)])
@@ -78,7 +82,7 @@ contains
     part = 0.0_wp
     do k = 1, pieces%count
       chords = 1
-      if (.not. pieces%straight(k)) chords = max(1, nint(chords_of_circle*pieces%length(k)/ &
+      if (.not. pieces%straight(k)) chords = max(1, nint(of_circle*pieces%length(k)/ &
         (2.0_wp*pi*pieces%aim(1, k))))
       do i = 0, chords - 1
         call add_corner(place_along(pieces, part + i*pieces%length(k)/chords))

@@ -1,4 +1,4 @@
-!> Meshes that move: rows that follow a plate, and the test whether a carried mesh is tangled.
+!> Meshes that move: rows that follow a plate or a body, and the test whether a carried mesh is tangled.
 module qsmpm_moving_rows
   use qsmpm_kinds, only: wp
   use qsmpm_element, only: shape_gradients, full_rule, local_nodes, node_count
@@ -6,7 +6,7 @@ module qsmpm_moving_rows
   implicit none
   private
 
-  public :: scale_rows, is_tangled
+  public :: scale_rows, carry_rows, is_tangled
 
 contains
 
@@ -42,6 +42,22 @@ contains
       end if
     end subroutine move
   end subroutine scale_rows
+
+  !> Rows near a body go with it, those between them and the ends of the mesh scale, the ends stay.
+  pure subroutine carry_rows(mesh, axis, middle, near, shift)
+    type(mesh_type), intent(inout) :: mesh
+    !> Axis along which the body moves.
+    integer, intent(in) :: axis
+    !> Coordinate of the body before, distance from it within which rows go with it, and how far it moves.
+    real(wp), intent(in) :: middle, near, shift
+    integer :: a
+
+    do a = 1, mesh%node_count
+      associate (x => mesh%coordinates(axis, a), low => mesh%bounds(axis, 1), high => mesh%bounds(axis, 2))
+        x = x + shift*max(0.0_wp, min(1.0_wp, (x - low)/(middle - near - low), (high - x)/(high - middle - near)))
+      end associate
+    end do
+  end subroutine carry_rows
 
   !> True when the map of a cell turns inside out at a node or at a point of its full rule.
   subroutine is_tangled(mesh, coordinates, cell, tangled)

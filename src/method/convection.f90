@@ -4,7 +4,8 @@
 !> Every material point gets its own deformation gradient, stress and volume (eq. 28 as
 !> Omega det F; under the pressure of a group det F includes the volume change found there), also
 !> where the equations were integrated at Gauss points (qsmpm_soil_points). With BASIS=FEM the mesh
-!> is carried along instead of being reset; with a moving mesh its rows follow the plate.
+!> is carried along instead of being reset; with a moving mesh its rows follow the plate or the
+!> rigid body.
 module qsmpm_convection
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type, fail, error_not_converged
@@ -24,7 +25,9 @@ module qsmpm_convection
   use qsmpm_surface_basis, only: turn_areas
   use qsmpm_point_location, only: activation_type, relocate
   use qsmpm_model_window, only: follow_material
-  use qsmpm_moving_rows, only: scale_rows, is_tangled
+  use qsmpm_rigid_bodies, only: rigid_body_number
+  use qsmpm_rigid_pose, only: placed_shape_type
+  use qsmpm_moving_rows, only: scale_rows, carry_rows, is_tangled
   implicit none
   private
 
@@ -32,6 +35,8 @@ module qsmpm_convection
 
   !> Points from which moving and updating them is worth waking the threads.
   integer, parameter :: fewest_points = 50000
+  !> Cells that are left between the rows that go with a body and the ends of a moving mesh.
+  real(wp), parameter :: room = 1.0_wp
 
 contains
 
@@ -64,9 +69,13 @@ contains
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(step%activation, displacement, model%mesh, model%state%coordinates, error)
     else
-      if (model%analysis%moving_mesh%active) call move_rows(model, displacement)
-      call follow_material(model)
-      call find_again(model%mesh, model%cell_size, model%state, error)
+      if (model%analysis%moving_mesh%by_body) then
+        call follow_body(model, bodies_at_end(step%terms), error)
+      else if (model%analysis%moving_mesh%active) then
+        call move_rows(model, displacement)
+      end if
+      if (.not. allocated(error)) call follow_material(model)
+      if (.not. allocated(error)) call find_again(model%mesh, model%cell_size, model%state, error)
     end if
     if (.not. allocated(error)) call refuse_penetration(model, bodies_at_end(step%terms), error)
     if (allocated(error)) return
@@ -267,6 +276,31 @@ contains
     model%state%coordinates = model%mesh%coordinates
     call refresh_space(model%space, model%mesh)
   end subroutine move_rows
+
+  !> The rows of a moving mesh follow a rigid body, as long as there is room for them ahead of it.
+  subroutine follow_body(model, bodies, error)
+    type(model_type), intent(inout) :: model
+    !> The bodies where they are at the end of the step.
+    type(placed_shape_type), intent(in) :: bodies(:)
+    !> error_not_converged: no room is left.
+    type(error_type), allocatable, intent(out) :: error
+    real(wp) :: place
+
+    associate (moving => model%analysis%moving_mesh, body => bodies(rigid_body_number(model, &
+        model%analysis%moving_mesh%body)), bounds => model%mesh%bounds)
+      place = body%reference(moving%axis) + body%pose%displacement(moving%axis)
+      if (place - moving%near < bounds(moving%axis, 1) + room*model%cell_size .or. &
+        place + moving%near > bounds(moving%axis, 2) - room*model%cell_size) then
+        call fail(error, error_not_converged, "rigid body '"//moving%body//"' has come within NEAR of *MOVING MESH "// &
+          'to the end of the grid: a larger grid, a smaller NEAR or a shorter way')
+        return
+      end if
+      call carry_rows(model%mesh, moving%axis, model%state%plate, moving%near, place - model%state%plate)
+      model%state%plate = place
+    end associate
+    model%state%coordinates = model%mesh%coordinates
+    call refresh_space(model%space, model%mesh)
+  end subroutine follow_body
 
   !> Mean displacement of the plate along the axis of the moving mesh.
   function plate_displacement(model, displacement) result(move)

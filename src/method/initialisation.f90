@@ -21,6 +21,7 @@ module qsmpm_initialisation
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
+  use qsmpm_surface_refinement, only: refine_surfaces
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
   use qsmpm_unloading, only: measure_unloading
@@ -98,7 +99,7 @@ contains
 
   !> Prepare a step from the state of the model.
   subroutine initialise_step(model, step, error)
-    !> Loaded surfaces of bodies whose outline is carried are laid on it anew.
+    !> Surfaces that have stretched are refined; loaded ones of bodies whose outline is carried are laid on it anew.
     type(model_type), intent(inout) :: model
     type(step_type), intent(inout), target :: step
     !> Failure of the ordering or of the solver's analysis.
@@ -110,6 +111,7 @@ contains
 
     call switch_timer(step%profile%watch, part_initialisation)
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
+    call refine_surfaces(model)
     step%window = model%state%window
     call make_terms(model, step%terms)
     call find_configuration(model, step%configuration_type)

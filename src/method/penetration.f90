@@ -7,7 +7,10 @@ module qsmpm_penetration
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
+  use qsmpm_rigid_bodies, only: placed_bodies
+  use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: placed_shape_type
+  use qsmpm_rigid_shape, only: distance_type
   implicit none
   private
 
@@ -17,6 +20,8 @@ module qsmpm_penetration
   real(wp), parameter :: noticed = 0.1_wp, refused = 0.5_wp
   !> Gap over the size of a cell that is warned of.
   real(wp), parameter :: noticed_gap = 0.5_wp
+  !> Cosine between the outward normals of soil and body from which on a point of the surface lies on its wrong side.
+  real(wp), parameter :: same_way = 0.5_wp
 
   !> What has been reported so far.
   type :: penetration_check_type
@@ -24,6 +29,8 @@ module qsmpm_penetration
     real(wp) :: reported = noticed
     !> Gap last reported, in cells.
     real(wp) :: reported_gap = noticed_gap
+    !> A folded surface has been reported.
+    logical :: reported_fold = .false.
   end type penetration_check_type
 
 contains
@@ -52,6 +59,7 @@ contains
     class(observer_type), intent(inout) :: observer
 
     call warn_of_gap(model, found, check, observer)
+    call warn_of_fold(model, check, observer)
     if (.not. found%depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*found%depth/model%cell_size
     call observer%note('warning: '//sentence(model, found%body, found%point, found%depth)// &
@@ -74,6 +82,36 @@ contains
       "' from "// &
       trim(adjustl(buffer))//': it has drifted from the body, whose place is wrong by as much; smaller steps and cells')
   end subroutine warn_of_gap
+
+  !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
+  !> that no point of the surface stands for.
+  subroutine warn_of_fold(model, check, observer)
+    type(model_type), intent(in) :: model
+    type(penetration_check_type), intent(inout) :: check
+    class(observer_type), intent(inout) :: observer
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(distance_type) :: distance
+    character(len=80) :: buffer
+    integer :: i, k
+
+    if (check%reported_fold .or. .not. any(model%state%surface%contact_pressure > 0.0_wp)) return
+    allocate (bodies, source=placed_bodies(model))
+    do i = 1, model%state%surface%count
+      if (.not. model%state%surface%contact_pressure(i) > 0.0_wp) cycle
+      k = findloc(model%contact_pairs%surface, model%state%surface%surface(i), dim=1)
+      if (k == 0) cycle
+      distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%surface, i))
+      associate (vector => model%state%surface%area_vector(:, i), d => model%mesh%dimension)
+        if (dot_product(vector, distance%normal(:d)) < same_way*norm2(vector)) cycle
+      end associate
+      check%reported_fold = .true.
+      write (buffer, '(3(1x,es11.4))') model%state%surface%position(:, i)
+      call observer%note("warning: the surface of the soil is folded at rigid body '"//model%analysis%rigid_bodies( &
+        model%contact_pairs(k)%body)%name//"' at "//trim(adjustl(buffer))//': the pressure there is not to be '// &
+        'trusted; ON=BODY asks for contact on the body itself')
+      return
+    end do
+  end subroutine warn_of_fold
 
   !> How deep, where and in which body.
   pure function sentence(model, body, point, depth) result(text)

@@ -148,6 +148,7 @@ contains
       window%first(axis) = whole%first(axis)
       window%last(axis) = whole%last(axis)
     end associate
+    if (analysis%moving_mesh%by_body) return
     do s = 1, size(analysis%node_sets)
       associate (set => analysis%node_sets(s))
         if (set%name /= analysis%moving_mesh%set) cycle

@@ -12,11 +12,13 @@ module qsmpm_model_bodies
   use qsmpm_model_shapes, only: shape_of
   use qsmpm_points, only: allocate_points, carried_type, place_of
   use qsmpm_seeding, only: seed_list_type, seed_body, seed_even, seed_gauss, seed_fem
-  use qsmpm_mesh_measure, only: interpolate
+  use qsmpm_bodies_in_place, only: has_bodies_in_place, take_out_bodies
+  use qsmpm_mesh_measure, only: interpolate, cell_size
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polygon, only: polygon_area, polygon_centroid
   use qsmpm_polyhedron, only: polyhedron_volume
   use qsmpm_cell_measure, only: cell_volumes
+  use qsmpm_text, only: real_text
   implicit none
   private
 
@@ -30,36 +32,89 @@ module qsmpm_model_bodies
 
 contains
 
-  !> Seed all bodies.
+  !> Points of all bodies.
   subroutine make_points(model, diagnostics)
     type(model_type), intent(inout) :: model
     type(diagnostics_type), intent(inout) :: diagnostics
+    logical, allocatable :: readable(:)
+    integer :: b, known
+
+    allocate (model%shapes(size(model%analysis%bodies)), readable(size(model%analysis%bodies)))
+    do b = 1, size(model%analysis%bodies)
+      known = diagnostics%count
+      model%shapes(b) = shape_of(model, model%analysis%bodies(b), diagnostics)
+      readable(b) = diagnostics%count == known
+    end do
+    call seed_bodies(model, readable, diagnostics)
+    if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) call make_room(model, diagnostics)
+    if (diagnostics%count > 0) return
+    associate (points => model%state%points)
+      do b = 1, size(model%shapes)
+        call report_outside(model, model%shapes(b), model%analysis%bodies(b)%name, model%analysis%bodies(b)%copies* &
+          sum(points%volume, mask=points%body == b))
+      end do
+    end associate
+    call check_overlap(model, diagnostics)
+  end subroutine make_points
+
+  !> Points of all bodies by their shapes, and the size of the cells that hold them.
+  subroutine seed_bodies(model, readable, diagnostics)
+    type(model_type), intent(inout) :: model
+    !> Whether a body has a shape (bodies).
+    logical, intent(in) :: readable(:)
+    type(diagnostics_type), intent(inout) :: diagnostics
     type(seed_list_type) :: list
     type(error_type), allocatable :: error
-    integer :: b, before, known
+    integer :: b, before, p
 
-    allocate (model%shapes(size(model%analysis%bodies)))
     do b = 1, size(model%analysis%bodies)
+      if (.not. readable(b)) cycle
       associate (body => model%analysis%bodies(b))
         before = list%count
-        known = diagnostics%count
-        model%shapes(b) = shape_of(model, body, diagnostics)
-        if (diagnostics%count > known) cycle
         call seed_body(model%mesh, model%analysis%model == axisymmetric, model%shapes(b), b, &
           body%points_per_element, places_for(model), grid_degree(model%analysis%method%basis), list, error)
         if (allocated(error)) then
           call add_diagnostic(diagnostics, body%where, '*BODY', error%message)
         else if (list%count == before) then
           call add_diagnostic(diagnostics, body%where, '*BODY', "body '"//body%name//"' lies outside the mesh")
-        else
-          call report_outside(model, model%shapes(b), body%name, body%copies*sum(list%volume(before + 1:list%count)))
         end if
       end associate
     end do
     if (diagnostics%count > 0) return
     call points_from_seeds(model, list)
-    call check_overlap(model, diagnostics)
-  end subroutine make_points
+    model%cell_size = huge(1.0_wp)
+    do p = 1, model%state%points%count
+      model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
+    end do
+  end subroutine seed_bodies
+
+  !> Seed the bodies anew without what of them is inside of rigid bodies in place, and note how much that is.
+  subroutine make_room(model, diagnostics)
+    type(model_type), intent(inout) :: model
+    type(diagnostics_type), intent(inout) :: diagnostics
+    real(wp) :: volume(size(model%shapes)), weight(size(model%shapes))
+    integer :: b
+
+    associate (points => model%state%points)
+      do b = 1, size(volume)
+        volume(b) = sum(points%volume, mask=points%body == b)
+        weight(b) = sum(points%weight, mask=points%body == b)
+      end do
+    end associate
+    call take_out_bodies(model, diagnostics)
+    if (diagnostics%count > 0) return
+    call seed_bodies(model, [(.true., b=1, size(volume))], diagnostics)
+    if (diagnostics%count > 0) return
+    associate (points => model%state%points)
+      do b = 1, size(volume)
+        volume(b) = volume(b) - sum(points%volume, mask=points%body == b)
+        weight(b) = weight(b) - sum(points%weight, mask=points%body == b)
+        if (volume(b) > 0.0_wp) model%notes = model%notes//"body '"//model%analysis%bodies(b)%name//"': soil of "// &
+          'volume '//real_text(volume(b))//' and weight '//real_text(weight(b))//' is taken out where rigid bodies '// &
+          'are in place'//new_line('a')
+      end do
+    end associate
+  end subroutine make_room
 
   !> Where the points of whole cells lie. In axisymmetry the volume of a point that sees the functions at
   !> its place is that of its radius: only Gauss points integrate r grad N and N exactly (at the axis the

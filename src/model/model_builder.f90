@@ -19,11 +19,11 @@ module qsmpm_model_builder
   use qsmpm_initial_results, only: check_initial_results
   use qsmpm_model_space, only: make_space
   use qsmpm_model_bodies, only: make_points
-  use qsmpm_model_surfaces, only: make_surfaces
+  use qsmpm_model_surfaces, only: make_surfaces, choose_carrying_points
   use qsmpm_model_histories, only: make_histories
   use qsmpm_outlines, only: carry_outlines
   use qsmpm_phase_summary, only: summarise_phases, summarise_rigid_bodies
-  use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies
+  use qsmpm_rigid_bodies, only: make_rigid_bodies, lay_rigid_bodies, rigid_body_number
   use qsmpm_profile_check, only: check_strength_profiles
   use qsmpm_points, only: allocate_watched, start_strains, start_water
   use qsmpm_stress_at_rest, only: horizontal_at_rest
@@ -35,7 +35,8 @@ module qsmpm_model_builder
   use qsmpm_material_traits, only: traits_of
   use qsmpm_law, only: law_type, law_slot_type
   use qsmpm_soil_parameters, only: check_softening_cells
-  use qsmpm_mesh_measure, only: cell_size, mesh_volume
+  use qsmpm_mesh_measure, only: mesh_volume
+  use qsmpm_bodies_in_place, only: has_bodies_in_place, drop_buried_surfaces
   use qsmpm_element, only: element_order
   use qsmpm_undrained_law, only: make_undrained
   use qsmpm_text, only: real_text
@@ -47,6 +48,8 @@ module qsmpm_model_builder
   !> Share of the elastic tangent in the consistent one of a yielding soil: keeps the matrix regular at the apex and
   !> costs no accuracy, but iterations where a mechanism has next to no other stiffness (docs/methods/limit_loads.md).
   real(wp), parameter :: elastic_blend = 1.0e-5_wp
+  !> Cells from which a plate of nodes goes far.
+  real(wp), parameter :: far = 2.0_wp
   !> Poisson's ratio above which a material is cured of locking unasked, and the default factors.
   real(wp), parameter :: locking_poisson = 0.45_wp, linear_factor = 0.5_wp, smooth_factor = 0.1_wp
 
@@ -82,8 +85,11 @@ contains
     if (diagnostics%count == 0) call check_strength_profiles(model, diagnostics)
     if (diagnostics%count == 0) call make_surfaces(model, diagnostics)
     if (diagnostics%count == 0) call check_water_levels(model, diagnostics)
-    if (diagnostics%count == 0) call find_cell_size(model)
     if (diagnostics%count == 0) call make_rigid_bodies(model, diagnostics)
+    if (diagnostics%count == 0 .and. has_bodies_in_place(model%analysis)) then
+      call drop_buried_surfaces(model, diagnostics)
+      call choose_carrying_points(model)
+    end if
     if (diagnostics%count == 0) call make_histories(model, diagnostics)
     if (diagnostics%count > 0) then
       call fail(error, diagnostics%code, diagnostics%text)
@@ -92,6 +98,7 @@ contains
     call carry_outlines(model)
     call finish(model)
     call part_bodies(model)
+    call advise_plate(model)
   end subroutine build_model
 
   !> Defaults that depend on other choices.
@@ -254,17 +261,6 @@ contains
     call place_plate(model)
   end subroutine finish
 
-  !> The smallest of the cells with material.
-  subroutine find_cell_size(model)
-    type(model_type), intent(inout) :: model
-    integer :: p
-
-    model%cell_size = huge(1.0_wp)
-    do p = 1, model%state%points%count
-      model%cell_size = min(model%cell_size, cell_size(model%mesh, model%state%points%cell(p)))
-    end do
-  end subroutine find_cell_size
-
   !> Undeformed domains; their deformation gradients are kept only where the space averages.
   subroutine start_domains(model)
     type(model_type), intent(inout) :: model
@@ -280,12 +276,41 @@ contains
     call move_alloc(gradient, model%state%points%deformation_gradient)
   end subroutine start_domains
 
-  !> Coordinate of the plate's row.
+  !> A plate of nodes that goes far is told what a rigid body would do better.
+  subroutine advise_plate(model)
+    type(model_type), intent(inout) :: model
+    real(wp) :: way
+    integer :: p, i
+
+    associate (moving => model%analysis%moving_mesh)
+      if (.not. moving%active .or. moving%by_body) return
+      way = 0.0_wp
+      do p = 1, size(model%analysis%phases)
+        associate (phase => model%analysis%phases(p))
+          do i = 1, size(phase%prescriptions)
+            if (phase%prescriptions(i)%set == moving%set .and. phase%prescriptions(i)%component == moving%axis) &
+              way = way + abs(phase%load_factor*phase%prescriptions(i)%value)
+          end do
+        end associate
+      end do
+      if (way > far*model%cell_size) model%notes = model%notes//"the plate '"//moving%set//"' of *MOVING MESH "// &
+        'goes '//real_text(way/model%cell_size)//' cells bonded to the soil; a *RIGID BODY with *CONTACT may part '// &
+        'from it and slide along it (docs/methods/contact.md)'//new_line('a')
+    end associate
+  end subroutine advise_plate
+
+  !> Coordinate of the plate's row, or of the body that the rows follow.
   subroutine place_plate(model)
     type(model_type), intent(inout) :: model
     integer :: s
 
     if (.not. model%analysis%moving_mesh%active) return
+    if (model%analysis%moving_mesh%by_body) then
+      associate (moving => model%analysis%moving_mesh)
+        model%state%plate = model%rigid_shapes(rigid_body_number(model, moving%body))%reference(moving%axis)
+      end associate
+      return
+    end if
     do s = 1, size(model%mesh%node_sets)
       if (model%mesh%node_sets(s)%name /= model%analysis%moving_mesh%set) cycle
       model%state%plate = model%mesh%coordinates(model%analysis%moving_mesh%axis, &

@@ -153,8 +153,10 @@ contains
         end do
       end associate
     end do
-    if (model%analysis%moving_mesh%active) call require(model, model%analysis%moving_mesh%set, &
-      model%analysis%moving_mesh%where, '*MOVING MESH', diagnostics)
+    associate (moving => model%analysis%moving_mesh)
+      if (moving%active .and. .not. moving%by_body) call require(model, moving%set, moving%where, '*MOVING MESH', &
+        diagnostics)
+    end associate
   end subroutine make_sets
 
   !> A named node set must exist.

@@ -139,7 +139,7 @@ contains
       end associate
     end do
     associate (moving => model%analysis%moving_mesh)
-      if (moving%active) call constrain(moving%set, moving%where, '*MOVING MESH')
+      if (moving%active .and. .not. moving%by_body) call constrain(moving%set, moving%where, '*MOVING MESH')
     end associate
     call check_reactions(model, boxes, constrained, diagnostics)
 

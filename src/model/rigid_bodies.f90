@@ -22,7 +22,7 @@ module qsmpm_rigid_bodies
   implicit none
   private
 
-  public :: make_rigid_bodies, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
+  public :: make_rigid_bodies, make_shape, lay_rigid_bodies, placed_bodies, pose_of, keep_rigid_body, force_on_body, &
     motion_in_phase, rigid_body_number
 
   character(len=*), parameter :: kept_name = 'rigid_bodies'
@@ -33,7 +33,7 @@ module qsmpm_rigid_bodies
   !> Share of the largest radius that corners may have.
   real(wp), parameter :: most_of_edge = 0.99_wp
   !> Cells by which soil may be drawn inside of a body: the chords of a polygon that is drawn along a circle.
-  real(wp), parameter :: drawn_within = 1.0e-2_wp
+  real(wp), parameter, public :: drawn_within = 1.0e-2_wp
   real(wp), parameter :: degree = acos(-1.0_wp)/180.0_wp
 
 contains
@@ -77,7 +77,8 @@ contains
       end do
       associate (body => model%analysis%rigid_bodies(b))
         if (inside > 0.0_wp) call add_diagnostic(diagnostics, body%where, '*RIGID BODY', 'soil of volume '// &
-          real_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it")
+          real_text(inside)//" lies inside of '"//body%name//"': draw the bodies of soil without it, or let "// &
+          'IN PLACE=YES take it out')
       end associate
     end do
   end subroutine check_overlap

@@ -9,6 +9,7 @@ module qsmpm_outline_seeding
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_polyhedron, only: polyhedron_type, make_polyhedron, facet_normal
   use qsmpm_plane_clip, only: planes_of_box, clip_facet, most_corners
+  use qsmpm_polygon_difference, only: slits_of
   use qsmpm_prism_facets, only: prism_caps, prism_walls
   use qsmpm_surface_seeding, only: seed_segment
   use qsmpm_facet_seeding, only: seed_facets
@@ -50,7 +51,7 @@ contains
     real(wp), intent(out) :: left_out
     type(polyhedron_type) :: solid
     real(wp) :: segment(4, size_of_outline(shape)), length(size(segment, 2)), whole
-    logical :: inside(size(segment, 2)), cut(size(segment, 2))
+    logical :: inside(size(segment, 2)), cut(size(segment, 2)), slit(size(segment, 2))
     integer :: i, n
 
     if (mesh%dimension == 3) then
@@ -62,6 +63,7 @@ contains
     end if
     n = size(segment, 2)
     length = 0.0_wp
+    if (n > 0) slit = slits_of(shape%outline)
     do i = 1, n
       segment(:, i) = [shape%outline(:, i), shape%outline(:, mod(i, n) + 1)]
       whole = norm2(segment(3:, i) - segment(:2, i))
@@ -72,7 +74,7 @@ contains
     cut = cut .and. length <= max(sliver*sum(length), strip*slack)
     left_out = sum(length, mask=cut .and. length > strip*slack)
     do i = 1, n
-      if (inside(i) .and. .not. cut(i)) &
+      if (inside(i) .and. .not. (cut(i) .or. slit(i))) &
         call seed_segment(mesh, axisymmetric, occupied, .true., segment(:, i), degree, surface, list)
     end do
   end subroutine seed_outline

@@ -307,6 +307,8 @@ module qsmpm_analysis
     real(wp) :: round = -1.0_wp
     !> A box in space as drawn is turned about its middle: axis times angle in degrees.
     real(wp) :: rotation(3) = 0.0_wp
+    !> What is drawn of the soil inside of it is taken out at the start.
+    logical :: in_place = .false.
   end type rigid_body_type
 
   !> A surface of the soil that may touch a rigid body, or any soil.
@@ -444,6 +446,10 @@ module qsmpm_analysis
     integer :: axis = 2
     !> Coordinate of the row that stays.
     real(wp) :: base = 0.0_wp
+    !> Rows follow a rigid body in place of a plate; distance from its reference point within which they keep theirs.
+    logical :: by_body = .false.
+    character(len=:), allocatable :: body
+    real(wp) :: near = 0.0_wp
   end type moving_mesh_type
 
   !> How the stresses of a phase start.

@@ -251,7 +251,10 @@ contains
         call refuse_labels(analysis, analysis%phases(p)%prescriptions(i)%set, reason)
       end do
     end do
-    if (analysis%moving_mesh%active) then
+    if (analysis%moving_mesh%by_body) then
+      if (analysis%moving_mesh%axis == axis) call refuse(reason, '*MOVING MESH'// &
+        place_text(analysis%moving_mesh%where)//' is not symmetric')
+    else if (analysis%moving_mesh%active) then
       if (analysis%moving_mesh%axis == axis .or. set_side(members, set_number(analysis, analysis%moving_mesh%set), &
         axis) /= side_both) call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)// &
         ' is not symmetric')

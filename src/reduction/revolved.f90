@@ -209,6 +209,7 @@ contains
     !> What was found.
     type(revolved_solid_type), intent(in) :: solid
     character(len=:), allocatable, intent(inout) :: reason
+    logical :: along
     integer :: p, i
 
     do p = 1, size(analysis%phases)
@@ -227,7 +228,10 @@ contains
       end do
     end do
     if (.not. analysis%moving_mesh%active) return
-    if (analysis%moving_mesh%axis /= 2 .or. .not. is_level(members, set_number(analysis, analysis%moving_mesh%set))) &
+    along = analysis%moving_mesh%axis == 2
+    if (along .and. .not. analysis%moving_mesh%by_body) along = is_level(members, set_number(analysis, &
+      analysis%moving_mesh%set))
+    if (.not. along) &
       call refuse(reason, '*MOVING MESH'//place_text(analysis%moving_mesh%where)//' does not go along the axis')
   end subroutine require_sets
 

@@ -127,6 +127,10 @@ contains
       end do
       call move_alloc(moves, analysis%phases(p)%moves)
     end do
+    if (analysis%moving_mesh%by_body) then
+      b = rigid_number(analysis, analysis%moving_mesh%body)
+      if (beyond(b)) analysis%moving_mesh%body = analysis%rigid_bodies(rigid_partner(analysis, b, axis))%name
+    end if
     call move_alloc(bodies, analysis%rigid_bodies)
     call move_alloc(contacts, analysis%contacts)
   end subroutine half_rigid_bodies

@@ -230,7 +230,8 @@ contains
     real(wp), intent(in) :: plane, tolerance
     real(wp) :: place(3), direction(3)
 
-    yes = body%shape == other%shape .and. abs(body%round - other%round) <= tolerance
+    yes = body%shape == other%shape .and. (body%in_place .eqv. other%in_place) &
+      .and. abs(body%round - other%round) <= tolerance
     if (.not. yes) return
     place = body%place
     place(axis) = 2.0_wp*plane - place(axis)

@@ -231,7 +231,7 @@ contains
     integer :: p, i
 
     used = .false.
-    if (analysis%moving_mesh%active) used = analysis%moving_mesh%set == name
+    if (analysis%moving_mesh%active .and. .not. analysis%moving_mesh%by_body) used = analysis%moving_mesh%set == name
     do i = 1, size(analysis%histories)
       if (analysis%histories(i)%quantity /= quantity_reaction) cycle
       used = used .or. analysis%histories(i)%set == name

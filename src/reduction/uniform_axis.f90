@@ -140,11 +140,13 @@ contains
     type(members_type), intent(in) :: members
     integer, intent(in) :: axis
     character(len=:), allocatable, intent(inout) :: reason
+    logical :: along
 
     associate (moving => analysis%moving_mesh)
       if (.not. moving%active) return
-      if (moving%axis == axis .or. .not. covers_axis(members, set_number(analysis, moving%set), axis)) &
-        call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' depends on '//letters(axis))
+      along = moving%axis == axis
+      if (.not. (along .or. moving%by_body)) along = .not. covers_axis(members, set_number(analysis, moving%set), axis)
+      if (along) call refuse(reason, '*MOVING MESH'//place_text(moving%where)//' depends on '//letters(axis))
     end associate
   end subroutine require_plate
 

@@ -65,6 +65,8 @@ program run_unit_tests
   use test_stages, only: collect_stages
   use test_run_profile, only: collect_run_profile
   use test_polygon, only: collect_polygon
+  use test_surface_refinement, only: collect_surface_refinement
+  use test_bodies_in_place, only: collect_bodies_in_place
   use test_seeding, only: collect_seeding
   use test_body_pieces, only: collect_body_pieces
   use test_cut_cells, only: collect_cut_cells
@@ -196,6 +198,8 @@ program run_unit_tests
   call register('stages', collect_stages)
   call register('run_profile', collect_run_profile)
   call register('polygon', collect_polygon)
+  call register('bodies_in_place', collect_bodies_in_place)
+  call register('surface_refinement', collect_surface_refinement)
   call register('seeding', collect_seeding)
   call register('body_pieces', collect_body_pieces)
   call register('cut_cells', collect_cut_cells)

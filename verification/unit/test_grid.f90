@@ -8,7 +8,7 @@ module test_grid
   use qsmpm_mesh_measure, only: mesh_volume
   use qsmpm_grid, only: grid_type, make_grid
   use qsmpm_mesh_topology, only: build_topology
-  use qsmpm_moving_rows, only: scale_rows, is_tangled
+  use qsmpm_moving_rows, only: scale_rows, carry_rows, is_tangled
   use sample_models, only: sample_grid
   use testing, only: tests_type
   implicit none
@@ -158,6 +158,14 @@ contains
     call scale_rows(mesh, 2, 0.0_wp, 0.5_wp, 0.4_wp)
     call tests%close('rows above the plate shift', maxval(mesh%coordinates(2, :)), 0.9_wp, 1.0e-14_wp)
     call tests%close('the volume follows', mesh_volume(mesh), 0.9_wp, 1.0e-13_wp)
+    call sample_grid('QUAD4', 10, 0.0_wp, mesh)
+    call carry_rows(mesh, 1, 0.5_wp, 0.2_wp, 0.1_wp)
+    call tests%close('rows near the body go with it', minval(abs(mesh%coordinates(1, :) - 0.8_wp)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('on both sides', minval(abs(mesh%coordinates(1, :) - 0.4_wp)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('those behind it scale', minval(abs(mesh%coordinates(1, :) - 0.4_wp/3.0_wp)), 0.0_wp, 1.0e-14_wp)
+    call tests%close('those ahead too', minval(abs(mesh%coordinates(1, :) - (1.0_wp - 0.2_wp/3.0_wp))), 0.0_wp, 1.0e-14_wp)
+    call tests%close('the ends stay', mesh_volume(mesh), 1.0_wp, 1.0e-13_wp)
+    call sample_grid('QUAD8', 4, 0.0_wp, mesh)
     call is_tangled(mesh, mesh%coordinates, 1, tangled)
     call tests%check('a sound cell is not tangled', .not. tangled)
     mesh%coordinates(:, mesh%cell_nodes(1)) = [0.3_wp, 0.3_wp]

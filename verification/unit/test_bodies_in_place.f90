@@ -1,0 +1,164 @@
+!> Rigid bodies that are in place from the start: what is left of the soil, exactly, and of its surfaces.
+module test_bodies_in_place
+  use qsmpm_kinds, only: wp
+  use qsmpm_analysis, only: analysis_type
+  use qsmpm_deck, only: parse_deck, message_list_type
+  use qsmpm_error, only: error_type
+  use qsmpm_model, only: model_type
+  use qsmpm_model_builder, only: build_model
+  use qsmpm_rigid_shape, only: distance_type
+  use deck_samples, only: joined
+  use testing, only: tests_type
+  implicit none
+  private
+
+  public :: collect_bodies_in_place
+
+  !> A block of 4 by 3; a surface through its middle, and one around it.
+  character(len=*), parameter :: head = '*GRID, ELEMENT=QUAD4|X, 0, 4, 16|Y, 0, 4, 16|*NSET, NSET=base, PLANE=Y|0|'// &
+    '*SURFACE, NAME=level, TYPE=SEGMENT|4, 1.6, 0, 1.6|'// &
+    '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*UNIT WEIGHT|20|'
+  character(len=*), parameter :: box = '*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 4, 0, 3|'// &
+    '*SURFACE, NAME=around, TYPE=OUTLINE, BODY=ground|'
+  character(len=*), parameter :: tail = '*PHASE, NAME=press|*FIX|base, ALL|*MOVE, BODY=tool|0, -0.1|*END PHASE|'
+  character(len=*), parameter :: contact = '*CONTACT, BODY=tool, SURFACE=around|'
+  real(wp), parameter :: rounding = 1.0e-12_wp, pi = acos(-1.0_wp)
+
+contains
+
+  !> All tests of the suite.
+  subroutine collect_bodies_in_place(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    ! Areas of circles of radius one by 84 and by 64 chords.
+    real(wp), parameter :: chorded = 42.0_wp*sin(pi/42.0_wp), corners = 32.0_wp*sin(pi/32.0_wp)
+
+    call tests%start('bodies_in_place')
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)
+    call check_rest(tests, 'a circle in the middle', model, 12.0_wp - chorded*0.49_wp)
+    call check_surfaces(tests, model, 14.0_wp + 84.0_wp*1.4_wp*sin(pi/84.0_wp), 4.0_wp - 1.4_wp)
+    call tests%check('what is taken out is told: '//model%notes, index(model%notes, &
+      "body 'ground': soil of volume 1.53794") > 0 .and. index(model%notes, ' and weight 30.7589') > 0)
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES, ROUND=0.1|1, 2, 2.5, 3.5', model)
+    call check_rest(tests, 'a box at the top', model, 12.0_wp - 0.5_wp + 2.0_wp*(0.01_wp - corners*0.01_wp/4.0_wp))
+    call build(tests, 'PLANE STRAIN', box, 'SHAPE=PLANE, IN PLACE=YES|4, 0, -1, -1', model)
+    call check_rest(tests, 'a slope', model, 12.0_wp - 4.5_wp)
+    call build(tests, 'PLANE STRAIN', '*BODY, NAME=ground, MATERIAL=soil, SHAPE=ALL|'// &
+      '*SURFACE, NAME=around, TYPE=SEGMENT|4, 3, 0, 3|', &
+      'SHAPE=CIRCLE, IN PLACE=YES|2, 1.6, 0.7', model)
+    call check_rest(tests, 'a circle in all of the grid', model, 16.0_wp - chorded*0.49_wp)
+    call build(tests, 'AXISYMMETRIC', box, 'SHAPE=CYLINDER, IN PLACE=YES, ROUND=0.001|0, 2, 1, 2', model)
+    call check_rest(tests, 'a cylinder on the axis, per radian', model, 24.0_wp - 0.5_wp, 1.0e-5_wp)
+    call check_refusals(tests)
+    call check_advice(tests)
+  end subroutine collect_bodies_in_place
+
+  !> A model with a rigid body.
+  subroutine build(tests, kind, soil, rigid, model)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: kind, soil, rigid
+    type(model_type), intent(out) :: model
+    character(len=:), allocatable :: text
+
+    call try(kind, soil, rigid, model, text)
+    call tests%check('a model is built: '//text, len(text) == 0)
+    if (len(text) > 0) error stop 'a sample cannot be built'
+  end subroutine build
+
+  !> A model, or why there is none.
+  subroutine try(kind, soil, rigid, model, text)
+    character(len=*), intent(in) :: kind, soil, rigid
+    type(model_type), intent(out) :: model
+    character(len=:), allocatable, intent(out) :: text
+    type(analysis_type) :: analysis
+    type(message_list_type) :: messages
+    type(error_type), allocatable :: error
+
+    text = ''
+    call parse_deck('test.inp', joined('*MODEL, TYPE='//kind//'|'//head//soil//'*METHOD, BASIS=GIMP, '// &
+      'INTEGRATION=CELL|*RIGID BODY, NAME=tool, '//rigid//'|'//contact//tail), analysis, messages, error)
+    if (.not. allocated(error)) call build_model(analysis, model, error)
+    if (allocated(error)) text = error%message
+  end subroutine try
+
+  !> The material points hold the volume and weight that is left, and none is inside of the body.
+  subroutine check_rest(tests, what, model, volume, tolerance)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), intent(in) :: what
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: volume
+    real(wp), intent(in), optional :: tolerance
+    type(distance_type) :: distance
+    real(wp) :: allowed, deepest
+    integer :: p
+
+    allowed = rounding
+    if (present(tolerance)) allowed = tolerance
+    call tests%close('volume without '//what, sum(model%state%points%volume), volume, allowed)
+    call tests%close('weight without '//what, sum(model%state%points%weight), 20.0_wp*volume, 20.0_wp*allowed)
+    deepest = 0.0_wp
+    do p = 1, model%state%points%count
+      distance = model%rigid_shapes(1)%distance_at([model%state%points%position(:, p), 0.0_wp])
+      deepest = max(deepest, -distance%value)
+    end do
+    call tests%check('no soil is inside of '//what, deepest < 2.0e-3_wp*model%cell_size)
+  end subroutine check_rest
+
+  !> The outline runs along the body, without the slit that leads to it; a level surface ends at it.
+  subroutine check_surfaces(tests, model, around, level)
+    type(tests_type), intent(inout) :: tests
+    type(model_type), intent(in) :: model
+    real(wp), intent(in) :: around, level
+
+    associate (surface => model%state%surface)
+      call tests%close('length of the outline', sum(surface%area, mask=surface%surface == 2), around, 1.0e-10_wp)
+      call tests%close('sum of its area vectors', norm2(sum(surface%area_vector, dim=2, &
+        mask=spread(surface%surface == 2, 1, 2))), 0.0_wp, 1.0e-10_wp)
+      call tests%close('a surface through the body', sum(surface%area, mask=surface%surface == 1), level, 0.05_wp)
+      call tests%check('carrying points are those of the surfaces left', size(model%carrying_point) == surface%count)
+    end associate
+    call tests%check('what of it is left out is told', index(model%notes, "surface 'level': 0.") > 0)
+  end subroutine check_surfaces
+
+  !> A plate of nodes that goes more than two cells is told of rigid bodies, once.
+  subroutine check_advice(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: told = "the plate 'plate' of *MOVING MESH goes"
+
+    call tests%check('a plate that goes 2.4 cells', index(notes_of('0.3', '2'), told) > 0)
+    call tests%check('one that goes 1.9 cells', index(notes_of('0.475', '1'), told) == 0)
+
+  contains
+
+    !> Notes of a block pressed by a plate.
+    function notes_of(move, factor) result(notes)
+      character(len=*), intent(in) :: move, factor
+      character(len=:), allocatable :: notes
+      type(analysis_type) :: analysis
+      type(model_type) :: model
+      type(message_list_type) :: messages
+      type(error_type), allocatable :: error
+
+      call parse_deck('test.inp', joined('*MODEL, TYPE=PLANE STRAIN|'//head//box//'*METHOD, BASIS=GIMP, '// &
+        'INTEGRATION=CELL|*NSET, NSET=plate, BOX|1, 2, 3, 3|*MOVING MESH, NSET=plate, AXIS=Y|*PHASE, NAME=press, '// &
+        'LOAD FACTOR='//factor//'|*FIX|base, ALL|*PRESCRIBE|plate, Y, -'//move//'|*END PHASE|'), analysis, messages, error)
+      if (.not. allocated(error)) call build_model(analysis, model, error)
+      notes = ''
+      if (.not. allocated(error)) notes = model%notes
+    end function notes_of
+  end subroutine check_advice
+
+  !> What cannot be.
+  subroutine check_refusals(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    character(len=:), allocatable :: text
+
+    call try('PLANE STRAIN', box, 'SHAPE=CIRCLE|2, 1.6, 0.7', model, text)
+    call tests%check('the word is suggested: '//text, index(text, 'or let IN PLACE=YES take it out') > 0)
+    call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, -1, 4', model, text)
+    call tests%check('nothing left: '//text, index(text, "nothing is left of 'ground' where rigid") > 0)
+    call try('PLANE STRAIN', box, 'SHAPE=BOX, IN PLACE=YES|-1, 5, 1.5, 1.7', model, text)
+    call tests%check('a surface inside: '//text, index(text, "all of 'level' lies inside of rigid bodies") > 0)
+  end subroutine check_refusals
+end module test_bodies_in_place
