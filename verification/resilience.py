@@ -286,6 +286,22 @@ def pressed(checks: Checks, folder: pathlib.Path) -> None:
                  f"exit {code}, {rest.returncode}: {why}")
 
 
+def stretched(checks: Checks, folder: pathlib.Path) -> None:
+    """A surface whose points are split as it stretches: two threads and a continued run give the same bytes."""
+    deck = (pathlib.Path(__file__).resolve().parent / "cases" / "decks" / "contact_upset.inp").read_text()
+    deck = deck.replace("*PHASE", "*RESTART, EVERY=1\n*PHASE", 1).replace("STEPS=38", "STEPS=80")
+    whole = checks.run(folder, deck, out=folder / "whole")
+    checks.check("a block whose surface stretches runs", whole.returncode == 0, whole.stderr[-300:])
+    threads = checks.run(folder, deck, "--threads", "2", out=folder / "threads")
+    same, why = same_results(folder / "whole", folder / "threads")
+    checks.check("points split on two threads, the same bytes", threads.returncode == 0 and same, why)
+    code = interrupt(checks, folder, folder / "part", 50, signal.SIGKILL)
+    rest = checks.run(folder, deck, "--restart", str(folder / "part" / "restart.h5"), out=folder / "part")
+    same, why = same_results(folder / "whole", folder / "part")
+    checks.check("killed with more points than as drawn and continued, the same bytes", code == -9 and rest.returncode == 0 and same,
+                 f"exit {code}, {rest.returncode}: {why}")
+
+
 LOADED = PRESSED.replace("SHAPE=PLANE\n0, 1, 0, -1", "SHAPE=BOX\n-0.3, 1.3, 1, 1.5").replace("SURFACE=head, FRICTION ANGLE=10", "ON=BODY, FRICTION ANGLE=30")
 
 
@@ -751,7 +767,7 @@ def full_disk(checks: Checks, folder: pathlib.Path) -> None:
 
 def main() -> int:
     checks = Checks(os.path.abspath(sys.argv[1]))
-    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
+    for test in (not_converging, collapse, point_lost, singular, interrupted, released, searched, dug, kept_factors, pressed, stretched, loaded, quiet, stopped_in_metis, follows, echo_runs, bases,
                  threads, sleeping_threads, two_runs, damaged, resealed, strange_library, planned, leaves_by_exit,
                  clocks_and_levels,
                  small_memory, full_disk):
