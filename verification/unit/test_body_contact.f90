@@ -4,6 +4,8 @@ module test_body_contact
   use qsmpm_analysis, only: analysis_type, initial_stress_type, initial_given
   use qsmpm_body_points, only: body_points_type, present_body_points, keep_body_points, touch_body_points
   use qsmpm_contact_results, only: contact_pressure_at, widest_gap
+  use qsmpm_contact_scratch, only: keep_contact_points
+  use qsmpm_contacts, only: contacts_type
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
@@ -58,6 +60,7 @@ contains
     call check_tangent(tests, 'TENSION=YES, ADHESION=1')
     call check_step(tests)
     call check_rest(tests)
+    call check_two(tests)
   end subroutine collect_body_contact
 
   !> Outlines are where the distance is zero, as long as they are, in equal parts.
@@ -263,8 +266,55 @@ contains
     ! The base is flat: what it carries is its share of the pressures along the vertical, the rest is friction.
     call tests%check('a part of the force is friction on the sides', force(2) > sum(points%area*points%pressure, &
       mask=points%initial_position(2, :) < 0.66_wp))
+    call tests%check('places in contact have slipped, no others', maxval(norm2(points%slip, dim=1)) > 1.0e-3_wp .and. &
+      all(points%pressure > 0.0_wp .or. norm2(points%slip, dim=1) <= 0.0_wp))
+    call check_near(tests, step, model)
     call end_system(step%system)
   end subroutine check_step
+
+  !> What has opened comes into contact again at the end of a step when soil is near.
+  subroutine check_near(tests, step, model)
+    type(tests_type), intent(inout) :: tests
+    type(step_type), intent(inout) :: step
+    type(model_type), intent(inout) :: model
+    type(body_points_type) :: points
+    integer :: t
+
+    do t = 1, size(step%terms)
+      select type (term => step%terms(t)%term)
+      class is (contacts_type)
+        term%scratch%on_bodies%opening = 1.0_wp
+        call keep_contact_points(term%scratch, model)
+      end select
+    end do
+    call present_body_points(model, placed_bodies(model), points)
+    call tests%check('soil that is near touches again', any(points%touched) .and. .not. all(points%touched))
+  end subroutine check_near
+
+  !> Contact on two bodies: the places of each lie on it.
+  subroutine check_two(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(body_points_type) :: points
+    type(placed_shape_type), allocatable :: bodies(:)
+    type(distance_type) :: distance
+    real(wp) :: furthest
+    integer :: i
+
+    call make_step('FRICTION ANGLE=0|*RIGID BODY, NAME=other, SHAPE=CIRCLE|1, 1.45, 0.1|*CONTACT, BODY=other, ON=BODY', &
+      '|0, -0.01', model, step)
+    allocate (bodies, source=placed_bodies(model))
+    call present_body_points(model, bodies, points)
+    furthest = 0.0_wp
+    do i = 1, points%count
+      distance = bodies(points%pair(i))%distance_at([points%position(:, i), 0.0_wp])
+      furthest = max(furthest, abs(distance%value))
+    end do
+    call tests%check('both bodies have places', any(points%pair == 1) .and. any(points%pair == 2))
+    call tests%close('each on its own body', furthest, 0.0_wp, 1.0e-12_wp)
+    call end_system(step%system)
+  end subroutine check_two
 
   !> Initial stresses press on the body: p = -n sigma n, t = -(1 - n n') sigma n.
   subroutine check_rest(tests)
