@@ -49,8 +49,8 @@ contains
       do a = 1, n
         if (offset(a, b) == 0) cycle
         if (.not. (free(a) .and. free(b)) .or. (symmetric .and. a == b)) then
-          call add_pair(d, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
-            block(:, a, :, b), values)
+          call add_pair(d, n, a, b, number(:, nodes(a)), number(:, nodes(b)), offset(a, b), symmetric, row_first, &
+            block, values)
           cycle
         end if
         ! Written out: loops of two and three cost more than what they do.
@@ -101,15 +101,15 @@ contains
   end subroutine find_row_ends
 
   !> The block of a pair of nodes some components of which have no equation or no place.
-  pure subroutine add_pair(d, rows, columns, offset, symmetric, row_first, block, values)
-    !> Components.
-    integer, intent(in) :: d
+  pure subroutine add_pair(d, n, a, b, rows, columns, offset, symmetric, row_first, block, values)
+    !> Components and nodes, and the pair.
+    integer, intent(in) :: d, n, a, b
     !> Equations of the two nodes, offset of the pair.
     integer, intent(in) :: rows(d), columns(d), offset
     !> As of sparse_matrix_type.
     logical, intent(in) :: symmetric
     integer, intent(in) :: row_first(*)
-    real(wp), intent(in) :: block(d, d)
+    real(wp), intent(in) :: block(d, n, d, n)
     real(wp), intent(inout) :: values(*)
     integer :: i, j, place, least
 
@@ -119,7 +119,7 @@ contains
       least = merge(rows(i), 1, symmetric)
       do j = 1, d
         if (columns(j) == 0) cycle
-        if (columns(j) >= least) values(place) = values(place) + block(i, j)
+        if (columns(j) >= least) values(place) = values(place) + block(i, a, j, b)
         place = place + 1
       end do
     end do

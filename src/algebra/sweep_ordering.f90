@@ -31,6 +31,7 @@ contains
     integer :: keys(size(places, 1), size(position)), order(size(position)), trial(size(position))
     integer :: k, i, d, found
 
+    if (size(position) == 0) return
     d = size(places, 1)
     call number_places(places, keys)
     do k = 1, merge(2, 6, d == 2)

@@ -70,7 +70,11 @@ contains
   !> along the shortest, leave a distance of reach (slice + row + 1), counted by hand; a narrower order stays.
   subroutine test_sweeps(tests)
     type(tests_type), intent(inout) :: tests
+    integer :: none(0), distance
 
+    distance = 0
+    call narrow_by_sweeps(reshape([real(wp) ::], [2, 0]), [1], [integer ::], none, distance)
+    call tests%check('there is nothing to order in an empty graph', distance == 0)
     call check_sweeps(tests, 'a rectangle', [5, 12, 1], 2, 2*(5 + 1))
     call check_sweeps(tests, 'a rectangle that lies', [12, 5, 1], 2, 2*(5 + 1))
     call check_sweeps(tests, 'a brick', [4, 3, 6], 1, 12 + 3 + 1)

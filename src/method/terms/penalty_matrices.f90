@@ -33,20 +33,22 @@ contains
     real(wp), intent(in) :: displacement(:, :)
     !> The force is added (dimension, node_count).
     real(wp), intent(inout) :: force(:, :)
-    real(wp) :: move(size(force, 1), most_nodes(penalty%connectivity)), total(size(force, 1))
-    integer :: k, n, a, b, first
+    real(wp) :: part(most_nodes(penalty%connectivity), size(force, 1))
+    integer :: k, n, a, b, c, first
 
     do k = 1, penalty%connectivity%count
       first = penalty%connectivity%first(k)
       n = penalty%connectivity%first(k + 1) - first
       associate (nodes => penalty%connectivity%nodes(first:first + n - 1))
-        move(:, :n) = displacement(:, nodes)
-        do b = 1, n
-          total = 0.0_wp
-          do a = 1, n
-            total = total + move(:, a)*penalty%matrix(a, b, k)
+        part(:n, :) = 0.0_wp
+        ! Columns of the symmetric matrix in place of rows: their sums are independent of each other.
+        do a = 1, n
+          do c = 1, size(force, 1)
+            part(:n, c) = part(:n, c) + displacement(c, nodes(a))*penalty%matrix(:n, a, k)
           end do
-          force(:, nodes(b)) = force(:, nodes(b)) + total
+        end do
+        do b = 1, n
+          force(:, nodes(b)) = force(:, nodes(b)) + part(b, :)
         end do
       end associate
     end do
