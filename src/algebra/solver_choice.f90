@@ -18,8 +18,9 @@ module qsmpm_solver_choice
   !> its own where the equations are not numbered for elimination.
   integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_ordering = 13
   !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
-  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row.
-  real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp
+  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row, but in the plane
+  !> no more than with `most_entries` of them: cubic splines have more, in larger blocks.
+  real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp, most_entries = 50.0_wp
   integer, parameter, public :: most_for_band = 10000
   !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
   integer, parameter :: most_for_cholmod = 400000
@@ -79,7 +80,7 @@ contains
     choose_solver = kind
     if (kind == solver_cholmod .and. .not. symmetric) choose_solver = solver_mumps
     if (kind /= solver_auto .and. kind /= solver_direct) return
-    if (is_narrow(n, real(bandwidth, wp), entries)) then
+    if (is_narrow(n, real(bandwidth, wp), entries, dimension)) then
       choose_solver = solver_band
     else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
@@ -92,14 +93,19 @@ contains
   end function choose_solver
 
   !> Whether the band solver is the fastest.
-  pure logical function is_narrow(n, bandwidth, entries)
+  pure logical function is_narrow(n, bandwidth, entries, dimension)
     !> As for `make_solver`.
     integer, intent(in) :: n
     real(wp), intent(in) :: bandwidth
     integer, intent(in) :: entries
+    integer, intent(in) :: dimension
+    real(wp) :: of_a_row
 
     is_narrow = bandwidth <= narrow
-    if (n <= most_for_band) is_narrow = is_narrow .or. n*bandwidth*(bandwidth + start) <= fill*entries
+    if (n > most_for_band) return
+    of_a_row = real(entries, wp)/max(1, n)
+    if (dimension < 3) of_a_row = min(of_a_row, most_entries)
+    is_narrow = is_narrow .or. bandwidth*(bandwidth + start) <= fill*of_a_row
   end function is_narrow
 
   !> Whether a direct solver of a kind is to work in single precision.

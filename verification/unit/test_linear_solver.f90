@@ -99,6 +99,9 @@ contains
       choose_solver(solver_auto, 1500, 224, 75000, .false., 2) == solver_band .and. &
       choose_solver(solver_auto, 2080, 132, 36000, .false., 2) == solver_mumps .and. &
       choose_solver(solver_auto, 15000, 224, 750000, .false., 2) == solver_mumps)
+    call tests%check('rows as full as those of cubic splines do not widen a band in the plane', &
+      choose_solver(solver_auto, 2414, 279, 225000, .false., 2) == solver_mumps .and. &
+      choose_solver(solver_auto, 2414, 279, 225000, .false., 3) == solver_band)
     call tests%check('a wide symmetric matrix goes to CHOLMOD where it is built in', &
       choose_solver(solver_auto, 10000, 500, 170000, .true., 2) == symmetric_kind)
     call tests%check('a wide unsymmetric matrix goes to MUMPS', &
