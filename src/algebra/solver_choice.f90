@@ -18,8 +18,8 @@ module qsmpm_solver_choice
   !> its own where the equations are not numbered for elimination.
   integer, parameter, public :: solver_direct = 11, solver_single = 12, solver_ordering = 13
   !> A half bandwidth k for which the band solver is the fastest however sparse the rows are; and beyond it, up to some
-  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row, but in the plane
-  !> no more than with `most_entries` of them: cubic splines have more, in larger blocks.
+  !> equations: a row costs the band solver k (k + `start`), the others `fill` times the entries of a row, but in the
+  !> plane no more than with `most_entries` of them: cubic splines have more, in larger blocks.
   real(wp), parameter :: narrow = 120.0_wp, start = 270.0_wp, fill = 2500.0_wp, most_entries = 50.0_wp
   integer, parameter, public :: most_for_band = 10000
   !> Equations in three dimensions beyond which the factor of CHOLMOD may pass 2^31 entries.
