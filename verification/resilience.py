@@ -658,12 +658,16 @@ def strange_library(checks: Checks, folder: pathlib.Path) -> None:
 
 
 def planned(checks: Checks, folder: pathlib.Path) -> None:
-    """The first step of a scene with rigid bodies can be planned, reduced or not."""
+    """The first step of a scene with rigid bodies can be planned, reduced or not, with the patches and points of its contacts."""
     inputs = pathlib.Path(__file__).resolve().parents[1] / "input"
     decks = pathlib.Path(__file__).resolve().parent / "cases" / "decks"
     for deck in (inputs / "wall_passive.inp", inputs / "tbar.inp", decks / "scene_pipes.inp"):
         run = subprocess.run([checks.binary, "plan", str(deck)], capture_output=True, text=True, timeout=PATIENCE)
         checks.check(f"plan {deck.name} ends well", run.returncode == 0 and "expected of the run" in run.stdout, run.stderr[-300:])
+        contact = [int(n) for n in re.findall(r"contact patches +(\d+)\n +contact points +(\d+)\n +unknowns of bodies +(\d+)", run.stdout)[0]]
+        checks.check(f"and tells what its contact costs: {contact}", 0 < contact[0] < contact[1], run.stdout)
+    run = subprocess.run([checks.binary, "check", str(inputs / "tbar.inp")], capture_output=True, text=True, timeout=PATIENCE)
+    checks.check("check says what touches a body", "touched by the soil around it" in run.stdout, run.stdout)
 
 
 CLOCK_MODEL = r"""
