@@ -146,6 +146,8 @@ contains
     expected = 0.9_wp + 0.9_wp - 0.05_wp*(4.0_wp - pi)
     call tests%close('length that soil touches', sum(points%area, mask=points%touched), expected, 0.1_wp*expected)
     call tests%check('nothing above the ground', all(points%position(2, :) < 1.2_wp .or. .not. points%touched))
+    call tests%check('places in contact know their cells', all(points%cell > 0 .or. .not. points%touched) .and. &
+      all(abs(points%local) <= 1.0_wp + 1.0e-9_wp))
     ! The points are twice as far from the notch's sides as their boxes reach: these have opened, and do not close.
     points%opening = 1.0_wp
     call keep_body_points(model, points)
