@@ -1,6 +1,7 @@
 !> Cards of the analysis as a whole: heading, units, kind of model, method, solver, moving mesh and
 !> what is written.
 module qsmpm_deck_general
+  use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: method_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
     three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto
@@ -46,7 +47,23 @@ contains
       'and plate are scaled, rows beyond the plate are shifted. Or they follow a rigid body. The points stay where '// &
       'they are. No row may come to be narrower than the points it passes stand apart: the run warns where one does.', &
       moving_fields, '*MOVING MESH, NSET=plate, AXIS=Y, BASE=0|*MOVING MESH, BODY=bar, AXIS=X, NEAR=0.04', check_moving)
+    call table%add('CONFINING PRESSURE', in_model, once, 'A pressure that acts on every free boundary of the soil '// &
+      'all the time and follows it, as that of a triaxial cell. Loads, reactions and forces on rigid bodies count '// &
+      'from it, stresses and contact pressures are whole. *INITIAL, TYPE=ISOTROPIC with the same pressure is in '// &
+      'equilibrium with it.', confinement_fields, '*CONFINING PRESSURE| 100')
   end subroutine add_general_keywords
+
+  !> *CONFINING PRESSURE.
+  subroutine confinement_fields(fields, deck)
+    class(card_fields_type), intent(inout) :: fields
+    type(deck_state_type), intent(inout) :: deck
+    logical :: given
+
+    given = abs(deck%analysis%confinement) > 0.0_wp
+    call fields%given(given)
+    call fields%data('pressure')
+    call fields%number('p', deck%analysis%confinement, 'compression positive', range='[0, inf)')
+  end subroutine confinement_fields
 
   !> *FIELD and *RESTART.
   subroutine add_output_keywords(table)

@@ -38,8 +38,9 @@ contains
         return
       end if
       if (state%model_given .or. analysis%mesh%kind /= mesh_none .or. size(analysis%bodies) > 0 &
-          .or. size(analysis%phases) > 0) call state%error_from(test_place(state), 'POINT TEST', &
-        'a deck of a point has no *MODEL, mesh, *BODY or *PHASE: a scene is another deck')
+          .or. size(analysis%phases) > 0 .or. analysis%confinement > 0.0_wp) &
+        call state%error_from(test_place(state), 'POINT TEST', 'a deck of a point has no *MODEL, mesh, *BODY, '// &
+        '*CONFINING PRESSURE or *PHASE: a scene is another deck')
       if (size(analysis%materials) == 0) call state%messages%add(severity_error, state%last, 'MATERIAL', &
         'the deck lacks a material')
       if (size(test%stages) == 0) call state%messages%add(severity_error, state%last, 'POINT STAGE', &

@@ -3,7 +3,8 @@
 module qsmpm_deck_references
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: mesh_none, mesh_file, body_region, body_all, select_outline, set_type, &
-    source_line_type, initial_k0, initial_keep, material_type, kinematics_jaumann, rate_paper, phase_safety
+    source_line_type, initial_k0, initial_keep, initial_isotropic, initial_given, material_type, kinematics_jaumann, &
+    rate_paper, phase_safety
   use qsmpm_text, only: string_type, add_word
   use qsmpm_law_parameters, only: law_description_type
   use qsmpm_material_traits, only: traits_of
@@ -294,6 +295,10 @@ contains
     do p = 1, size(state%analysis%phases)
       associate (phase => state%analysis%phases(p))
         held = held .or. size(phase%fixities) + size(phase%prescriptions) + size(phase%supports) > 0
+        if (p == 1 .and. state%analysis%confinement > 0.0_wp .and. &
+          all(phase%initial%kind /= [initial_isotropic, initial_given])) call state%error_from(phase%where, 'PHASE', &
+          'the soil must bear the *CONFINING PRESSURE from the start: the first phase begins with *INITIAL, '// &
+          'TYPE=ISOTROPIC and this pressure, or TYPE=GIVEN')
         if (phase%initial%kind == initial_k0 .and. .not. phase%gravity%given) call state%warn( &
           phase%where, 'PHASE', 'K0 stresses come from the weight, but the phase has no *GRAVITY')
         if (state%messages%error_count() > 0) cycle

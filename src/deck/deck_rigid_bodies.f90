@@ -332,6 +332,8 @@ contains
           call check_outline(state, i)
         else
           call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
+          if (state%analysis%confinement > 0.0_wp) call state%error_from(contact%where, 'CONTACT', 'under a '// &
+            '*CONFINING PRESSURE contact is asked for on the body: ON=BODY in place of SURFACE')
         end if
       end associate
     end do

@@ -52,7 +52,7 @@ contains
     allocate (outline%place(2, outline%count), outline%length(outline%count), outline%part(outline%count))
     do i = 1, outline%count
       outline%length(i) = total/outline%count
-      outline%part(i) = (i - 1)/places_of_part + 1
+      outline%part(i) = modulo((i - 1 + places_of_part/2)/places_of_part, parts) + 1
       outline%place(:, i) = place_along(pieces, (i - 0.5_wp)*outline%length(i))
     end do
   end subroutine lay_outline

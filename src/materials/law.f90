@@ -11,6 +11,7 @@
 !> Stresses: 11,22,33,12,13,23 (3D, six) or 11,22,33,12 (2D, four). Tension positive.
 module qsmpm_law
   use qsmpm_kinds, only: wp
+  use qsmpm_confinement, only: add_confinement
   use qsmpm_text, only: string_type
   implicit none
   private
@@ -136,6 +137,11 @@ module qsmpm_law
     !> Resistance to volume changes inside a group of uniform pressure, as a share of the law's shear
     !> modulus; 0 where the pressure of every point is its own.
     real(wp) :: pressure_factor = 0.0_wp
+    !> All-round pressure above which Q and A of `update` count (qsmpm_confinement).
+    real(wp) :: confinement = 0.0_wp
+  contains
+    !> One step, of the law and of the all-round pressure.
+    procedure :: update => update_confined
   end type law_slot_type
 
   abstract interface
@@ -182,6 +188,25 @@ module qsmpm_law
     end subroutine from_fields_interface
   end interface
 contains
+
+  !> One step of a batch: what the law says, with Q and A above the all-round pressure.
+  subroutine update_confined(self, batch, tangent)
+    class(law_slot_type), intent(in) :: self
+    type(batch_type), intent(inout) :: batch
+    integer, intent(in) :: tangent
+    integer :: p
+
+    call self%law%update(batch, tangent)
+    if (.not. abs(self%confinement) > 0.0_wp) return
+    do p = 1, batch%count
+      if (batch%status(p) /= status_ok) cycle
+      if (tangent == tangent_none) then
+        call add_confinement(self%confinement, batch%gradient(:, p), batch%piola(:, p))
+      else
+        call add_confinement(self%confinement, batch%gradient(:, p), batch%piola(:, p), batch%tangent(:, :, p))
+      end if
+    end do
+  end subroutine update_confined
 
   !> Time at the start of a step.
   pure real(wp) function start_time(step_info) result(time)

@@ -61,17 +61,16 @@ contains
     end if
     push = 0.0_wp
     do a = 1, n
-      push(:, a) = tractions%pressure*across(:, a) + matmul(along(:, :, a), tractions%shear)
+      push(:, a) = (tractions%pressure - self%confinement)*across(:, a) + matmul(along(:, :, a), tractions%shear)
     end do
     if (.not. present(block)) return
     allocate (block(self%dimension, n, self%dimension, n), source=0.0_wp)
-    if (.not. tractions%closed) return
-    call add_traction_stiffness(tractions, self%patch_area(c), across, along, sliding, block)
-    call add_curvature(self, c, measure, tractions%pressure, block)
+    if (tractions%closed) call add_traction_stiffness(tractions, self%patch_area(c), across, along, sliding, block)
+    call add_curvature(self, c, measure, tractions%pressure - self%confinement, block)
     if (turning_node(self, c) == 0) return
     do k = lbound(measure, 1), ubound(measure, 1)
-      call add_turning_stiffness(self, k, measure(k)%distance, measure(k)%arm, tractions%pressure, tractions%shear, &
-        block)
+      call add_turning_stiffness(self, k, measure(k)%distance, measure(k)%arm, tractions%pressure - self%confinement, &
+        tractions%shear, block)
     end do
   end subroutine push_of_patch
 
@@ -170,10 +169,12 @@ contains
     !> The patch.
     integer, intent(in) :: c
     type(place_measure_type), intent(in) :: measure(self%patches%first(c):)
+    !> That of its force.
     real(wp), intent(in) :: pressure
     real(wp), intent(inout) :: block(:, :, :, :)
     integer :: k, a, b, d
 
+    if (.not. abs(pressure) > 0.0_wp) return
     d = size(block, 1)
     do k = lbound(measure, 1), ubound(measure, 1)
       if (all(abs(measure(k)%distance%curvature) <= 0.0_wp)) cycle
@@ -197,7 +198,7 @@ contains
 
     reaction = 0.0_wp
     do k = lbound(measure, 1), ubound(measure, 1)
-      push = self%area(k)*(tractions%pressure*measure(k)%distance%normal &
+      push = self%area(k)*((tractions%pressure - self%confinement)*measure(k)%distance%normal &
         + matmul(projection(self%normal(:, k)), tractions%shear))
       reaction(:3) = reaction(:3) - push
       reaction(4:) = reaction(4:) - cross(measure(k)%arm, push)

@@ -58,6 +58,8 @@ module qsmpm_contact_scratch
     !> Slip of the surface points before the step (dimension, surface points).
     real(wp), allocatable :: slip_before(:, :)
     real(wp) :: cell_size = 1.0_wp
+    !> All-round pressure of the soil: the force of a patch counts from it.
+    real(wp) :: confinement = 0.0_wp
     integer :: dimension = 2
     !> No displacement of the step has been evaluated yet: the bodies push as they did at the end of the step before.
     logical :: at_rest = .true.
@@ -80,6 +82,7 @@ contains
     self%pairs = model%contact_pairs
     self%slip_before = model%state%surface%contact_slip
     self%cell_size = model%cell_size
+    self%confinement = model%analysis%confinement
     self%dimension = model%mesh%dimension
     self%before = placed_bodies(model)
     self%now = self%before

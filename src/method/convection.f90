@@ -19,7 +19,7 @@ module qsmpm_convection
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_contacts, only: bodies_at_end
   use qsmpm_deformation, only: grow_deformation, point_displacement
-  use qsmpm_penetration, only: refuse_penetration
+  use qsmpm_penetration, only: refuse_penetration, put_back
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
   use qsmpm_surface_basis, only: turn_areas
@@ -66,6 +66,9 @@ contains
       call move_inactive(model, step%activation, displacement)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
+    call refuse_penetration(model, bodies_at_end(step%terms), step%penetration, error)
+    if (allocated(error)) return
+    call put_back(model, bodies_at_end(step%terms))
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(step%activation, displacement, model%mesh, model%state%coordinates, error)
     else
@@ -77,7 +80,6 @@ contains
       if (.not. allocated(error)) call follow_material(model)
       if (.not. allocated(error)) call find_again(model%mesh, model%cell_size, model%state, error)
     end if
-    if (.not. allocated(error)) call refuse_penetration(model, bodies_at_end(step%terms), error)
     if (allocated(error)) return
     call take_point_results(soil, source, model%laws, model%state%points)
     if (model%space%domains) call grow_deformation(step%at_points, displacement, &

@@ -147,9 +147,9 @@ contains
       if (size(batch%state, 1) > slot%law%state_count) call pass_states(slot%law%state_count, batch)
       if (slot%law%asks_where) call load_places(integration, points, group, from, batch)
       if (treated) then
-        call find_pressure(slot%law, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
+        call find_pressure(slot, slot%pressure_factor*slot%law%shear_scale, weight, tangent, batch, work%pressure)
       else
-        call slot%law%update(batch, tangent)
+        call slot%update(batch, tangent)
       end if
       bad = first_bad(batch)
       if (bad > 0) bad = from - 1 + bad

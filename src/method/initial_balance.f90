@@ -40,6 +40,8 @@ module qsmpm_initial_balance
   real(wp), parameter :: steepest = 1.0e-3_wp
   !> The level is that of the bodies up to this share of the height.
   real(wp), parameter :: same_level = 1.0e-9_wp
+  !> Loads over the forces of the stresses that are none but for rounding.
+  real(wp), parameter :: no_load = 1.0e-9_wp
   !> K0 stresses that would move the ground by no more are left as they are.
   real(wp), parameter :: exact = 1.0e-6_wp
 
@@ -229,9 +231,9 @@ contains
       if (by_law) resistance = step%forces%internal(:size(load, 1), :size(load, 2))
     end if
     call gather(step%equations, load - resistance, residual)
-    if (.not. norm2(weight) > 0.0_wp) then
+    if (.not. norm2(weight) > no_load*size_of_stresses(model, step)) then
       ! Without a load nothing but the stresses themselves says what is much.
-      balance%residual = norm2(residual)/max(norm2(resistance), tiny(1.0_wp))
+      balance%residual = norm2(residual)/max(size_of_stresses(model, step), tiny(1.0_wp))
       balance%move = balance%residual
       return
     end if
@@ -243,6 +245,19 @@ contains
     balance%move = maxval(abs(by_residual), mask=step%field_of == 1)/max(balance%settlement, tiny(1.0_wp))
     balance%position = node_position(model%space, model%mesh, maxloc(maxval(abs(move(:, :size(load, 2))), 1), 1))
   end subroutine measure_balance
+
+  !> Size of the nodal forces of the whole stresses, above no pressure.
+  real(wp) function size_of_stresses(model, step) result(force_size)
+    type(model_type), intent(in) :: model
+    !> Scratch of the step, initialised.
+    type(step_type), intent(in), target :: step
+    real(wp) :: force(model%mesh%dimension, model%space%node_count)
+    type(soil_type), pointer :: soil
+
+    soil => soil_of(step%terms)
+    call internal_force(integration_of(soil, step%configuration_type), model%state%points, 0.0_wp, force)
+    force_size = norm2(force)
+  end function size_of_stresses
 
   !> Internal force at the start of the step. The soil's is that of the stresses given: an evaluation would bring those
   !> beyond the strength back, which is judged apart from this.
@@ -259,7 +274,8 @@ contains
     by_law = 0.0_wp
     rest = 0.0_wp
     call soil%add_force(rest, by_law)
-    call internal_force(integration_of(soil, step%configuration_type), model%state%points, force)
+    call internal_force(integration_of(soil, step%configuration_type), model%state%points, &
+      model%analysis%confinement, force)
     force = force + (step%forces%internal(:size(force, 1), :size(force, 2)) - by_law)
   end subroutine force_before_law
 end module qsmpm_initial_balance

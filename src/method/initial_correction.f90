@@ -171,6 +171,7 @@ contains
 
     call move_alloc(model%laws, own)
     allocate (model%laws(size(own)))
+    model%laws%confinement = own%confinement
     do m = 1, size(own)
       call new_law(material_parameters_type(young=stiffer*own(m)%law%stiffness_scale, poisson=ratio), &
         merge(3, 2, model%analysis%model == three_dimensional), kinematics_jaumann, rate_midpoint, model%laws(m)%law, &

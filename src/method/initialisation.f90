@@ -14,6 +14,7 @@ module qsmpm_initialisation
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
+  use qsmpm_contact_results, only: penetration_type
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
   use qsmpm_space, only: node_position
@@ -57,6 +58,8 @@ module qsmpm_initialisation
     type(window_type) :: window
     !> What the outlines of cut bodies have shown so far; outlives the step.
     type(cut_cell_check_type) :: cut
+    !> Soil that the step has brought inside of rigid bodies.
+    type(penetration_type) :: penetration
     !> Why the last try of the present step was rejected, as it stands in the log; unallocated for a first try.
     character(len=:), allocatable :: reported_reason
   end type step_type

@@ -1,25 +1,28 @@
 !> Soil inside rigid bodies. Contact is asked for at surface points: where the surface is folded, has gaps or the body
 !> has corners smaller than a patch, soil may get into a body unseen. The material points tell. Where contact is asked
-!> for on the body soil may drift away from it and press from afar; they tell that too.
+!> for on the body soil may drift away from it and press from afar; they tell that too (qsmpm_contact_gaps).
+!>
+!> On a body it is the mean over a patch that keeps soil out, and where the flow closes behind it single points on the way
+!> would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing else.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: penetration_type, deepest_point
   use qsmpm_error, only: error_type, fail, error_not_converged
   use qsmpm_model, only: model_type
   use qsmpm_observer, only: observer_type
-  use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_points, only: place_of
+  use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_rigid_pose, only: placed_shape_type
   use qsmpm_rigid_shape, only: distance_type
   implicit none
   private
 
-  public :: refuse_penetration, penetration_check_type, warn_of_penetration
+  public :: refuse_penetration, put_back, penetration_check_type, warn_of_penetration
 
   !> Depths over the size of a cell that are warned of, and refused.
   real(wp), parameter :: noticed = 0.1_wp, refused = 0.5_wp
-  !> Gap over the size of a cell that is warned of.
-  real(wp), parameter :: noticed_gap = 0.5_wp
+  !> Gap over the size of a cell that is warned of: material points fill the sector of a patch up to 0.5.
+  real(wp), parameter :: noticed_gap = 0.75_wp
   !> Cosine between the outward normals of soil and body from which on a point of the surface lies on its wrong side.
   real(wp), parameter :: same_way = 0.5_wp
 
@@ -36,24 +39,44 @@ module qsmpm_penetration
 contains
 
   !> A step that leaves soil deep inside a body is no step.
-  subroutine refuse_penetration(model, bodies, error)
+  subroutine refuse_penetration(model, bodies, found, error)
     !> Its points where they are at the end of the step.
     type(model_type), intent(in) :: model
     !> The bodies where they are at the end of the step (rigid bodies).
     type(placed_shape_type), intent(in) :: bodies(:)
+    type(penetration_type), intent(out) :: found
     !> error_not_converged: names body, depth and place.
     type(error_type), allocatable, intent(out) :: error
-    real(wp) :: depth
-    integer :: body, point
+    integer :: point
 
-    call deepest_point(model, bodies, body, point, depth)
-    if (depth > refused*model%cell_size) call fail(error, error_not_converged, sentence(model, body, point, depth))
+    call deepest_point(model, bodies, found%body, point, found%depth)
+    if (point > 0) found%deepest = place_of(model%state%points, point)
+    if (found%depth > refused*model%cell_size) call fail(error, error_not_converged, sentence(model, found))
   end subroutine refuse_penetration
+
+  !> Put points that are inside of bodies with contact on their outline back onto it.
+  subroutine put_back(model, bodies)
+    type(model_type), intent(inout) :: model
+    !> The bodies where they are at the end of the step (rigid bodies).
+    type(placed_shape_type), intent(in) :: bodies(:)
+    type(distance_type) :: distance
+    integer :: k, p, d
+
+    d = model%mesh%dimension
+    do k = 1, size(model%contact_pairs)
+      if (model%contact_pairs(k)%surface > 0) cycle
+      do p = 1, model%state%points%count
+        distance = bodies(model%contact_pairs(k)%body)%distance_at(place_of(model%state%points, p))
+        if (distance%value < 0.0_wp) model%state%points%position(:, p) = model%state%points%position(:, p) &
+          - distance%value*distance%normal(:d)
+      end do
+    end do
+  end subroutine put_back
 
   !> Warn where soil is inside a body, and again when it is twice as deep.
   subroutine warn_of_penetration(model, found, check, observer)
     type(model_type), intent(in) :: model
-    !> In the state of the model.
+    !> Of the step.
     type(penetration_type), intent(in) :: found
     type(penetration_check_type), intent(inout) :: check
     class(observer_type), intent(inout) :: observer
@@ -62,9 +85,8 @@ contains
     call warn_of_fold(model, check, observer)
     if (.not. found%depth > check%reported*model%cell_size) return
     check%reported = 2.0_wp*found%depth/model%cell_size
-    call observer%note('warning: '//sentence(model, found%body, found%point, found%depth)// &
-      '; the surface of its *CONTACT must reach there; else smaller steps, a larger ROUND of *RIGID BODY or '// &
-      'smaller cells')
+    call observer%note('warning: '//sentence(model, found)//'; the surface of its *CONTACT must reach there; else '// &
+      'smaller steps, a larger ROUND of *RIGID BODY or smaller cells')
   end subroutine warn_of_penetration
 
   !> Warn where soil presses on a body from afar, and again when it is twice as far.
@@ -80,7 +102,7 @@ contains
     write (buffer, '(f8.2,a,2(1x,es11.4))') found%gap/model%cell_size, ' cells away at', found%place
     call observer%note("warning: soil presses on rigid body '"//model%analysis%rigid_bodies(found%pressed)%name// &
       "' from "// &
-      trim(adjustl(buffer))//': it has drifted from the body, whose place is wrong by as much; smaller steps and cells')
+      trim(adjustl(buffer))//': so much soil is missing before the body; smaller steps and cells')
   end subroutine warn_of_gap
 
   !> Warn once where a surface in contact looks away from its body: it has folded over, and what presses there is soil
@@ -114,16 +136,15 @@ contains
   end subroutine warn_of_fold
 
   !> How deep, where and in which body.
-  pure function sentence(model, body, point, depth) result(text)
+  pure function sentence(model, found) result(text)
     type(model_type), intent(in) :: model
-    integer, intent(in) :: body, point
-    real(wp), intent(in) :: depth
+    type(penetration_type), intent(in) :: found
     character(len=:), allocatable :: text
     character(len=80) :: buffer
 
-    write (buffer, '(3(1x,es11.4))') model%state%points%position(:, point)
+    write (buffer, '(3(1x,es11.4))') found%deepest(:model%mesh%dimension)
     text = 'soil at '//trim(adjustl(buffer))//' is '
-    write (buffer, '(f8.2)') depth/model%cell_size
-    text = text//trim(adjustl(buffer))//" cells inside rigid body '"//model%analysis%rigid_bodies(body)%name//"'"
+    write (buffer, '(f8.2)') found%depth/model%cell_size
+    text = text//trim(adjustl(buffer))//" cells inside rigid body '"//model%analysis%rigid_bodies(found%body)%name//"'"
   end function sentence
 end module qsmpm_penetration

@@ -4,7 +4,7 @@
 module qsmpm_phases
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
-  use qsmpm_contact_results, only: find_penetration
+  use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
   use qsmpm_constant_load_test, only: test_constant_load
@@ -21,6 +21,7 @@ module qsmpm_phases
   use qsmpm_phase_ends, only: is_lost, note_end, note_loss
   use qsmpm_phase_start, only: start_phase, resume_phase
   use qsmpm_phase_tree, only: parent_of
+  use qsmpm_rigid_bodies, only: placed_bodies
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_safety_factors, only: is_running_out, is_searching
   use qsmpm_safety_search, only: end_search, find_stable_factor, runout_factor, set_strength, share_note, &
@@ -409,7 +410,10 @@ contains
     record%inaccurate_points = inaccurate_points(step%terms)
     record%plastic_points = sum(model%state%points%plastic)
     record%equations = step%equations%count
-    call find_penetration(model, record%penetration)
+    record%penetration = step%penetration
+    associate (found => record%penetration)
+      call widest_gap(model, placed_bodies(model), found%pressed, found%place, found%gap)
+    end associate
     call take_histories(model, record%histories)
   end subroutine complete_record
 

@@ -4,7 +4,7 @@
 !> calls of the law; a search in brackets takes over where corners of the yield surface defeat it.
 module qsmpm_pressure_balance
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_type, batch_type, status_ok, tangent_consistent
+  use qsmpm_law, only: law_slot_type, batch_type, status_ok, tangent_consistent
   use qsmpm_tensor, only: gradient_row
   implicit none
   private
@@ -95,9 +95,9 @@ contains
   !> Newton's method for omega. With the correction d, sum V d = 0, the slope -sum V (pi + c omega) d
   !> falls along d (pi rises with omega), so that a step too long is seen by its sign and shortened.
   !> Deviations from the mean enter the slope, else rounding in sum V d would hide it.
-  subroutine balance(law, weight, batch, pressure, found)
+  subroutine balance(slot, weight, batch, pressure, found)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     !> Start volumes (n).
     real(wp), intent(in) :: weight(:)
     !> Points with Fbar of the first guess.
@@ -117,12 +117,12 @@ contains
     first_slope = 0.0_wp
     length = 0.0_wp
     do pass = 1, most_passes
-      call call_law(law, batch, pressure, ok)
+      call call_law(slot, batch, pressure, ok)
       if (ok) then
         common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n))/sum(weight/pressure%stiffness(:n))
         slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
         if (pass == 1 .or. slope >= -overshoot*first_slope) then
-          found = is_even(law, common, batch, pressure)
+          found = is_even(slot, common, batch, pressure)
           if (found) return
           pressure%correction(:n) = (common - pressure%pressure(:n))/pressure%stiffness(:n)
           first_slope = sum(weight*(common - pressure%pressure(:n))*pressure%correction(:n))
@@ -142,9 +142,9 @@ contains
   !> Where Newton's method for all points together fails: pbar is bracketed, and for each pbar tried
   !> the omega of every point. pi + c omega rises with omega, and sum V omega with pbar, so that
   !> brackets and halving find what is there, whatever corners the law has on the way.
-  subroutine search(law, weight, batch, pressure, found)
+  subroutine search(slot, weight, batch, pressure, found)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     !> Start volumes (n).
     real(wp), intent(in) :: weight(:)
     !> Points.
@@ -160,11 +160,11 @@ contains
     low = -huge(low)
     high = huge(high)
     call even_out_volumes(weight, batch, pressure, found)
-    if (found) call call_law(law, batch, pressure, found)
+    if (found) call call_law(slot, batch, pressure, found)
     if (.not. found) return
     common = sum(weight*pressure%pressure(:n)/pressure%stiffness(:n))/sum(weight/pressure%stiffness(:n))
     do trial = 1, most_pressures
-      call reach(law, common, batch, pressure, found)
+      call reach(slot, common, batch, pressure, found)
       if (.not. found) return
       excess = sum(weight*pressure%omega(:n))
       if (abs(excess) <= rounding*sum(weight)) return
@@ -179,9 +179,9 @@ contains
   end subroutine search
 
   !> Omega of every point for one pressure.
-  subroutine reach(law, common, batch, pressure, reached)
+  subroutine reach(slot, common, batch, pressure, reached)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     !> pbar.
     real(wp), intent(in) :: common
     !> Points.
@@ -197,9 +197,9 @@ contains
     pressure%high(:batch%count) = huge(1.0_wp)
     do trial = 1, most_tries
       call strain_points(batch, pressure)
-      call call_law(law, batch, pressure, reached)
+      call call_law(slot, batch, pressure, reached)
       if (.not. reached) return
-      reached = is_even(law, common, batch, pressure)
+      reached = is_even(slot, common, batch, pressure)
       if (reached) return
       do p = 1, batch%count
         associate (y => pressure%pressure(p), omega => pressure%omega(p))
@@ -215,9 +215,9 @@ contains
   end subroutine reach
 
   !> Answer of the law at Fbar; false when a point has none or k is not positive.
-  subroutine call_law(law, batch, pressure, ok)
+  subroutine call_law(slot, batch, pressure, ok)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     !> Points with Fbar.
     type(batch_type), intent(inout) :: batch
     !> Work space.
@@ -226,7 +226,7 @@ contains
     logical, intent(out) :: ok
 
     pressure%passes = pressure%passes + 1
-    call law%update(batch, tangent_consistent)
+    call slot%update(batch, tangent_consistent)
     ok = all(batch%status(:batch%count) == status_ok)
     if (.not. ok) return
     call linearise(batch, pressure)
@@ -313,9 +313,9 @@ contains
   end subroutine linearise
 
   !> Whether all points have the common pressure up to rounding.
-  pure logical function is_even(law, common, batch, pressure)
+  pure logical function is_even(slot, common, batch, pressure)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     !> pbar.
     real(wp), intent(in) :: common
     !> The points.
@@ -324,7 +324,7 @@ contains
     type(pressure_type), intent(in) :: pressure
 
     associate (y => pressure%pressure(:batch%count), k => pressure%stiffness(:batch%count))
-      is_even = all(abs(y - common) <= spread*(law%shear_scale + abs(y)) + rounding*k)
+      is_even = all(abs(y - common) <= spread*(slot%law%shear_scale + abs(y)) + rounding*k)
     end associate
   end function is_even
 

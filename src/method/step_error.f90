@@ -119,6 +119,7 @@ contains
       call make_half_step_law(laws(m)%law, law)
       allocate (halved(m)%law, source=law)
       halved(m)%pressure_factor = laws(m)%pressure_factor
+      halved(m)%confinement = laws(m)%confinement
     end do
   end subroutine halve
 

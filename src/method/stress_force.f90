@@ -1,5 +1,5 @@
 !> Nodal force of the stresses as they are at the start of a step, without asking the laws: sum V sigma grad N, in
-!> axisymmetry with the hoop.
+!> axisymmetry with the hoop; above the all-round pressure where there is one.
 module qsmpm_stress_force
   use qsmpm_kinds, only: wp
   use qsmpm_integration, only: integration_type, place_of
@@ -12,9 +12,11 @@ module qsmpm_stress_force
 contains
 
   !> Nodal force of the stresses at the start of the step.
-  pure subroutine internal_force(integration, points, force)
+  pure subroutine internal_force(integration, points, confinement, force)
     type(integration_type), intent(in) :: integration
     type(points_type), intent(in) :: points
+    !> All-round pressure above which the stresses count (qsmpm_confinement).
+    real(wp), intent(in) :: confinement
     !> (dimension, node_count)
     real(wp), intent(out) :: force(:, :)
     real(wp) :: stress(6)
@@ -34,6 +36,7 @@ contains
         else
           stress(:size(points%stress, 1)) = integration%stress(:, -integration%source(q))
         end if
+        stress(:3) = stress(:3) + confinement
         b = m*place_of(integration, g, q)
         call add_stress(d, m, n, integration%nodes(first:last), integration%gradient(b + 1:b + m*n), &
           integration%weight(q)*stress, force)

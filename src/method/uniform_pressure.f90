@@ -19,7 +19,7 @@
 !> docs/methods/uniform_pressure.md.
 module qsmpm_uniform_pressure
   use qsmpm_kinds, only: wp
-  use qsmpm_law, only: law_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
+  use qsmpm_law, only: law_slot_type, batch_type, status_ok, status_failed, tangent_none, tangent_elastic
   use qsmpm_pressure_balance, only: pressure_type, even_out_volumes, balance, search
   use qsmpm_tensor, only: gradient_row
   implicit none
@@ -31,9 +31,9 @@ contains
 
   !> Stress, state and, when asked for, condensed tangent A - r l^T/k of points under one pressure.
   !> Where there is none in the passes allowed, all points get a status.
-  subroutine find_pressure(law, resistance, weight, tangent, batch, pressure)
+  subroutine find_pressure(slot, resistance, weight, tangent, batch, pressure)
     !> The law of the points.
-    class(law_type), intent(in) :: law
+    type(law_slot_type), intent(in) :: slot
     real(wp), intent(in) :: resistance
     !> Start volumes V (n).
     real(wp), intent(in) :: weight(:)
@@ -49,13 +49,13 @@ contains
     pressure%gradient(:, :batch%count) = batch%gradient(:, :batch%count)
     call even_out_volumes(weight, batch, pressure, sound)
     found = .false.
-    if (sound) call balance(law, weight, batch, pressure, found)
-    if (sound .and. .not. found) call search(law, weight, batch, pressure, found)
+    if (sound) call balance(slot, weight, batch, pressure, found)
+    if (sound .and. .not. found) call search(slot, weight, batch, pressure, found)
     if (.not. found) then
       batch%status(:batch%count) = status_failed
       return
     end if
-    if (tangent == tangent_elastic) call law%update(batch, tangent)
+    if (tangent == tangent_elastic) call slot%update(batch, tangent)
     if (any(batch%status(:batch%count) /= status_ok)) return
     call condense(batch, pressure, tangent /= tangent_none)
   end subroutine find_pressure

@@ -68,7 +68,7 @@ contains
     select type (term)
     type is (soil_type)
       integration => integration_of(term, configuration)
-      call internal_force(integration, model%state%points, force)
+      call internal_force(integration, model%state%points, model%analysis%confinement, force)
     end select
     force = -force
     call water_forces(model, 0.0_wp, by_water)

@@ -1,5 +1,4 @@
-!> What contact comes to: soil inside of rigid bodies, soil that presses from afar, the pressure at a place, and how far
-!> soil has slid along a body.
+!> What contact comes to: soil inside of rigid bodies, the pressure at a place, and how far soil has slid along a body.
 module qsmpm_contact_results
   use qsmpm_kinds, only: wp
   use qsmpm_body_points, only: body_points_type, present_body_points
@@ -11,29 +10,19 @@ module qsmpm_contact_results
   implicit none
   private
 
-  public :: penetration_type, find_penetration, deepest_point, widest_gap, contact_pressure_at, contact_slip_on
+  public :: penetration_type, deepest_point, contact_pressure_at, contact_slip_on
 
-  !> Soil inside of rigid bodies, and soil that presses from afar.
+  !> Soil that a step brings inside of rigid bodies, and soil that presses from afar (qsmpm_contact_gaps).
   type :: penetration_type
-    !> Deepest material point, how deep it is, and the body; 0 where none is inside.
-    integer :: point = 0, body = 0
-    real(wp) :: depth = 0.0_wp
-    !> Contact point of a body that carries a pressure from farthest, how far, and the body; 0 where none does.
+    !> Body, depth and place of the deepest material point; 0 where none is inside.
+    integer :: body = 0
+    real(wp) :: depth = 0.0_wp, deepest(3) = 0.0_wp
+    !> Body, place and width of the widest gap before a patch that carries a pressure; 0 where none does.
     integer :: pressed = 0
     real(wp) :: place(2) = 0.0_wp, gap = 0.0_wp
   end type penetration_type
 
 contains
-
-  !> Both in the present state.
-  subroutine find_penetration(model, found)
-    type(model_type), intent(in) :: model
-    type(penetration_type), intent(out) :: found
-
-    if (size(model%contact_pairs) == 0) return
-    call deepest_point(model, placed_bodies(model), found%body, found%point, found%depth)
-    call widest_gap(model, placed_bodies(model), found%pressed, found%place, found%gap)
-  end subroutine find_penetration
 
   !> The material point that is deepest inside of a rigid body that something may touch.
   pure subroutine deepest_point(model, bodies, body, point, depth)
@@ -60,39 +49,6 @@ contains
       end do
     end do
   end subroutine deepest_point
-
-  !> How far the box of the nearest material point is away from a contact point of a body that carries a pressure, the
-  !> largest of all: the outline of the soil has drifted from the body where it is much.
-  subroutine widest_gap(model, bodies, body, place, width)
-    type(model_type), intent(in) :: model
-    !> The bodies where they are (rigid bodies).
-    type(placed_shape_type), intent(in) :: bodies(:)
-    !> 0 where no contact point carries a pressure.
-    integer, intent(out) :: body
-    real(wp), intent(out) :: place(2), width
-    type(body_points_type) :: on_bodies
-    real(wp) :: beyond(2), distance
-    integer :: i, p
-
-    body = 0
-    place = 0.0_wp
-    width = 0.0_wp
-    if (model%mesh%dimension /= 2) return
-    call present_body_points(model, bodies, on_bodies)
-    do i = 1, on_bodies%count
-      if (.not. (on_bodies%touched(i) .and. on_bodies%pressure(i) > 0.0_wp)) cycle
-      distance = huge(1.0_wp)
-      do p = 1, model%state%points%count
-        beyond = max(0.0_wp, abs(model%state%points%position(:, p) - on_bodies%position(:, i)) &
-          - model%state%points%half_size(:, p))
-        distance = min(distance, norm2(beyond))
-      end do
-      if (distance <= width) cycle
-      width = distance
-      body = model%contact_pairs(on_bodies%pair(i))%body
-      place = on_bodies%position(:, i)
-    end do
-  end subroutine widest_gap
 
   !> Largest or mean slip of what presses on a body.
   real(wp) function contact_slip_on(model, body, mean) result(slip)

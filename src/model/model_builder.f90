@@ -130,6 +130,7 @@ contains
     integer :: m
 
     allocate (model%laws(size(model%analysis%materials)))
+    model%laws%confinement = model%analysis%confinement
     do m = 1, size(model%laws)
       if (present(own)) then
         if (allocated(own(m)%law)) then

@@ -588,6 +588,8 @@ module qsmpm_analysis
     character(len=:), allocatable :: method_reason
     type(solver_choice_type) :: solver
     type(moving_mesh_type) :: moving_mesh
+    !> All-round pressure on every free boundary of the soil, compression positive.
+    real(wp) :: confinement = 0.0_wp
     type(history_type), allocatable :: histories(:)
     type(output_request_type) :: output
     type(phase_type), allocatable :: phases(:)

@@ -98,6 +98,7 @@ program run_unit_tests
   use test_supports, only: collect_supports
   use test_body_contact, only: collect_body_contact
   use test_body_loads, only: collect_body_loads
+  use test_confinement, only: collect_confinement
   use test_contacts, only: collect_contacts
   use test_terms, only: collect_terms
   use test_unknowns, only: collect_unknowns
@@ -229,6 +230,7 @@ program run_unit_tests
   call register('cell_average', collect_cell_average)
   call register('supports', collect_supports)
   call register('terms', collect_terms)
+  call register('confinement', collect_confinement)
   call register('contacts', collect_contacts)
   call register('body_contact', collect_body_contact)
   call register('body_loads', collect_body_loads)

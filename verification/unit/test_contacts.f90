@@ -6,7 +6,7 @@ module test_contacts
   use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
-  use qsmpm_contact_results, only: contact_slip_on
+  use qsmpm_contact_results, only: contact_slip_on, penetration_type
   use qsmpm_contacts, only: contacts_type, bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
@@ -625,18 +625,19 @@ contains
     type(step_type), target :: step
     type(error_type), allocatable :: error
     type(placed_shape_type), allocatable :: bodies(:)
+    type(penetration_type) :: found
     real(wp), allocatable :: u(:, :)
 
     call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.1', model, step)
     call tests%check('half of the move is in force', norm2(bodies_displacement() - [0.0_wp, -0.05_wp]) < 1.0e-14_wp)
     bodies = placed_bodies(model)
-    call refuse_penetration(model, bodies, error)
+    call refuse_penetration(model, bodies, found, error)
     call tests%check('soil outside is right', .not. allocated(error))
     bodies(1)%pose%displacement(2) = -0.10_wp
-    call refuse_penetration(model, bodies, error)
+    call refuse_penetration(model, bodies, found, error)
     call tests%check('soil a little inside is not refused', .not. allocated(error))
     bodies(1)%pose%displacement(2) = -0.20_wp
-    call refuse_penetration(model, bodies, error)
+    call refuse_penetration(model, bodies, found, error)
     call tests%check('soil half a cell inside is', allocated(error))
     if (allocated(error)) call tests%check('by a sentence that names the body ('//error%message//')', &
       index(error%message, "inside rigid body 'tool'") > 0)

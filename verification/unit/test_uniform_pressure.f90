@@ -349,16 +349,16 @@ contains
   !> A group of one point has no extra volume change and the stress and tangent of the law.
   subroutine check_one_point(tests)
     type(tests_type), intent(inout) :: tests
-    class(law_type), allocatable :: law
+    type(law_slot_type) :: slot
     type(batch_type) :: batch, plain
     type(pressure_type) :: pressure
 
-    call make_law(elastic(100.0_wp, 0.49_wp), 3, kinematics_logarithmic, rate_midpoint, law)
-    call random_batch(law, 1, 0.03_wp, 1.0_wp, batch)
+    call make_law(elastic(100.0_wp, 0.49_wp), 3, kinematics_logarithmic, rate_midpoint, slot%law)
+    call random_batch(slot%law, 1, 0.03_wp, 1.0_wp, batch)
     plain = batch
-    call law%update(plain, tangent_consistent)
+    call slot%law%update(plain, tangent_consistent)
     call allocate_pressure(9, 1, 3, .true., pressure)
-    call find_pressure(law, 1.0_wp, [0.7_wp], tangent_consistent, batch, pressure)
+    call find_pressure(slot, 1.0_wp, [0.7_wp], tangent_consistent, batch, pressure)
     ! Rounding of a weighted mean of one value, times the bulk modulus of 1667.
     call tests%close('one point: no extra volume change', pressure%omega(1), 0.0_wp, 1.0e-16_wp)
     call tests%close('one point: the stress of the law', maxval(abs(batch%piola - plain%piola)), 0.0_wp, 1.0e-12_wp)
@@ -386,7 +386,7 @@ contains
       call allocate_pressure(9, 9, 3, .true., pressure)
       pressure%resistance = 0.1_wp*slot%law%shear_scale
       pressure%gradient = batch%gradient
-      call search(slot%law, weight, batch, pressure, found)
+      call search(slot, weight, batch, pressure, found)
       call tests%check(trim(soil_names(soil))//': the search finds a pressure', found)
       call tests%close(trim(soil_names(soil))//': the search keeps the volume', sum(weight*pressure%omega), 0.0_wp, &
         1.0e-12_wp)
@@ -396,7 +396,7 @@ contains
       omega = pressure%omega
       taken = pressure%passes
       batch%gradient = pressure%gradient
-      call find_pressure(slot%law, pressure%resistance, weight, tangent_none, batch, pressure)
+      call find_pressure(slot, pressure%resistance, weight, tangent_none, batch, pressure)
       call tests%close(trim(soil_names(soil))//': both ways lead to one state', maxval(abs(pressure%omega - omega)), &
         0.0_wp, 1.0e-11_wp)
       if (soil == 1) call tests%check('elasticity takes few calls of the law', pressure%passes <= 3 .and. taken <= 6)
@@ -406,16 +406,16 @@ contains
   !> A point turned inside out fails its group and no number comes out wrong.
   subroutine check_failure(tests)
     type(tests_type), intent(inout) :: tests
-    class(law_type), allocatable :: law
+    type(law_slot_type) :: slot
     type(batch_type) :: batch
     type(pressure_type) :: pressure
 
-    call make_law(elastic(100.0_wp, 0.49_wp), 2, kinematics_logarithmic, rate_midpoint, law)
-    call random_batch(law, 3, 0.03_wp, 1.0_wp, batch)
+    call make_law(elastic(100.0_wp, 0.49_wp), 2, kinematics_logarithmic, rate_midpoint, slot%law)
+    call random_batch(slot%law, 3, 0.03_wp, 1.0_wp, batch)
     call allocate_pressure(5, 3, 2, .false., pressure)
     batch%gradient(1, 2) = -1.0_wp
     call tests%check('the second point is turned inside out', packed_determinant(batch%gradient(:, 2)) < 0.0_wp)
-    call find_pressure(law, 1.0_wp, [1.0_wp, 1.0_wp, 1.0_wp], tangent_consistent, batch, pressure)
+    call find_pressure(slot, 1.0_wp, [1.0_wp, 1.0_wp, 1.0_wp], tangent_consistent, batch, pressure)
     call tests%check('a point inside out fails the group', all(batch%status /= status_ok))
   end subroutine check_failure
 end module test_uniform_pressure

@@ -334,8 +334,8 @@ contains
           do c = 1, scratch%patches%count
             if (scratch%pairs(scratch%patches%pair(c))%body /= b) cycle
             do k = scratch%patches%first(c), scratch%patches%first(c + 1) - 1
-              associate (push => scratch%area(k)*(scratch%pressure(c)*abs(scratch%normal(:, k)) &
-                  + abs(scratch%shear(:, c))))
+              associate (push => scratch%area(k)*(abs(scratch%pressure(c) - scratch%confinement) &
+                  *abs(scratch%normal(:, k)) + abs(scratch%shear(:, c))))
                 arm = abs(scratch%place(:, k) - scratch%before(b)%reference - scratch%before(b)%pose%displacement)
                 size_here = size_here + push
                 moment = moment + arm(1)*push(2) + arm(2)*push(1)
