@@ -6,11 +6,13 @@
 !>   gap of a patch = D (1 - sum V_p/S),   S = sum L_i (D + curvature_i D^2/2)
 !>
 !> with the points whose nearest contact point is one of the patch, no farther than D from the body, and the sector S of
-!> that depth before the patch. A patch beside places that nothing touches is left out: the soil ends in its sector.
+!> that depth before the patch. A patch beside places that nothing touches is left out: the soil ends in its sector. So is
+!> one in cells wider than those that patches are made for: few points are in its sector.
 module qsmpm_contact_gaps
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type, present_body_points
+  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
   use qsmpm_rigid_pose, only: placed_shape_type
@@ -22,6 +24,8 @@ module qsmpm_contact_gaps
 
   !> D over the size of a cell.
   real(wp), parameter :: depth_cells = 1.5_wp
+  !> Size of a cell over the smallest from which it is too wide for a patch.
+  real(wp), parameter :: wide = 1.2_wp
 
 contains
 
@@ -59,8 +63,7 @@ contains
     end do
   end subroutine widest_gap
 
-  !> Sector before each patch of a contact that carries a pressure, and the soil in it; whether nothing touches some of
-  !> its places.
+  !> Sector before each patch of a contact that carries a pressure, and the soil in it; whether it is to be left out.
   subroutine measure_sectors(model, body, pair, on_bodies, sector, soil, open)
     type(model_type), intent(in) :: model
     type(placed_shape_type), intent(in) :: body
@@ -81,6 +84,8 @@ contains
       do i = first, first + outline%count - 1
         associate (c => on_bodies%patch(i))
           open(c) = open(c) .or. (.not. on_bodies%touched(i) .and. in_mesh(model, on_bodies%position(:, i)))
+          if (on_bodies%touched(i)) open(c) = open(c) .or. cell_size(model%mesh, on_bodies%cell(i)) &
+            > wide*model%cell_size
           if (.not. (on_bodies%touched(i) .and. on_bodies%pressure(i) > 0.0_wp)) cycle
           distance = body%distance_at(place_of(on_bodies, i))
           sector(c) = sector(c) + outline%length(i - first + 1)*(depth + 0.5_wp*depth**2 &
