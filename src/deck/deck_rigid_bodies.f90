@@ -2,7 +2,7 @@
 module qsmpm_deck_rigid_bodies
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
-    rigid_polygon, rigid_cylinder, contact_on_soil, contact_on_body, axisymmetric, plane_strain, &
+    rigid_polygon, rigid_cylinder, contact_on_soil, contact_on_body, patch_point, axisymmetric, plane_strain, &
     rigid_move_type
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
@@ -187,6 +187,8 @@ contains
         'SURFACE is missing: the surface of the soil that may touch the body; or ON=BODY')
       if (card%has('INTERFACE') .and. (card%has('FRICTION ANGLE') .or. card%has('ADHESION'))) call &
         state%report_error(card, 'INTERFACE says what FRICTION ANGLE and ADHESION would: one or the other')
+      if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is there to '// &
+        'be compared with: the pressure swings from point to point')
       if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error(card, &
         'ON=BODY is for plane and axisymmetric models; in 3D name a SURFACE')
       do i = 1, n - 1
