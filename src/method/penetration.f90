@@ -2,8 +2,9 @@
 !> has corners smaller than a patch, soil may get into a body unseen. The material points tell. Where contact is asked
 !> for on the body soil may drift away from it and press from afar; they tell that too (qsmpm_contact_gaps).
 !>
-!> On a body it is the mean over a patch that keeps soil out, and where the flow closes behind it single points on the way
-!> would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing else.
+!> On a body it is the mean over a patch that keeps soil out, and where the flow closes behind it single points on the
+!> way would get inside step by step. They are put back on the outline along its normal: a place corrected, nothing
+!> else.
 module qsmpm_penetration
   use qsmpm_kinds, only: wp
   use qsmpm_contact_results, only: penetration_type, deepest_point

@@ -1,13 +1,13 @@
 !> Soil that is missing between a rigid body and the soil that presses on it (*CONTACT, ON=BODY).
 !>
-!> Only what steps open is measured there, so the soil may drift from the body. How far the nearest material point is does
-!> not tell: where the flow parts before a body points spread along it and none comes near. The volume tells,
+!> Only what steps open is measured there, so the soil may drift from the body. How far the nearest material point is
+!> does not tell: where the flow parts before a body points spread along it and none comes near. The volume tells,
 !>
 !>   gap of a patch = D (1 - sum V_p/S),   S = sum L_i (D + curvature_i D^2/2)
 !>
 !> with the points whose nearest contact point is one of the patch, no farther than D from the body, and the sector S of
-!> that depth before the patch. A patch beside places that nothing touches is left out: the soil ends in its sector. So is
-!> one in cells wider than those that patches are made for: few points are in its sector.
+!> that depth before the patch. A patch beside places that nothing touches is left out: the soil ends in its sector. So
+!> is one in cells wider than those that patches are made for: few points are in its sector.
 module qsmpm_contact_gaps
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric

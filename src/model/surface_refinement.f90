@@ -30,14 +30,11 @@ contains
   !> Split and join the points of all surfaces of contacts.
   subroutine refine_surfaces(model)
     type(model_type), intent(inout) :: model
-    logical, allocatable :: chosen(:)
 
     if (model%mesh%dimension /= 2 .or. model%state%surface%count == 0) return
-    chosen = touches_only(model)
-    if (.not. any(chosen)) return
-    call split_long(model, chosen)
-    chosen = touches_only(model)
-    call join_short(model, chosen)
+    if (.not. any(touches_only(model))) return
+    call split_long(model, touches_only(model))
+    call join_short(model, touches_only(model))
   end subroutine refine_surfaces
 
   !> Points of surfaces that rigid bodies may touch and that carry nothing else (surface points).

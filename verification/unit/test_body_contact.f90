@@ -59,9 +59,9 @@ contains
     call check_outlines(tests)
     call check_touch(tests)
     call check_rigid_motion(tests)
-    call check_tangent(tests, 'FRICTION ANGLE=30')
-    call check_tangent(tests, 'TENSION=YES, ADHESION=1')
-    call check_tangent(tests, 'FRICTION ANGLE=30|*CONFINING PRESSURE|40')
+    call check_tangent(tests, 'FRICTION ANGLE=30', '')
+    call check_tangent(tests, 'TENSION=YES, ADHESION=1', '')
+    call check_tangent(tests, 'FRICTION ANGLE=30|*CONFINING PRESSURE|40', '|*INITIAL, TYPE=ISOTROPIC|0, 40')
     call check_confined(tests)
     call check_put_back(tests)
     call check_step(tests)
@@ -119,7 +119,7 @@ contains
 
   !> A model with the box in its notch, and its first step.
   subroutine make_step(contact, move, model, step)
-    !> Rest of *CONTACT; rest of *MOVE and its data line.
+    !> Rest of *CONTACT, with cards behind it; rest of *MOVE and its data line, with cards of the phase behind it.
     character(len=*), intent(in) :: contact, move
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
@@ -228,15 +228,16 @@ contains
   end subroutine check_rigid_motion
 
   !> The matrix times a direction is the change of the residual along it.
-  subroutine check_tangent(tests, contact)
+  subroutine check_tangent(tests, contact, start)
     type(tests_type), intent(inout) :: tests
-    character(len=*), intent(in) :: contact
+    !> Rest of *CONTACT, and cards of the phase.
+    character(len=*), intent(in) :: contact, start
     type(model_type) :: model
     type(step_type) :: step
     real(wp), allocatable :: u(:, :), v(:, :), product(:), change(:)
     integer :: a
 
-    call make_step(contact, ', ROTATION=1|0.01, -0.03', model, step)
+    call make_step(contact, ', ROTATION=1|0.01, -0.03'//start, model, step)
     allocate (u(2, all_nodes(step%unknowns)), v(2, all_nodes(step%unknowns)))
     do a = 1, size(u, 2)
       u(:, a) = 1.0e-3_wp*[sin(1.7_wp*a), cos(2.3_wp*a)]
@@ -338,7 +339,8 @@ contains
     real(wp), parameter :: all_round = 40.0_wp
     integer :: p
 
-    call make_step('FRICTION ANGLE=10|*CONFINING PRESSURE|40', '|0, -0.01', model, step)
+    call make_step('FRICTION ANGLE=10|*CONFINING PRESSURE|40', '|0, -0.01|*INITIAL, TYPE=ISOTROPIC|0, 40', &
+      model, step)
     do p = 1, model%state%points%count
       model%state%points%stress(:, p) = [-all_round, -all_round, -all_round, 0.0_wp]
       call model%laws(1)%law%start(model%state%points%stress(:, p), model%state%points%state(:, p))

@@ -148,25 +148,35 @@ contains
     class(contacts_type), intent(inout) :: self
     type(model_type), intent(in) :: model
     type(configuration_type), intent(in) :: configuration
-    integer, allocatable :: free(:)
     integer :: b
 
     call lay_scratch(self%scratch, model, configuration, &
       [(column_of(self, b, motion_name), b=1, size(model%rigid_shapes))], &
       [(column_of(self, b, turning_name), b=1, size(model%rigid_shapes))])
     self%connectivity = self%scratch%connectivity
-    ! A free body is an unknown even where nothing touches it; `evaluate` says so.
-    free = [pack(self%scratch%column, self%scratch%column > 0), &
-      pack(self%scratch%turning_column, self%scratch%turning_column > 0)]
-    do b = 1, size(free)
-      self%connectivity%nodes = [self%connectivity%nodes, free(b)]
-      self%connectivity%first = [self%connectivity%first, size(self%connectivity%nodes) + 1]
-      self%connectivity%count = self%connectivity%count + 1
+    do b = 1, size(model%rigid_shapes)
+      call add_unknown(self, self%scratch%column(b))
+      call add_unknown(self, self%scratch%turning_column(b))
     end do
     ! The moment is that of where the shear acts, the slip that of what rode on the body.
     self%symmetric = all(.not. self%scratch%strength(1, :) > 0.0_wp) .and. &
       (all(self%scratch%turning_column == 0) .or. all(.not. self%scratch%strength(2, :) > 0.0_wp))
   end subroutine prepare
+
+  !> A stencil of its own for the motion of a free body, which is an unknown even where nothing touches it; `evaluate`
+  !> says so.
+  pure subroutine add_unknown(self, column)
+    class(contacts_type), intent(inout) :: self
+    !> In the table of unknowns; 0 for a body that is held.
+    integer, intent(in) :: column
+
+    if (column == 0) return
+    associate (graph => self%connectivity)
+      graph%nodes = [graph%nodes, column]
+      graph%first = [graph%first, size(graph%nodes) + 1]
+      graph%count = graph%count + 1
+    end associate
+  end subroutine add_unknown
 
   !> Put the bodies where they are at a fraction of the phase.
   subroutine set_load(self, model, configuration, fraction)
