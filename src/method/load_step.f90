@@ -37,6 +37,9 @@ module qsmpm_load_step
 
   public :: load_step_type
 
+  !> Share of the force of an all-round pressure on the face of a cell that is a load at the least.
+  real(wp), parameter :: little = 1.0e-4_wp
+
   !> Solves by the method.
   type, extends(step_solver_type) :: load_step_type
   contains
@@ -190,7 +193,9 @@ contains
     end associate
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
-    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released)
+    ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
+    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released) &
+      + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
     call check_nodes(model, unknowns, 'load', load, error)
     if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
       goal%prescribed, error)

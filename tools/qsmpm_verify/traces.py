@@ -155,13 +155,13 @@ def column_mean(folder: Path, column: str, along: str, beyond: float, until: flo
 
 
 def pressure_wave(folder: Path, count: int, order: int, scale: float) -> float:
-    """What pressures p0, p1, ... at the middles of `count` equal arcs of a half circle leave of a cosine series [-].
+    """What pressures p0, p1, ... at `count` even places of a half circle, ends too, leave of a cosine series [-].
 
-    Root mean square of the last step over the arcs, over `scale`; `order` is that of the last cosine that is fitted.
+    Root mean square of the last step over the places, over `scale`; `order` is that of the last cosine that is fitted.
     """
     curves = read_curves(folder)
     found = np.array([float(curves.column(f"p{i}")[-1]) for i in range(count)])
-    angles = np.pi * (np.arange(count) + 0.5) / count
+    angles = np.pi * np.arange(count) / (count - 1)
     waves = np.cos(np.outer(angles, np.arange(order + 1)))
     fitted = waves @ np.linalg.lstsq(waves, found, rcond=None)[0]
     return float(np.sqrt(np.mean((found - fitted) ** 2)) / scale)
