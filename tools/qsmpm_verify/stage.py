@@ -137,9 +137,9 @@ def beside(pieces: Pieces, kind: int) -> vtkActor:
     data = vtkPolyData()
     data.SetPoints(_points_of(np.concatenate(pieces.places)))
     faces = vtkCellArray()
-    for nodes, what, _ in pieces.faces:
-        if what == kind:
-            faces.InsertNextCell(len(nodes), nodes)
+    for cell in pieces.faces:
+        if cell.kind == kind:
+            faces.InsertNextCell(len(cell.nodes), cell.nodes)
     data.SetPolys(faces)
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(data)
@@ -228,7 +228,7 @@ def picture(
     pixels = _aim(renderer, look)
     for skin in skins:
         renderer.AddActor(filled(skin, values, table))
-    for kind in sorted({what for _, what, _ in pieces.faces}):
+    for kind in sorted({cell.kind for cell in pieces.faces}):
         renderer.AddActor(beside(pieces, kind))
     alone = np.setdiff1d(np.arange(len(places)), np.concatenate([skin.inside for skin in skins]) if skins else [])
     if len(alone):
