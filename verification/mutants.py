@@ -47,7 +47,8 @@ ROOMS = {
     "convection": ["method/convection", "method/recovered_gradient", "method/nodal_fields", "points/point_location", "mesh/moving_rows"],
     "phases": ["method/phase", "model/phase_start"],
     "loads": ["method/terms/dead_loads", "method/terms/pressures", "method/terms/supports", "model/model_surfaces"],
-    "contact": ["method/contact_", "method/terms/contacts", "model/body_loads", "model/body_points"],
+    "contact": ["method/contact_", "method/terms/contacts", "model/body_loads", "model/body_points", "model/contact_gaps", "method/penetration",
+                "materials/confinement"],
     "restart": ["output/restart", "base/hdf5_"],
 }
 ROOM_SHARE = 0.4

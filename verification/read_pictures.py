@@ -80,20 +80,22 @@ def run_tutorial(name: str, folder: pathlib.Path) -> h5py.Group:
 with tempfile.TemporaryDirectory() as name:
     folder = pathlib.Path(name)
     step = run_tutorial("10_wall", folder)
-    last = (folder / "10_wall/curves.csv").read_text().splitlines()[-1].split(",")
+    rows = [line.split(",") for line in (folder / "10_wall/curves.csv").read_text().splitlines()]
+    last = {heading.split(" [")[0]: value for heading, value in zip(rows[0], rows[-1])}
+    push, force = float(last["push"]), float(last["force"])
     body, contacts = step["rigid_bodies/000001"], step["contacts"]
     pressures = contacts["pressure"][...] * contacts["extent"][...]
-    check("wall: its pose is its move", np.allclose(body["pose"], [float(last[10]), 0, 0, 0]) and float(last[10]) > 0.01)
-    check("wall: its outline is where it has moved to", np.isclose(body["outline"][:, 0].max(), float(last[10])) and
+    check("wall: its pose is its move", np.allclose(body["pose"], [push, 0, 0, 0, 0, 0]) and push > 0.01)
+    check("wall: its outline is where it has moved to", np.isclose(body["outline"][:, 0].max(), push) and
           np.isclose(np.ptp(body["outline"][:, 1]), 1.4))
-    check("wall: its force is the one of the curves", np.isclose(-body["force"][0], float(last[11])))
+    check("wall: its force is the one of the curves", np.isclose(-body["force"][0], force))
     # The force is on the lengths of the start of the step, which the step has stretched by 0.14 %.
-    check("wall: the pressures are its force", abs(np.sum(pressures) / float(last[11]) - 1) < 2e-3)
+    check("wall: the pressures are its force", abs(np.sum(pressures) / force - 1) < 2e-3)
     rest = h5py.File(folder / "10_wall/results.h5")["steps/000001"]
     resting = np.sum(rest["contacts/pressure"][...] * rest["contacts/extent"][...])
     check("wall: at rest too, where nothing stretches", abs(resting + rest["rigid_bodies/000001/force"][0]) < 1e-7)
     check("wall: the soil looks at it, from where it is", bool(np.all(contacts["normal"][:, 0] < -0.9)) and
-          np.allclose(contacts["position"][:, 0], float(last[10]), atol=2e-3))
+          np.allclose(contacts["position"][:, 0], push, atol=2e-3))
     check("wall: numbers of body and surface", set(contacts["body"][...]) == {1} == set(contacts["surface"][...]))
     step = run_tutorial("9_drawdown", folder)
     level = step["water/000001"][...]

@@ -2,8 +2,9 @@
 !> corners to be drawn.
 !>
 !> A rounded polygon is bounded by its edges and, at convex corners, by arcs about the vertices of its core; at concave
-!> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner, so
-!> that what ends at an axis of symmetry there has whole parts on both sides of it. A plane has no outline.
+!> ones its edges meet in a point. A circle begins at its lowest point, a polygon in the middle of its first corner; the
+!> first part has its middle there, so that an axis of symmetry leaves half a part on both sides of it, where longer
+!> ones let soil through in the middle. A plane has no outline.
 module qsmpm_rigid_outline
   use qsmpm_kinds, only: wp
   use qsmpm_rigid_shape, only: rigid_shape_type, edge_normal, kind_half_space, kind_ball, kind_polygon
