@@ -15,6 +15,7 @@ program qsmpm_main
   use qsmpm_point, only: point_request_type, run_point
   use qsmpm_program_name, only: program_name
   use qsmpm_run, only: run_request_type, run_deck, check_deck, plan_deck
+  use qsmpm_team, only: start_team, end_team
   implicit none
 
   interface
@@ -31,6 +32,10 @@ program qsmpm_main
 
   call read_words(words)
   call parse_arguments(words, command, error)
+  if (.not. allocated(error)) then
+    if (command%command == command_run .and. command%threads > 1) call wait_asleep()
+    call start_team(error)
+  end if
   code = 0
   if (allocated(error)) then
     write (error_unit, '(a)') 'qsmpm: '//error%message, usage_text()
@@ -55,6 +60,7 @@ program qsmpm_main
     end select
   end if
   flush (error_unit)
+  call end_team()
   if (model_abandoned()) call leave_process(code)
   flush (output_unit)
   call exit_process(code)
@@ -84,7 +90,6 @@ contains
     type(run_request_type) :: request
     character(len=:), allocatable :: report
 
-    if (command%threads > 1) call wait_asleep()
     request%deck = command%subject
     request%directory = command%directory
     request%restart = command%restart

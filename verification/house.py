@@ -10,7 +10,7 @@ import re
 import sys
 
 TOP = pathlib.Path(__file__).resolve().parents[1]
-FLOORS = ["base", "elements", "geometry", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
+FLOORS = ["base", "parallel", "elements", "geometry", "mesh", "materials", "problem", "points", "basis", "algebra", "model", "estimate",
           "method", "reduction", "deck", "output", "laboratory", "api"]
 LONGEST_LINE = 120
 LONGEST_FILE = 600
@@ -118,7 +118,7 @@ def main() -> int:
         if found:
             owner[found[1].lower()] = path
     breaches: dict[str, list[str]] = {rule: [] for rule in [
-        "one module a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
+        "one module or submodule a file, named as the file", "implicit none and private everywhere", "use with only everywhere",
         "a folder uses only folders before it", f"lines of at most {LONGEST_LINE} columns, no tabs",
         f"files of at most {LONGEST_FILE} lines", "no variable outlives a call",
         "the tests of the checkpoint know every component of the state",
@@ -137,11 +137,13 @@ def main() -> int:
         library = path.name != "main.f90"
         if library:
             modules = re.findall(r"^module\s+(\w+)\s*$", text, re.M)
+            # A submodule is named as its file, and nothing of it can be seen from elsewhere.
+            part = re.search(r"^submodule\s*\(qsmpm_\w+\)\s*(\w+)\s*$", text, re.M)
             # The public module, src/api/qsmpm.f90, is named as the library.
-            if modules not in ([f"qsmpm_{path.stem}"], [f"qsmpm_{path.parent.name}_{path.stem}"]) and not (
+            if part and (modules or part[1] != path.stem) or not part and modules not in ([f"qsmpm_{path.stem}"], [f"qsmpm_{path.parent.name}_{path.stem}"]) and not (
                     path.parts[-2:] == ("api", "qsmpm.f90") and modules == ["qsmpm"]):
-                breaches["one module a file, named as the file"].append(f"{name}: {modules}")
-            if not re.search(r"^\s*implicit none", text, re.M) or not re.search(r"^\s*private\s*$", text, re.M):
+                breaches["one module or submodule a file, named as the file"].append(f"{name}: {modules}")
+            if not re.search(r"^\s*implicit none", text, re.M) or not (part or re.search(r"^\s*private\s*$", text, re.M)):
                 breaches["implicit none and private everywhere"].append(name)
             for number, code in state_of(text):
                 breaches["no variable outlives a call"].append(f"{name}:{number}: {code[:80]}")

@@ -15,6 +15,7 @@ module qsmpm_linear_solver
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_node_blocks, only: node_blocks_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type, row_sums, first_not_finite
   implicit none
   private
@@ -38,6 +39,15 @@ module qsmpm_linear_solver
     !> The factors are not those of the matrix to working precision: a solution comes from a Krylov
     !> method they precondition (qsmpm_krylov).
     logical :: approximate = .false.
+    !> It brings a Krylov method of its own: `solve` iterates to the residual `tolerance`, relative to the right-hand
+    !> side, in at most so many sweeps, fails otherwise, and counts the sweeps.
+    logical :: iterates = .false.
+    real(wp) :: tolerance = 1.0e-10_wp
+    integer :: most_sweeps = 1000, sweeps = 0
+    !> Nothing of an earlier factorisation may serve the next one.
+    logical :: afresh = .true.
+    !> Nodes of the equations, where somebody has told.
+    type(node_blocks_type) :: blocks
     !> Numbers stored in the factors.
     integer(long) :: factor_nonzeros = 0
     !> Floating-point operations of the last factorisation; 0 when the back end does not tell.

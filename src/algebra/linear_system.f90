@@ -3,8 +3,9 @@
 !> matrix itself is built by the terms of the step, the pattern by `equations`, the choice of solver is that of
 !> `solver_choice`.
 !>
-!> A direct solver of double precision solves by itself. Everything else is a preconditioner of CG or GMRES: factors of
-!> single precision, incomplete factors, and any factor of an older matrix of the same pattern. A sweep is one product
+!> A direct solver of double precision solves by itself, and PETSc brings its own method. Everything else is a
+!> preconditioner of CG or GMRES: factors of single precision, incomplete factors, and any factor of an older matrix of
+!> the same pattern. A sweep is one product
 !> with the matrix and one solution with the factor. Whether an older factor stays is decided by counted operations and
 !> sweeps, never by a clock, so that a run repeats to the last bit. What cannot precondition gives way to a direct
 !> solver of double precision: a stale factor to a new one, the others for the rest of the run, with a note. No factor
@@ -12,10 +13,11 @@
 module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
-  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, precision_double, &
-    keep_auto, keep_yes
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
+    precision_double, keep_auto, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_node_blocks, only: find_node_blocks
   use qsmpm_krylov, only: krylov_limits_type, krylov_result_type, solve_cg, solve_gmres
   use qsmpm_solver_choice, only: make_solver, choose_solver, use_single, solver_direct, solver_single, &
     solver_ordering
@@ -38,6 +40,9 @@ module qsmpm_linear_system
   real(wp), parameter :: incomplete_sweeps = 0.08_wp
   integer, parameter :: least_incomplete = 2000
 
+  !> Sweeps of PETSc: those of the hardest tangents that were met (docs/distributed.md), and some more.
+  integer, parameter :: most_of_petsc = 200
+
   !> Factors of single precision have failed; incomplete ones have.
   integer, parameter :: failed_single = 1, failed_krylov = 2
 
@@ -54,7 +59,7 @@ module qsmpm_linear_system
     integer :: dimension = 0
     !> Largest distance of an entry from the diagonal.
     integer :: bandwidth = 0
-    !> With Krylov methods: the equations are numbered for a small band, not for elimination.
+    !> With Krylov methods and PETSc: the equations are numbered for a small band, not for elimination.
     logical, private :: banded = .false.
     !> The factor is that of an older matrix.
     logical, private :: stale = .false.
@@ -77,7 +82,8 @@ contains
     type(solver_choice_type), intent(in) :: choice
 
     kind_for = choice%kind
-    if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov])) kind_for = solver_direct
+    if (system%krylov_failed .and. any(choice%kind == [solver_auto, solver_krylov, solver_petsc])) &
+      kind_for = solver_direct
   end function kind_for
 
   !> Begin an increment as a run that is continued here does: with the solver that was chosen, no older factor, and
@@ -92,7 +98,9 @@ contains
     system%krylov_failed = iand(failed, failed_krylov) /= 0
     system%pause = 0
     system%next_pause = 1
-    if (allocated(system%solver)) system%solver%factorised = .false.
+    if (.not. allocated(system%solver)) return
+    system%solver%factorised = .false.
+    system%solver%afresh = .true.
   end subroutine begin_step
 
   !> What has failed in this run: a sum of failed_single and failed_krylov.
@@ -103,7 +111,7 @@ contains
   end function failures
 
   !> Make a solver for a new pattern and analyse it; nothing is made where there are no equations.
-  subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error)
+  subroutine start_system(system, choice, matrix, bandwidth, symmetric, dimension, error, number, places)
     type(linear_system_type), intent(inout) :: system
     !> What the deck asks for.
     type(solver_choice_type), intent(in) :: choice
@@ -116,6 +124,10 @@ contains
     !> 2 or 3.
     integer, intent(in) :: dimension
     type(error_type), allocatable, intent(out) :: error
+    !> Equation of each component of each node, 0 where there is none, and where the nodes are (components, nodes); not
+    !> allocated where they have no place that stays.
+    integer, intent(in), optional :: number(:, :)
+    real(wp), allocatable, intent(in), optional :: places(:, :)
     integer :: kind
 
     call end_system(system)
@@ -127,9 +139,11 @@ contains
     system%bandwidth = bandwidth
     if (matrix%n == 0) return
     kind = choose_solver(kind_for(system, choice), matrix%n, bandwidth, entry_count(matrix), symmetric, dimension)
-    system%banded = kind == solver_krylov
+    system%banded = any(kind == [solver_krylov, solver_petsc])
     if (use_single(system%choice%precision, kind, matrix%n, symmetric, dimension)) kind = solver_single
     call make_solver(kind, matrix%n, bandwidth, entry_count(matrix), symmetric, dimension, system%solver)
+    if (kind == solver_petsc .and. present(number) .and. present(places)) &
+      call find_node_blocks(number, matrix%n, places, system%solver%blocks)
     call system%solver%analyse(matrix, error)
   end subroutine start_system
 
@@ -237,8 +251,8 @@ contains
     if (.not. allocated(error)) call system%solver%solve(rhs, x, error)
   end subroutine solve_system
 
-  !> Iterate with the factor as it is: conjugate gradients where matrix and factor are positive definite as
-  !> far as is known, GMRES elsewhere.
+  !> Iterate with the factor as it is: as the solver does by itself, by conjugate gradients where matrix and factor are
+  !> positive definite as far as is known, by GMRES elsewhere.
   subroutine iterate(system, matrix, rhs, tolerance, x, converged)
     type(linear_system_type), intent(inout) :: system
     !> The matrix K.
@@ -252,6 +266,7 @@ contains
     logical, intent(out) :: converged
     type(krylov_limits_type) :: limits
     type(krylov_result_type) :: outcome
+    type(error_type), allocatable :: error
 
     limits%tolerance = tolerance
     if (system%stale) then
@@ -262,7 +277,13 @@ contains
     else
       limits%rate = single_rate
     end if
-    if (system%symmetric .and. system%solver%negative_pivots <= 0) then
+    if (system%solver%iterates) then
+      system%solver%tolerance = tolerance
+      system%solver%most_sweeps = most_of_petsc
+      call system%solver%solve(rhs, x, error)
+      outcome%converged = .not. allocated(error)
+      outcome%sweeps = system%solver%sweeps
+    else if (system%symmetric .and. system%solver%negative_pivots <= 0) then
       call solve_cg(matrix, system%solver, rhs, limits, x, outcome)
     else
       call solve_gmres(matrix, system%solver, rhs, limits, x, outcome)

@@ -1,5 +1,5 @@
-!> The data types and the entries of MUMPS (sequential, double and single precision), taken from the
-!> include files of the library, which stand nowhere else.
+!> The data types and the entries of MUMPS (double and single precision), taken from the include files of the library,
+!> which stand nowhere else. They are the same for the sequential and the parallel library.
 module qsmpm_mumps_library
   implicit none
   private

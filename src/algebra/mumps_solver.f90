@@ -1,4 +1,4 @@
-!> MUMPS, sequential: multifrontal L D L^T of symmetric, possibly indefinite matrices (SYM=2) and LU
+!> MUMPS on one process: multifrontal L D L^T of symmetric, possibly indefinite matrices (SYM=2) and LU
 !> of unsymmetric ones (SYM=0).
 !>
 !> The given order is handed over as PERM_IN and INFOG(7) read back, since MUMPS may silently choose
@@ -8,6 +8,7 @@
 module qsmpm_mumps_solver
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type, pivot_floor, singular_at, text_of
   use qsmpm_mumps_library, only: dmumps_struc, dmumps
@@ -72,7 +73,7 @@ contains
     ! MUMPS looks here for a mark of an instance that is already running.
     self%mumps%keep(40) = 0
     self%mumps%n = 0
-    self%mumps%comm = 0
+    self%mumps%comm = solo_communicator()
     self%mumps%par = 1
     self%mumps%sym = merge(2, 0, self%symmetric)
     call run(self%mumps, job_begin)

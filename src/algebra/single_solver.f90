@@ -4,6 +4,7 @@
 module qsmpm_single_solver
   use qsmpm_kinds, only: wp, sp, long
   use qsmpm_error, only: error_type, fail, error_other, error_singular
+  use qsmpm_team, only: solo_communicator
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_linear_solver, only: linear_solver_type, text_of
   use qsmpm_mumps_solver, only: list_entries, count_of, job_begin, job_end, job_analyse, job_factorise, &
@@ -56,7 +57,7 @@ contains
     nullify (self%mumps%irn, self%mumps%jcn, self%mumps%a, self%mumps%rhs, self%mumps%perm_in)
     self%mumps%keep(40) = 0
     self%mumps%n = 0
-    self%mumps%comm = 0
+    self%mumps%comm = solo_communicator()
     self%mumps%par = 1
     self%mumps%sym = merge(2, 0, self%symmetric)
     call run(self%mumps, job_begin, error)

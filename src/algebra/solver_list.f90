@@ -11,6 +11,7 @@ module qsmpm_solver_list
   use qsmpm_klu_solver, only: make_klu_solver
   use qsmpm_mumps_solver, only: make_mumps_solver
   use qsmpm_incomplete_solver, only: make_incomplete_solver
+  use qsmpm_petsc_solver, only: make_petsc_solver
   implicit none
   private
 
@@ -48,7 +49,8 @@ contains
       solver_row_type('UMFPACK', make_umfpack_solver, one_triangle=.false., narrow_band=.false., single=.false.), &
       solver_row_type('MUMPS', make_mumps_solver, one_triangle=.true., narrow_band=.false., single=.true.), &
       solver_row_type('KRYLOV', make_incomplete_solver, one_triangle=.true., narrow_band=.true., single=.false.), &
-      solver_row_type('KLU', make_klu_solver, one_triangle=.false., narrow_band=.false., single=.false.)]
+      solver_row_type('KLU', make_klu_solver, one_triangle=.false., narrow_band=.false., single=.false.), &
+      solver_row_type('PETSC', make_petsc_solver, one_triangle=.false., narrow_band=.true., single=.false.)]
   end function solver_list
 
   !> The row of a kind; that of AUTO, which makes nothing, for any kind that is not in the list.

@@ -4,13 +4,15 @@ module qsmpm_deck_general
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: method_type, background_factor, ghost_factor, grid_ghost_factor, cubic_ghost_factor, &
     basis_auto, basis_fem, basis_standard, integrate_points, stabilise_none, stabilise_background, stabilise_ghost, &
-    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto
+    three_dimensional, plane_strain, mirror_auto, precision_auto, precision_single, keep_auto, solver_auto, &
+    solver_petsc
   use qsmpm_text, only: real_text
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_state, only: deck_state_type
   use qsmpm_basis_traits, only: basis_list
   use qsmpm_solver_list, only: solver_row_type, solver_row, solver_words
+  use qsmpm_petsc_solver, only: with_petsc
   use qsmpm_deck_words, only: bar_list, model_words, mirror_words, integration_words, kinematics_words, &
     rate_words, stabilisation_words, axis_words
   use qsmpm_keyword_table, only: table_type, in_model, anywhere, once, many
@@ -308,6 +310,8 @@ contains
       row = solver_row(solver%kind)
       if (solver%precision == precision_single .and. .not. row%single) call state%report_error(card, &
         'PRECISION=SINGLE is for the factors of AUTO, CHOLMOD and MUMPS')
+      if (solver%kind == solver_petsc .and. .not. with_petsc()) call state%report_error(card, &
+        'this program has no PETSc: the program qsmpm-mpi has it (docs/distributed.md); KRYLOV needs as little memory')
     end associate
   end subroutine check_solver
 

@@ -23,7 +23,7 @@ module qsmpm_equilibrium
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
   use qsmpm_linear_system, only: factorise_system, solve_system
   use qsmpm_model, only: model_type
-  use qsmpm_run_profile, only: count_factorisation, count_iteration
+  use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_evaluation, only: evaluate_step, linear_force
   use qsmpm_term_share, only: solve_share_type
@@ -236,12 +236,13 @@ contains
     type(solution_type), intent(inout) :: solution
     type(error_type), allocatable :: error
     real(wp) :: rhs(size(residual)), x(size(residual)), reaction(size(residual))
-    integer :: factorised
+    integer :: factorised, swept
 
     correction = 0.0_wp
     if (solution%iterations == 0) correction = goal%prescribed
     if (step%equations%count == 0) return
     factorised = step%system%factorisations
+    swept = step%system%sweeps
     if (.not. keep_factors) call factorise(step, solution%displacement, error)
     call switch_timer(step%profile%watch, part_solves)
     rhs = residual
@@ -252,6 +253,7 @@ contains
     if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
       digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
     call switch_timer(step%profile%watch, part_control)
+    call count_sweeps(step%profile, step%system%sweeps - swept)
     if (step%system%factorisations > factorised) &
       call count_factorisation(step%profile, step%system%solver, size(step%matrix%values))
     if (allocated(error)) then

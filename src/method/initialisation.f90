@@ -137,7 +137,7 @@ contains
     changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
       .not. allocated(step%system%solver)
     if (changed) call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
-      step%equations%symmetric, model%mesh%dimension, error)
+      step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
     if (allocated(error)) return
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)

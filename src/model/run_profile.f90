@@ -10,7 +10,7 @@ module qsmpm_run_profile
   implicit none
   private
 
-  public :: run_profile_type, count_evaluation, count_iteration, count_factorisation
+  public :: run_profile_type, count_evaluation, count_iteration, count_factorisation, count_sweeps
 
   !> Time and work of a run, of all steps tried: accepted, rejected, holds and sub-steps.
   type :: run_profile_type
@@ -24,6 +24,8 @@ module qsmpm_run_profile
     !> Material points times iterations.
     integer(long) :: point_iterations = 0
     integer(long) :: factorisations = 0
+    !> Sweeps of iterated solutions, all and the most for one correction.
+    integer(long) :: sweeps = 0, most_sweeps = 0
     !> The largest system: equations, half bandwidth of the given order, entries of the matrix and of its factors.
     integer(long) :: equations = 0, bandwidth = 0, matrix_entries = 0, factor_entries = 0
     !> Material points and cells in use, at the most.
@@ -73,4 +75,14 @@ contains
     profile%factor_operations = profile%factor_operations + solver%factor_operations
     profile%solver = solver%name
   end subroutine count_factorisation
+
+  !> A correction took sweeps.
+  pure subroutine count_sweeps(profile, sweeps)
+    !> Time and work so far.
+    type(run_profile_type), intent(inout) :: profile
+    integer, intent(in) :: sweeps
+
+    profile%sweeps = profile%sweeps + sweeps
+    profile%most_sweeps = max(profile%most_sweeps, int(sweeps, long))
+  end subroutine count_sweeps
 end module qsmpm_run_profile

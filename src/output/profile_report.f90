@@ -111,7 +111,8 @@ contains
     text = count_line('steps', profile%steps)//count_line('iterations', profile%iterations)// &
       count_line('evaluations', profile%evaluations)//count_line('stress_updates', profile%stress_updates)// &
       count_line('point_iterations', profile%point_iterations)// &
-      count_line('factorisations', profile%factorisations)//count_line('points', profile%points)// &
+      count_line('factorisations', profile%factorisations)//count_line('sweeps', profile%sweeps)// &
+      count_line('most_sweeps', profile%most_sweeps)//count_line('points', profile%points)// &
       count_line('active_cells', profile%active_cells)//count_line('equations', profile%equations)// &
       count_line('bandwidth', profile%bandwidth)//count_line('matrix_entries', profile%matrix_entries)// &
       count_line('factor_entries', profile%factor_entries)// &

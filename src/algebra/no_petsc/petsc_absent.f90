@@ -1,0 +1,36 @@
+!> PETSc in a program without it: every call fails and says which program has it.
+submodule (qsmpm_petsc_solver) petsc_absent
+  use qsmpm_error, only: fail, error_other
+  implicit none
+
+  character(len=*), parameter :: reason = &
+    'this program has no PETSc; build qsmpm-mpi (cmake -DQSMPM_MPI=ON, docs/distributed.md) or choose another solver'
+
+contains
+
+  module procedure with_petsc
+    has = .false.
+  end procedure with_petsc
+
+  module procedure analyse_pattern
+    associate (unused => self, unused_matrix => matrix)
+    end associate
+    call fail(error, error_other, reason)
+  end procedure analyse_pattern
+
+  module procedure factorise_values
+    call self%analyse_pattern(matrix, error)
+  end procedure factorise_values
+
+  module procedure solve_factorised
+    associate (unused => self, unused_rhs => rhs)
+    end associate
+    x = 0.0_wp
+    call fail(error, error_other, reason)
+  end procedure solve_factorised
+
+  module procedure release
+    associate (unused => self)
+    end associate
+  end procedure release
+end submodule petsc_absent

@@ -1,0 +1,63 @@
+!> Which nodes the equations belong to, for solvers that want a block of rows a node: its components in their order, the
+!> constrained ones too, with places of the nodes where they have some.
+!>
+!> The equations of a node follow one another, and nodes are counted in the order of their equations. A matrix whose
+!> rows are spread over ranks has columns that belong to rows of others behind its own.
+module qsmpm_node_blocks
+  use qsmpm_kinds, only: wp
+  implicit none
+  private
+
+  public :: node_blocks_type, find_node_blocks
+
+  !> The nodes of the equations.
+  type :: node_blocks_type
+    !> Components a node; 0 where nothing is known.
+    integer :: components = 0
+    !> Number of nodes.
+    integer :: count = 0
+    !> Row of each equation among the blocks (n), from 1.
+    integer, allocatable :: row(:)
+    !> Place of each node (components, count); not allocated where nodes have none.
+    real(wp), allocatable :: places(:, :)
+    !> Communicator of the ranks that share the matrix, as in team_type, and the block rows through all ranks, from 0,
+    !> of the columns behind those of this rank; not allocated where this process has the whole matrix.
+    integer :: communicator = 0
+    integer, allocatable :: outside(:)
+  end type node_blocks_type
+
+contains
+
+  !> The blocks of numbered equations.
+  pure subroutine find_node_blocks(number, equation_count, places, blocks)
+    !> Equation of each component of each node, 0 where there is none (components, nodes).
+    integer, intent(in) :: number(:, :)
+    integer, intent(in) :: equation_count
+    !> Places of the nodes (components, nodes); none where not allocated.
+    real(wp), allocatable, intent(in) :: places(:, :)
+    type(node_blocks_type), intent(out) :: blocks
+    integer, allocatable :: node_of(:), order(:)
+    integer :: a, c, i
+
+    allocate (node_of(equation_count), order(equation_count), blocks%row(equation_count))
+    blocks%components = size(number, 1)
+    do a = 1, size(number, 2)
+      do c = 1, size(number, 1)
+        if (number(c, a) == 0) cycle
+        node_of(number(c, a)) = a
+        blocks%row(number(c, a)) = c
+      end do
+    end do
+    do i = 1, equation_count
+      if (i == 1) then
+        blocks%count = 1
+      else if (node_of(i) /= node_of(i - 1)) then
+        blocks%count = blocks%count + 1
+      end if
+      order(blocks%count) = node_of(i)
+      blocks%row(i) = (blocks%count - 1)*blocks%components + blocks%row(i)
+    end do
+    if (.not. allocated(places)) return
+    if (size(places, 1) == size(number, 1)) blocks%places = places(:, order(:blocks%count))
+  end subroutine find_node_blocks
+end module qsmpm_node_blocks

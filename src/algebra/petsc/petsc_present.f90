@@ -1,0 +1,179 @@
+!> The work of the PETSc solver, through `petsc_shim.c`.
+submodule (qsmpm_petsc_solver) petsc_present
+  use, intrinsic :: iso_c_binding, only: c_associated
+  use qsmpm_error, only: fail, error_other, error_singular
+  use qsmpm_linear_solver, only: text_of
+  use qsmpm_team, only: solo_communicator
+  implicit none
+
+  !> Factor by which the true residual may be larger than the one asked for.
+  real(wp), parameter :: drift = 10.0_wp
+
+  interface
+    type(c_ptr) function qsmpm_petsc_make(communicator, block, rows, own, foreign, symmetric) bind(c)
+      import :: c_ptr, c_int
+      integer(c_int), value :: communicator, block, rows
+      integer(c_int), intent(in) :: own(*), foreign(*)
+      integer(c_int), value :: symmetric
+    end function qsmpm_petsc_make
+
+    integer(c_int) function qsmpm_petsc_first(communicator, rows) bind(c)
+      import :: c_int
+      integer(c_int), value :: communicator, rows
+    end function qsmpm_petsc_first
+
+    integer(c_int) function qsmpm_petsc_row(handle, row, count, columns, values) bind(c)
+      import :: c_ptr, c_int, c_double
+      type(c_ptr), value :: handle
+      integer(c_int), value :: row, count
+      integer(c_int), intent(in) :: columns(*)
+      real(c_double), intent(in) :: values(*)
+    end function qsmpm_petsc_row
+
+    integer(c_int) function qsmpm_petsc_rigid_motions(handle, places) bind(c)
+      import :: c_ptr, c_int, c_double
+      type(c_ptr), value :: handle
+      real(c_double), intent(in) :: places(*)
+    end function qsmpm_petsc_rigid_motions
+
+    integer(c_int) function qsmpm_petsc_set_up(handle, afresh) bind(c)
+      import :: c_ptr, c_int
+      type(c_ptr), value :: handle
+      integer(c_int), value :: afresh
+    end function qsmpm_petsc_set_up
+
+    integer(c_int) function qsmpm_petsc_solve(handle, rhs, tolerance, most_sweeps, x, sweeps, residual) bind(c)
+      import :: c_ptr, c_int, c_double
+      type(c_ptr), value :: handle
+      real(c_double), intent(in) :: rhs(*)
+      real(c_double), value :: tolerance
+      integer(c_int), value :: most_sweeps
+      real(c_double), intent(inout) :: x(*)
+      integer(c_int), intent(out) :: sweeps
+      real(c_double), intent(out) :: residual
+    end function qsmpm_petsc_solve
+
+    subroutine qsmpm_petsc_free(handle) bind(c)
+      import :: c_ptr
+      type(c_ptr), value :: handle
+    end subroutine qsmpm_petsc_free
+  end interface
+
+contains
+
+  module procedure with_petsc
+    has = .true.
+  end procedure with_petsc
+
+  module procedure analyse_pattern
+    integer(c_int), allocatable :: own(:), foreign(:)
+    integer :: communicator, block, rows, i, status
+
+    block = max(1, self%blocks%components)
+    rows = matrix%n
+    if (self%blocks%components > 0) rows = block*self%blocks%count
+    communicator = solo_communicator()
+    if (allocated(self%blocks%outside)) communicator = self%blocks%communicator
+    self%first = qsmpm_petsc_first(communicator, rows)
+    if (self%first < 0) then
+      call fail(error, error_other, 'PETSc did not start')
+      return
+    end if
+    if (self%blocks%components > 0) then
+      self%row = self%first + self%blocks%row - 1
+    else
+      self%row = [(self%first + i - 1, i=1, matrix%n)]
+    end if
+    if (allocated(self%blocks%outside)) self%row = [self%row, self%blocks%outside]
+    call list_empty(self%row(:matrix%n), self%first, rows, self%empty)
+    allocate (self%b(rows), self%y(rows), source=0.0_c_double)
+    allocate (own(rows), source=1_c_int)
+    allocate (foreign(rows), source=0_c_int)
+    do i = 1, matrix%n
+      associate (columns => matrix%column(matrix%row_first(i):matrix%row_first(i + 1) - 1))
+        foreign(self%row(i) - self%first + 1) = count(columns > matrix%n)
+        own(self%row(i) - self%first + 1) = size(columns) - foreign(self%row(i) - self%first + 1)
+      end associate
+    end do
+    self%handle = qsmpm_petsc_make(communicator, block, rows, own, foreign, merge(1, 0, self%symmetric))
+    if (.not. c_associated(self%handle)) call fail(error, error_other, 'PETSc made no matrix')
+    if (allocated(error) .or. .not. allocated(self%blocks%places)) return
+    status = qsmpm_petsc_rigid_motions(self%handle, self%blocks%places)
+    if (status /= 0) call library_error(status, error)
+  end procedure analyse_pattern
+
+  !> Rows that no equation has.
+  pure subroutine list_empty(taken, first, rows, empty)
+    !> Rows of the equations, and the first row of this rank, from 0.
+    integer(c_int), intent(in) :: taken(:)
+    integer, intent(in) :: first
+    !> Rows of this rank.
+    integer, intent(in) :: rows
+    integer(c_int), allocatable, intent(out) :: empty(:)
+    logical :: free(rows)
+    integer :: i
+
+    free = .true.
+    free(taken - first + 1) = .false.
+    empty = pack([(first + i - 1, i=1, rows)], free)
+  end subroutine list_empty
+
+  module procedure factorise_values
+    real(wp) :: usual
+    integer(c_int) :: columns(maxval(matrix%row_first(2:matrix%n + 1) - matrix%row_first(:matrix%n)))
+    integer :: i, k, last, status
+
+    status = 0
+    usual = 0.0_wp
+    do i = 1, matrix%n
+      k = matrix%row_first(i)
+      last = matrix%row_first(i + 1) - 1
+      columns(:last - k + 1) = self%row(matrix%column(k:last))
+      status = max(status, qsmpm_petsc_row(self%handle, self%row(i), last - k + 1, columns, matrix%values(k:last)))
+      usual = usual + sum(abs(matrix%values(k:last)), matrix%column(k:last) == i)
+    end do
+    usual = usual/real(matrix%n, wp)
+    do i = 1, size(self%empty)
+      status = max(status, qsmpm_petsc_row(self%handle, self%empty(i), 1_c_int, self%empty(i:i), [usual]))
+    end do
+    if (status == 0) status = qsmpm_petsc_set_up(self%handle, merge(1, 0, self%afresh))
+    self%afresh = .false.
+    if (status /= 0) call library_error(status, error)
+  end procedure factorise_values
+
+  module procedure solve_factorised
+    integer(c_int) :: status, sweeps
+    integer :: i
+    real(c_double) :: residual
+
+    self%b = 0.0_wp
+    do i = 1, size(rhs)
+      self%b(self%row(i) - self%first + 1) = rhs(i)
+    end do
+    status = qsmpm_petsc_solve(self%handle, self%b, self%tolerance, self%most_sweeps, self%y, sweeps, residual)
+    self%sweeps = sweeps
+    do i = 1, size(x)
+      x(i) = self%y(self%row(i) - self%first + 1)
+    end do
+    if (status /= 0) then
+      call library_error(status, error)
+    else if (.not. residual <= drift*self%tolerance) then
+      call fail(error, error_singular, 'PETSc found no solution in '//text_of(sweeps)//' sweeps')
+    end if
+  end procedure solve_factorised
+
+  module procedure release
+    if (c_associated(self%handle)) call qsmpm_petsc_free(self%handle)
+    self%handle = c_null_ptr
+    if (allocated(self%row)) deallocate (self%row, self%empty)
+    if (allocated(self%b)) deallocate (self%b, self%y)
+  end procedure release
+
+  !> A failure of the library as an error.
+  subroutine library_error(status, error)
+    integer(c_int), intent(in) :: status
+    type(error_type), allocatable, intent(out) :: error
+
+    call fail(error, error_other, 'PETSc failed with error '//text_of(status))
+  end subroutine library_error
+end submodule petsc_present

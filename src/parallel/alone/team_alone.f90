@@ -1,0 +1,50 @@
+!> The team of a process alone: what it has is all there is.
+submodule (qsmpm_team) team_alone
+  implicit none
+
+contains
+
+  module procedure start_team
+  end procedure start_team
+
+  module procedure end_team
+  end procedure end_team
+
+  module procedure team_world
+    team = team_type()
+  end procedure team_world
+
+  module procedure solo_communicator
+    handle = 0
+  end procedure solo_communicator
+
+  module procedure total_real
+    associate (unused => team)
+    end associate
+    whole = x
+  end procedure total_real
+
+  module procedure total_reals
+    associate (unused => team)
+    end associate
+    wholes = x
+  end procedure total_reals
+
+  module procedure total_long
+    associate (unused => team)
+    end associate
+    whole = x
+  end procedure total_long
+
+  module procedure largest
+    associate (unused => team)
+    end associate
+    extreme = x
+  end procedure largest
+
+  module procedure smallest
+    associate (unused => team)
+    end associate
+    extreme = x
+  end procedure smallest
+end submodule team_alone

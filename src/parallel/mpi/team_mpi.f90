@@ -1,0 +1,102 @@
+!> The team of the processes that mpirun started. A program that was started without it is a team of one.
+submodule (qsmpm_team) team_mpi
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use mpi_f08, only: mpi_comm, mpi_comm_world, mpi_comm_self, mpi_thread_funneled, mpi_double_precision, &
+    mpi_integer8, mpi_success, mpi_init_thread, mpi_finalize, mpi_initialized, mpi_finalized, mpi_comm_rank, &
+    mpi_comm_size, mpi_allgather
+  use qsmpm_error, only: fail, error_other
+  implicit none
+
+contains
+
+  module procedure start_team
+    integer :: provided, code
+
+    call mpi_init_thread(mpi_thread_funneled, provided, code)
+    if (code /= mpi_success .or. provided < mpi_thread_funneled) &
+      call fail(error, error_other, 'MPI did not start')
+  end procedure start_team
+
+  module procedure end_team
+    if (is_running()) call mpi_finalize()
+  end procedure end_team
+
+  module procedure team_world
+    if (.not. is_running()) return
+    call mpi_comm_rank(mpi_comm_world, team%rank)
+    call mpi_comm_size(mpi_comm_world, team%ranks)
+    team%handle = mpi_comm_world%mpi_val
+  end procedure team_world
+
+  module procedure solo_communicator
+    handle = mpi_comm_self%mpi_val
+  end procedure solo_communicator
+
+  module procedure total_real
+    real(wp) :: wholes(1)
+
+    wholes = total_reals(team, [x])
+    whole = wholes(1)
+  end procedure total_real
+
+  module procedure total_reals
+    real(wp) :: parts(size(x), team%ranks)
+    integer :: rank
+
+    call gather(team, x, parts)
+    wholes = parts(:, 1)
+    do rank = 2, team%ranks
+      wholes = wholes + parts(:, rank)
+    end do
+  end procedure total_reals
+
+  module procedure total_long
+    integer(long) :: parts(team%ranks)
+
+    parts = x
+    if (team%ranks > 1) call mpi_allgather(x, 1, mpi_integer8, parts, 1, mpi_integer8, mpi_comm(team%handle))
+    whole = sum(parts)
+  end procedure total_long
+
+  module procedure largest
+    real(wp) :: parts(1, team%ranks)
+
+    call gather(team, [x], parts)
+    extreme = maxval(parts)
+    if (any(ieee_is_nan(parts))) extreme = sum(parts)
+  end procedure largest
+
+  module procedure smallest
+    real(wp) :: parts(1, team%ranks)
+
+    call gather(team, [x], parts)
+    extreme = minval(parts)
+    if (any(ieee_is_nan(parts))) extreme = sum(parts)
+  end procedure smallest
+
+  !> The parts of all ranks, one column each.
+  subroutine gather(team, x, parts)
+    type(team_type), intent(in) :: team
+    !> Part of this rank.
+    real(wp), intent(in) :: x(:)
+    real(wp), contiguous, intent(out) :: parts(:, :)
+    real(wp) :: own(size(x))
+
+    own = x
+    if (team%ranks == 1) then
+      parts(:, 1) = own
+    else
+      call mpi_allgather(own, size(own), mpi_double_precision, parts, size(own), mpi_double_precision, &
+        mpi_comm(team%handle))
+    end if
+  end subroutine gather
+
+  !> MPI was started and not yet ended.
+  logical function is_running()
+    logical :: started, ended
+
+    call mpi_initialized(started)
+    call mpi_finalized(ended)
+    is_running = started .and. .not. ended
+  end function is_running
+end submodule team_mpi

@@ -1,0 +1,86 @@
+!> The team: the processes (ranks) that share one run. Here stands what a rank may ask of it; the answers are those of a
+!> process alone (`alone/team_alone.f90`) or of MPI (`mpi/team_mpi.f90`), and a program is linked with one of the two.
+!>
+!> Sums and extremes are over all ranks, the same on each of them, and every rank must take part. The parts are
+!> gathered and added in the order of the ranks, so that a sum repeats to the last bit as long as the number of ranks is
+!> the same. A value that is not a number stays one.
+module qsmpm_team
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type
+  implicit none
+  private
+
+  public :: team_type, start_team, end_team, team_world, solo_communicator, total, largest, smallest
+
+  !> One process of a team.
+  type :: team_type
+    !> Number of this process, from 0, and how many there are.
+    integer :: rank = 0, ranks = 1
+    !> The communicator as MPI counts it for Fortran; 0 alone.
+    integer :: handle = 0
+  end type team_type
+
+  interface
+    !> Join the processes that were started together; called once, before anything else of this module.
+    module subroutine start_team(error)
+      !> There is no message passing to be had.
+      type(error_type), allocatable, intent(out) :: error
+    end subroutine start_team
+
+    !> Leave them; called once, before the process ends.
+    module subroutine end_team()
+    end subroutine end_team
+
+    !> All processes that were started together; one that was not started by `start_team` is alone.
+    module function team_world() result(team)
+      type(team_type) :: team
+    end function team_world
+
+    !> The communicator of this process alone, for libraries that want one; 0 where there is no message passing.
+    module function solo_communicator() result(handle)
+      integer :: handle
+    end function solo_communicator
+  end interface
+
+  !> Sum over the ranks.
+  interface total
+    module function total_real(team, x) result(whole)
+      type(team_type), intent(in) :: team
+      !> Part of this rank.
+      real(wp), intent(in) :: x
+      real(wp) :: whole
+    end function total_real
+
+    module function total_reals(team, x) result(wholes)
+      type(team_type), intent(in) :: team
+      !> Parts of this rank, as many as those of the others.
+      real(wp), intent(in) :: x(:)
+      real(wp) :: wholes(size(x))
+    end function total_reals
+
+    module function total_long(team, x) result(whole)
+      type(team_type), intent(in) :: team
+      !> Part of this rank.
+      integer(long), intent(in) :: x
+      integer(long) :: whole
+    end function total_long
+  end interface total
+
+  interface
+    !> Largest value of the ranks.
+    module function largest(team, x) result(extreme)
+      type(team_type), intent(in) :: team
+      !> Value of this rank.
+      real(wp), intent(in) :: x
+      real(wp) :: extreme
+    end function largest
+
+    !> Smallest value of the ranks.
+    module function smallest(team, x) result(extreme)
+      type(team_type), intent(in) :: team
+      !> Value of this rank.
+      real(wp), intent(in) :: x
+      real(wp) :: extreme
+    end function smallest
+  end interface
+end module qsmpm_team
