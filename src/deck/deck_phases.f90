@@ -8,7 +8,7 @@ module qsmpm_deck_phases
   use qsmpm_deck_initial, only: add_initial_keywords
   use qsmpm_deck_loads, only: add_load_keywords
   use qsmpm_deck_objects, only: list_phases
-  use qsmpm_deck_rigid_bodies, only: add_move_keywords
+  use qsmpm_deck_body_motion, only: add_move_keywords
   use qsmpm_deck_stages, only: add_stage_keywords
   use qsmpm_deck_safety, only: add_safety_keyword
   use qsmpm_deck_stops, only: add_stop_keyword

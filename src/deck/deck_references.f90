@@ -15,7 +15,8 @@ module qsmpm_deck_references
   use qsmpm_deck_controls, only: check_limit_compliance
   use qsmpm_deck_k0, only: check_k0
   use qsmpm_deck_parents, only: check_parents
-  use qsmpm_deck_rigid_bodies, only: check_contacts
+  use qsmpm_deck_body_motion, only: check_moves
+  use qsmpm_deck_contact, only: check_contacts
   use qsmpm_deck_safety, only: check_safety
   use qsmpm_deck_softening, only: check_softening
   use qsmpm_deck_stage_check, only: check_stages
@@ -54,6 +55,7 @@ contains
     call check_node_sets(state)
     call check_surfaces(state)
     call check_contacts(state)
+    call check_moves(state)
     call check_prescriptions(state)
     call check_parents(state)
     call check_stages(state)

@@ -1,29 +1,27 @@
-!> Cards of rigid bodies: *RIGID BODY, *CONTACT, and in a phase *MOVE.
+!> The card of rigid bodies, *RIGID BODY: what shapes are drawn by. Contacts: qsmpm_deck_contact; motions and loads:
+!> qsmpm_deck_body_motion.
 module qsmpm_deck_rigid_bodies
-  use qsmpm_kinds, only: wp
-  use qsmpm_analysis, only: analysis_type, rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, &
-    rigid_polygon, rigid_cylinder, contact_on_soil, contact_on_body, patch_point, axisymmetric, plane_strain, &
-    rigid_move_type
+  use qsmpm_analysis, only: rigid_body_type, rigid_plane, rigid_circle, rigid_box, rigid_cone, rigid_polygon, &
+    rigid_cylinder, axisymmetric, plane_strain
   use qsmpm_cards, only: card_type
   use qsmpm_card_fields, only: card_fields_type
   use qsmpm_deck_bodies, only: polygon_fields, finish_polygon
-  use qsmpm_deck_objects, only: list_rigid_bodies, list_contacts, list_moves
+  use qsmpm_deck_objects, only: list_rigid_bodies
   use qsmpm_deck_sets, only: box_fields, check_box
-  use qsmpm_deck_state, only: deck_state_type, check_name
-  use qsmpm_deck_words, only: bar_list, contact_words, load_words, patch_words, rigid_words
-  use qsmpm_keyword_table, only: table_type, in_model, in_phase, many
-  use qsmpm_text, only: string_type, add_word
+  use qsmpm_deck_state, only: deck_state_type
+  use qsmpm_deck_words, only: bar_list, rigid_words
+  use qsmpm_keyword_table, only: table_type, in_model, many
+  use qsmpm_kinds, only: wp
+  use qsmpm_text, only: string_type, add_word, upper
   implicit none
   private
 
-  public :: add_rigid_body_keywords, add_move_keywords, check_contacts
+  public :: add_rigid_body_keywords, rigid_body_names, turn_fields
 
-  !> Component of a load that is a moment about z.
-  integer, parameter :: turning = 4
 
 contains
 
-  !> *RIGID BODY, *CONTACT.
+  !> *RIGID BODY.
   subroutine add_rigid_body_keywords(table)
     type(table_type), intent(inout) :: table
 
@@ -31,23 +29,7 @@ contains
       'says which surface of the soil may touch it, *MOVE how it moves.', rigid_body_fields, &
       '*RIGID BODY, NAME=pipe, SHAPE=CIRCLE| 0, 1.25, 0.25', finish_rigid_body, list=list_rigid_bodies, &
       opens='rigid body')
-    call table%add('CONTACT', in_model, many, 'A surface of the soil that may touch a rigid body, press against it '// &
-      'and slide along it; with ON=BODY any soil that flows around the body.', contact_fields, &
-      '*CONTACT, BODY=pipe, SURFACE=seabed, FRICTION ANGLE=20', check_contact, list=list_contacts, opens='contact')
   end subroutine add_rigid_body_keywords
-
-  !> *MOVE, *LOAD.
-  subroutine add_move_keywords(table)
-    type(table_type), intent(inout) :: table
-
-    call table%add('MOVE', in_phase, many, 'Motion of a rigid body in the phase, per unit of load factor; without '// &
-      'the card it stays where it is.', move_fields, '*MOVE, BODY=pipe| 0, -0.5', check_move, list=list_moves, &
-      opens='motion')
-    call table%add('LOAD', in_phase, many, 'Force on a rigid body along one axis, or moment about z, per unit of '// &
-      'load factor: there it is free from this phase on and finds its place, until *MOVE takes it in hand again. A '// &
-      'body that was held starts from what the soil pushes.', load_fields, '*LOAD, BODY=plate, COMPONENT=Y| -50|'// &
-      '*LOAD, BODY=plate, COMPONENT=MZ| 0', check_body_load, list=list_moves, opens='force on a rigid body')
-  end subroutine add_move_keywords
 
   !> *RIGID BODY.
   subroutine rigid_body_fields(fields, deck)
@@ -67,13 +49,11 @@ contains
         'of a cell when not given', range='(0, inf)', given=rounded)
       call fields%answer('IN PLACE', body%in_place, 'YES: what is drawn of the soil inside of it is taken out '// &
         'before the first step; in plane strain and axisymmetry')
-      call fields%data('plane', when='SHAPE=PLANE')
-      call place_fields(fields, body)
+      call place_fields(fields, body, 'plane', 'a point of the plane')
       call fields%number('nx', body%direction(1), 'direction in which it looks at the soil')
       call fields%number('ny', body%direction(2), 'direction')
       call fields%number('nz', body%direction(3), 'direction', third=.true.)
-      call fields%data('circle', when='SHAPE=CIRCLE')
-      call place_fields(fields, body)
+      call place_fields(fields, body, 'circle', 'the centre')
       call fields%number('radius', body%radius, 'radius', range='(0, inf)')
       call fields%data('box', when='SHAPE=BOX')
       call box_fields(fields, body%box)
@@ -84,12 +64,15 @@ contains
     end associate
   end subroutine rigid_body_fields
 
-  !> A place.
-  subroutine place_fields(fields, body)
+  !> The data line of a shape, which begins with a place.
+  subroutine place_fields(fields, body, shape, what)
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
+    !> Word of SHAPE in small letters, and what is at the place.
+    character(len=*), intent(in) :: shape, what
 
-    call fields%number('x', body%place(1), 'coordinate of the centre, of the tip or of a point of the plane')
+    call fields%data(shape, when='SHAPE='//upper(shape))
+    call fields%number('x', body%place(1), 'coordinate of '//what)
     call fields%number('y', body%place(2), 'coordinate')
     call fields%number('z', body%place(3), 'coordinate', third=.true.)
   end subroutine place_fields
@@ -99,10 +82,7 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
 
-    call fields%data('cone', when='SHAPE=CONE')
-    call fields%number('x', body%place(1), 'coordinate of the tip')
-    call fields%number('y', body%place(2), 'coordinate of the tip')
-    call fields%number('z', body%place(3), 'coordinate of the tip', third=.true.)
+    call place_fields(fields, body, 'cone', 'the tip')
     call fields%number('radius', body%radius, 'radius of the shaft', range='(0, inf)')
     call fields%number('angle', body%apex_angle, 'angle of the tip in degrees', range='(0, 180)')
     call fields%number('shaft', body%shaft, 'length of the shaft', range='(0, inf)')
@@ -113,13 +93,22 @@ contains
     class(card_fields_type), intent(inout) :: fields
     type(rigid_body_type), intent(inout) :: body
 
-    call fields%data('cylinder', when='SHAPE=CYLINDER')
-    call fields%number('x', body%place(1), 'coordinate of the middle of its base')
-    call fields%number('y', body%place(2), 'coordinate')
-    call fields%number('z', body%place(3), 'coordinate', third=.true.)
+    call place_fields(fields, body, 'cylinder', 'the middle of its base')
     call fields%number('radius', body%radius, 'radius', range='(0, inf)')
     call fields%number('height', body%shaft, 'from its base upwards', range='(0, inf)')
   end subroutine cylinder_fields
+
+  !> A rotation in space.
+  subroutine turn_fields(fields, rotation, about)
+    class(card_fields_type), intent(inout) :: fields
+    real(wp), intent(inout) :: rotation(3)
+    character(len=*), intent(in) :: about
+
+    call fields%number('rx', rotation(1), 'rotation about '//about//', axis times angle in degrees: 0, 0, 30 turns '// &
+      'x to y', required=.false., third=.true.)
+    call fields%number('ry', rotation(2), 'rotation', required=.false., third=.true.)
+    call fields%number('rz', rotation(3), 'rotation', required=.false., third=.true.)
+  end subroutine turn_fields
 
   !> What a shape needs is there.
   subroutine finish_rigid_body(card, state)
@@ -145,281 +134,15 @@ contains
     end associate
   end subroutine finish_rigid_body
 
-  !> *CONTACT.
-  subroutine contact_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-    logical :: shares, stiff
-
-    associate (contact => deck%analysis%contacts(deck%item))
-      call fields%line(contact%where)
-      call fields%name('BODY', contact%body, 'the rigid body', required=.true.)
-      call fields%choice('ON', contact%place, bar_list(contact_words), 'where contact is asked for. SOIL: at the '// &
-        'points of SURFACE. BODY: on the outline of the body, for soil that flows around it')
-      call fields%name('SURFACE', contact%surface, 'the surface of the soil; not with ON=BODY')
-      call fields%number('FRICTION ANGLE', contact%friction_angle, 'degrees', range='[0, 90)')
-      call fields%number('ADHESION', contact%adhesion, 'shear strength without pressure', range='[0, inf)')
-      shares = contact%interface > 0.0_wp
-      call fields%number('INTERFACE', contact%interface, 'in place of FRICTION ANGLE and ADHESION: share R of the '// &
-        'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]', given=shares)
-      stiff = contact%penalty > 0.0_wp
-      call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
-        'of the soil, that of the slip a tenth of it; 100 on soil and 10 on bodies when not given', range='(0, inf)', &
-        given=stiff)
-      call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
-        'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')
-      call fields%answer('TENSION', contact%tension, 'YES: what has touched once, or touches at the start, does '// &
-        'not part')
-    end associate
-  end subroutine contact_fields
-
-  !> A surface has one contact, and so has the outline of a body.
-  subroutine check_contact(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    integer :: i, n
-
-    associate (contacts => state%analysis%contacts)
-      n = size(contacts)
-      if (card%has('SURFACE') .and. contacts(n)%place == contact_on_body) call state%report_error(card, &
-        'with ON=BODY contact is asked for on the body: there is no SURFACE')
-      if (contacts(n)%place == contact_on_soil .and. .not. card%has('SURFACE')) call state%report_error(card, &
-        'SURFACE is missing: the surface of the soil that may touch the body; or ON=BODY')
-      if (card%has('INTERFACE') .and. (card%has('FRICTION ANGLE') .or. card%has('ADHESION'))) call &
-        state%report_error(card, 'INTERFACE says what FRICTION ANGLE and ADHESION would: one or the other')
-      if (contacts(n)%patch == patch_point) call state%warn(contacts(n)%where, 'CONTACT', 'PATCH=POINT is there to '// &
-        'be compared with: the pressure swings from point to point')
-      if (contacts(n)%place == contact_on_body .and. state%dimension == 3) call state%report_error(card, &
-        'ON=BODY is for plane and axisymmetric models; in 3D name a SURFACE')
-      do i = 1, n - 1
-        if (contacts(i)%place /= contacts(n)%place) cycle
-        if (contacts(n)%place == contact_on_soil .and. contacts(i)%surface == contacts(n)%surface) &
-          call state%report_error(card, "surface '"//contacts(n)%surface//"' has a contact already")
-        if (contacts(n)%place == contact_on_body .and. contacts(i)%body == contacts(n)%body) &
-          call state%report_error(card, "body '"//contacts(n)%body//"' has a contact with ON=BODY already")
-      end do
-    end associate
-  end subroutine check_contact
-
-  !> *MOVE.
-  subroutine move_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-    logical :: moves, plane
-
-    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
-      moves = .not. move%is_load
-      call fields%given(moves)
-      call fields%line(move%where)
-      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
-      plane = deck%dimension /= 3
-      call fields%number('ROTATION', move%rotation(3), 'about its reference point (centre, tip), degrees, '// &
-        'counter-clockwise; in 3D rx, ry, rz say it', given=plane)
-      call fields%data('displacement')
-      call fields%number('ux', move%vector(1), 'component')
-      call fields%number('uy', move%vector(2), 'component')
-      call fields%number('uz', move%vector(3), 'component', third=.true.)
-      call turn_fields(fields, move%rotation, 'its reference point')
-    end associate
-  end subroutine move_fields
-
-  !> A rotation in space.
-  subroutine turn_fields(fields, rotation, about)
-    class(card_fields_type), intent(inout) :: fields
-    real(wp), intent(inout) :: rotation(3)
-    character(len=*), intent(in) :: about
-
-    call fields%number('rx', rotation(1), 'rotation about '//about//', axis times angle in degrees: 0, 0, 30 turns '// &
-      'x to y', required=.false., third=.true.)
-    call fields%number('ry', rotation(2), 'rotation', required=.false., third=.true.)
-    call fields%number('rz', rotation(3), 'rotation', required=.false., third=.true.)
-  end subroutine turn_fields
-
-  !> *LOAD.
-  subroutine load_fields(fields, deck)
-    class(card_fields_type), intent(inout) :: fields
-    type(deck_state_type), intent(inout) :: deck
-
-    associate (move => deck%analysis%phases(deck%phase)%moves(deck%item))
-      call fields%given(move%is_load)
-      call fields%line(move%where)
-      call fields%name('BODY', move%body, 'the rigid body', required=.true.)
-      call fields%choice('COMPONENT', move%component, bar_list(load_words), 'axis of a force; MZ: moment about the '// &
-        'reference point of the body (plane strain), also 0, so that it may turn', required=.true.)
-      call fields%data('force')
-      call fields%number('force', move%load, 'on the body, or moment; in axisymmetry per radian')
-      call fields%number('x', move%place(1), 'place of the body, as drawn, in which the force acts and '// &
-        'with which it turns; its reference point (centre, tip) when not given', required=.false., given=move%placed(1))
-      call fields%number('y', move%place(2), 'coordinate', required=.false., given=move%placed(2))
-    end associate
-  end subroutine load_fields
-
-  !> A component is loaded once, and not moved as well.
-  subroutine check_body_load(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    integer :: i, n
-
-    associate (moves => state%analysis%phases(state%phase)%moves)
-      n = size(moves)
-      if (moves(n)%component == 3 .and. state%dimension == 2) call state%report_error(card, 'COMPONENT=Z is for 3D')
-      if (moves(n)%component == turning .and. state%analysis%model /= plane_strain) call state%report_error(card, &
-        'COMPONENT=MZ is for plane strain: elsewhere bodies turn by *MOVE alone')
-      call check_load_place(card, state, moves(n))
-      if (state%analysis%model == axisymmetric .and. moves(n)%component == 1) call state%report_error(card, &
-        'in axisymmetry a body is free along the axis alone: COMPONENT=Y')
-      do i = 1, n - 1
-        if (moves(i)%is_load .and. moves(i)%body == moves(n)%body .and. moves(i)%component == moves(n)%component) &
-          call state%report_error(card, "body '"//moves(n)%body//"' has a load in this component in this phase already")
-      end do
-    end associate
-  end subroutine check_body_load
-
-  !> A place in which a force acts is whole, and matters.
-  subroutine check_load_place(card, state, load)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    type(rigid_move_type), intent(in) :: load
-    logical :: turns
-    integer :: p, i
-
-    if (.not. any(load%placed)) return
-    if (.not. all(load%placed)) call state%report_error(card, 'the place in which the force acts wants x and y')
-    if (load%component == turning) call state%report_error(card, 'a moment acts in no place: it is the force that does')
-    turns = .false.
-    do p = 1, size(state%analysis%phases)
-      do i = 1, size(state%analysis%phases(p)%moves)
-        associate (other => state%analysis%phases(p)%moves(i))
-          turns = turns .or. (other%is_load .and. other%body == load%body .and. other%component == turning)
-        end associate
-      end do
-    end do
-    if (.not. turns) call state%report_error(card, "the place in which the force acts does not matter: body '"// &
-      load%body//"' may not turn; *LOAD, COMPONENT=MZ with 0 frees it, before this card")
-  end subroutine check_load_place
-
-  !> A body has one motion in a phase.
-  subroutine check_move(card, state)
-    type(card_type), intent(in) :: card
-    type(deck_state_type), intent(inout) :: state
-    integer :: i
-
-    associate (moves => state%analysis%phases(state%phase)%moves)
-      do i = 1, size(moves) - 1
-        if (moves(i)%is_load .or. moves(i)%body /= moves(size(moves))%body) cycle
-        call state%report_error(card, "body '"//moves(i)%body//"' has a motion in this phase already")
-      end do
-      if (state%dimension == 3 .and. card%has('ROTATION')) call state%report_error(card, &
-        'ROTATION is for the plane; in 3D give rx, ry, rz behind the displacement: axis times angle in degrees')
-    end associate
-  end subroutine check_move
-
-  !> Bodies and surfaces of contacts and motions exist.
-  subroutine check_contacts(state)
-    type(deck_state_type), intent(inout) :: state
-    type(string_type), allocatable :: bodies(:), surfaces(:)
-    integer :: i, p
-
-    allocate (bodies(0), surfaces(0))
-    do i = 1, size(state%analysis%rigid_bodies)
-      call add_word(bodies, state%analysis%rigid_bodies(i)%name)
-    end do
-    do i = 1, size(state%analysis%surfaces)
-      call add_word(surfaces, state%analysis%surfaces(i)%name)
-    end do
-    do i = 1, size(state%analysis%contacts)
-      associate (contact => state%analysis%contacts(i))
-        call check_name(state, contact%body, bodies, contact%where, 'CONTACT', 'rigid body')
-        if (contact%place == contact_on_body) then
-          call check_outline(state, i)
-        else
-          call check_name(state, contact%surface, surfaces, contact%where, 'CONTACT', 'surface')
-          if (state%analysis%confinement > 0.0_wp) call state%error_from(contact%where, 'CONTACT', 'under a '// &
-            '*CONFINING PRESSURE contact is asked for on the body: ON=BODY in place of SURFACE')
-        end if
-      end associate
-    end do
-    do p = 1, size(state%analysis%phases)
-      do i = 1, size(state%analysis%phases(p)%moves)
-        associate (move => state%analysis%phases(p)%moves(i))
-          call check_name(state, move%body, bodies, move%where, trim(merge('LOAD', 'MOVE', move%is_load)), 'rigid body')
-        end associate
-      end do
-    end do
-    associate (moving => state%analysis%moving_mesh)
-      if (moving%by_body) call check_name(state, moving%body, bodies, moving%where, 'MOVING MESH', 'rigid body')
-    end associate
-    call check_moved_and_loaded(state)
-    call warn_of_untouched(state)
-    call warn_of_water(state)
-  end subroutine check_contacts
-
-  !> A body on which contact is asked for has an outline.
-  subroutine check_outline(state, contact)
-    type(deck_state_type), intent(inout) :: state
-    integer, intent(in) :: contact
+  !> Names of the rigid bodies.
+  pure function rigid_body_names(state) result(names)
+    type(deck_state_type), intent(in) :: state
+    type(string_type), allocatable :: names(:)
     integer :: b
 
-    associate (bodies => state%analysis%rigid_bodies, where => state%analysis%contacts(contact)%where)
-      do b = 1, size(bodies)
-        if (bodies(b)%name == state%analysis%contacts(contact)%body .and. bodies(b)%shape == rigid_plane) &
-          call state%error_from(where, 'CONTACT', 'ON=BODY is for bodies with an outline, which a PLANE has not; '// &
-          'name the SURFACE of the soil')
-      end do
-    end associate
-  end subroutine check_outline
-
-  !> A body is moved or loaded in a component, not both in one phase.
-  subroutine check_moved_and_loaded(state)
-    type(deck_state_type), intent(inout) :: state
-    real(wp) :: motion(4)
-    integer :: p, i, j
-
-    do p = 1, size(state%analysis%phases)
-      associate (moves => state%analysis%phases(p)%moves)
-        do i = 1, size(moves)
-          if (.not. moves(i)%is_load) cycle
-          do j = 1, size(moves)
-            if (moves(j)%is_load .or. moves(j)%body /= moves(i)%body) cycle
-            motion = [moves(j)%vector, moves(j)%rotation(3)]
-            if (abs(motion(moves(i)%component)) > 0.0_wp) call state%error_from(moves(i)%where, 'LOAD', &
-              "body '"//moves(i)%body//"' is moved in this component in the same phase: *MOVE it with 0 there, or "// &
-              'in a phase of its own')
-          end do
-        end do
-      end associate
-    end do
-  end subroutine check_moved_and_loaded
-
-  !> A rigid body that no surface may touch does nothing.
-  subroutine warn_of_untouched(state)
-    type(deck_state_type), intent(inout) :: state
-    integer :: b, i
-    logical :: touched
-
+    allocate (names(0))
     do b = 1, size(state%analysis%rigid_bodies)
-      associate (body => state%analysis%rigid_bodies(b))
-        touched = .false.
-        do i = 1, size(state%analysis%contacts)
-          touched = touched .or. state%analysis%contacts(i)%body == body%name
-        end do
-        if (.not. touched) call state%warn(body%where, 'RIGID BODY', "'"//body%name//"' touches nothing: it has no "// &
-          '*CONTACT')
-      end associate
+      call add_word(names, state%analysis%rigid_bodies(b)%name)
     end do
-  end subroutine warn_of_untouched
-
-  !> Contact carries effective stresses.
-  subroutine warn_of_water(state)
-    type(deck_state_type), intent(inout) :: state
-    integer :: p
-
-    if (size(state%analysis%contacts) == 0) return
-    do p = 1, size(state%analysis%phases)
-      if (size(state%analysis%phases(p)%water_levels) == 0) cycle
-      call state%warn(state%analysis%contacts(1)%where, 'CONTACT', 'contact carries effective stresses: the '// &
-        'pressure of the water below *WATER LEVEL is in no CONTACT FORCE; add it for the whole force on the body')
-      return
-    end do
-  end subroutine warn_of_water
+  end function rigid_body_names
 end module qsmpm_deck_rigid_bodies

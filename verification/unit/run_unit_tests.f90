@@ -97,6 +97,7 @@ program run_unit_tests
   use test_cell_average, only: collect_cell_average
   use test_supports, only: collect_supports
   use test_body_contact, only: collect_body_contact
+  use test_penetration, only: collect_penetration
   use test_body_loads, only: collect_body_loads
   use test_confinement, only: collect_confinement
   use test_contacts, only: collect_contacts
@@ -233,6 +234,7 @@ program run_unit_tests
   call register('confinement', collect_confinement)
   call register('contacts', collect_contacts)
   call register('body_contact', collect_body_contact)
+  call register('penetration', collect_penetration)
   call register('body_loads', collect_body_loads)
   call register('unknowns', collect_unknowns)
   call register('pressures', collect_pressures)
