@@ -28,7 +28,8 @@ plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "qsmpm"})
 #: Columns that are no history.
 BOOKKEEPING = {
     "phase", "step", "load_factor", "iterations", "out_of_balance", "damping_share", "stabilisation_share",
-    "inaccurate_points", "step_error", "compliance", "external_work", "internal_work",
+    "inaccurate_points", "step_error", "compliance", "soil_inside_bodies", "soil_away_from_bodies", "external_work",
+    "internal_work",
 }  # fmt: skip
 
 

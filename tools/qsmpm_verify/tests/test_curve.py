@@ -137,7 +137,8 @@ class Curve(unittest.TestCase):
     def test_the_first_history_stands_behind_the_columns_of_every_run(self) -> None:
         """The head is that of the program, asserted in verification/unit/test_output.f90."""
         self.curves.write_text("phase,step,load_factor,iterations,out_of_balance,damping_share,stabilisation_share,inaccurate_points,"
-                               "step_error,top [kPa],external_work,internal_work\n" + "1,1,1,3,0,0,0,0,0.5,-2,0,0\n1,2,2,3,0,0,0,0,0.5,-4,0,0\n")
+                               "step_error,compliance,soil_inside_bodies [m],soil_away_from_bodies [m],top [kPa],external_work,internal_work\n"
+                               "1,1,1,3,0,0,0,0,0.5,0,0,0,-2,0,0\n1,2,2,3,0,0,0,0,0.5,0,0,0,-4,0,0\n")
         table = self.folder / "t.csv"
         table.write_text("load_factor,top [kPa]\n0,0\n2,-4\n")
         code, out, err = self.call("--against", str(table))
