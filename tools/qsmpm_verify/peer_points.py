@@ -42,7 +42,7 @@ class KratosScene:
     note: str
 
 
-def column_error(cells: float, figures: dict[str, Any]) -> float:
+def printed_error(cells: float, figures: dict[str, Any]) -> float:
     """The script has the error of the study."""
     return float(figures["error"])
 
@@ -60,13 +60,17 @@ def cantilever_error(cells: float, figures: dict[str, Any]) -> float:
 SCENES = {
     "column": KratosScene(
         "kratos_column.py", "Kratos, standard MPM, 4 points",
-        ((16, ("16", "4")), (32, ("32", "4")), (64, ("64", "4")), (128, ("128", "4"))), column_error,
+        ((16, ("16", "4")), (32, ("32", "4")), (64, ("64", "4")), (128, ("128", "4"))), printed_error,
         "Neo-Hookean law: the exact stress is the same; whole process.",
     ),
     "cantilever": KratosScene(
         "kratos_cantilever.py", "Kratos, standard MPM, 36 points", ((2, ("0.5", "36")), (4, ("0.25", "36"))),
         cantilever_error,
         "Neo-Hookean law; load and reading at the outermost points, the reference carried over to there; whole process.",
+    ),
+    "cube": KratosScene(
+        "kratos_cube.py", "Kratos, standard MPM, 16 points", ((2, ("2", "16")), (4, ("4", "16")), (8, ("8", "16"))), printed_error,
+        "In the plane; neo-Hookean law, held against its own exact stress; whole process.",
     ),
 }  # fmt: skip
 """By study."""
