@@ -7,13 +7,14 @@ module qsmpm_contact_patches
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_body_points, only: body_points_type
+  use qsmpm_mesh_measure, only: cell_size
   use qsmpm_model, only: model_type
   implicit none
   private
 
   public :: contact_patches_type, find_patches
 
-  !> Extent over the size of a cell below which a patch joins another.
+  !> Extent over the size of its cells below which a patch joins another.
   real(wp), parameter :: shortest = 0.6_wp
 
   !> Lists of surface points, or of contact points on bodies, one behind the other.
@@ -43,18 +44,17 @@ contains
       if (model%contact_pairs(k)%surface > 0) then
         points = pack([(i, i=1, size(near, 1))], model%state%surface%surface == model%contact_pairs(k)%surface)
         label = model%state%surface%cell(points)
-        extents = [(extent_of(model, points(i)), i=1, size(points))]
+        extents = [(extent_of(model, points(i)), i=1, size(points))]/face_sizes(model, label)
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
-        if (.not. model%contact_pairs(k)%pointwise) call join_short(patch_limit(model), &
-          model%state%surface%position(:, points), extents, label)
+        if (.not. model%contact_pairs(k)%pointwise) call join_short(model%state%surface%position(:, points), extents, label)
         call add_patches(k, points, label, near(points, k), patches)
       else
         points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
         label = on_bodies%patch(points)
-        extents = model%body_outlines(k)%length(:size(points))
+        extents = model%body_outlines(k)%length(points - findloc(on_bodies%pair, k, dim=1) + 1) &
+          /face_sizes(model, on_bodies%cell(points))
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
-        if (.not. model%contact_pairs(k)%pointwise) call join_short(patch_limit(model), on_bodies%position(:, points), &
-          extents, label)
+        if (.not. model%contact_pairs(k)%pointwise) call join_short(on_bodies%position(:, points), extents, label)
         call add_patches(k, points, label, on_bodies%touched(points), patches)
       end if
     end do
@@ -80,10 +80,8 @@ contains
   end subroutine add_patches
 
   !> Give the points of short patches the label of the nearest other patch, the shortest first.
-  pure subroutine join_short(limit, place, extents, label)
-    !> Extent below which a patch is short.
-    real(wp), intent(in) :: limit
-    !> Place of each point and what it stands for (dimension, points), (points).
+  pure subroutine join_short(place, extents, label)
+    !> Place of each point and what it stands for, over the face of its cell (dimension, points), (points).
     real(wp), intent(in) :: place(:, :), extents(:)
     !> The same number for all points of a patch (points).
     integer, intent(inout) :: label(:)
@@ -93,7 +91,7 @@ contains
     if (size(label) == 0) return
     do
       short = 0
-      least = limit
+      least = shortest**merge(2, 1, size(place, 1) == 3)
       do i = 1, size(label)
         if (sum(extents, mask=label == label(i)) >= least) cycle
         least = sum(extents, mask=label == label(i))
@@ -103,6 +101,7 @@ contains
       do i = 1, size(middle)
         middle(i) = sum(place(i, :), mask=label == short)/count(label == short)
       end do
+      other = short
       nearest = huge(1.0_wp)
       do i = 1, size(label)
         if (label(i) == short) cycle
@@ -124,11 +123,15 @@ contains
     if (model%analysis%model == axisymmetric) extent = extent/model%state%surface%position(1, point)
   end function extent_of
 
-  !> Extent below which a patch is short.
-  pure real(wp) function patch_limit(model) result(limit)
+  !> Length in the plane, area in space, of the faces of cells.
+  pure function face_sizes(model, cells) result(sizes)
     type(model_type), intent(in) :: model
+    integer, intent(in) :: cells(:)
+    real(wp) :: sizes(size(cells))
+    integer :: i
 
-    limit = shortest*model%cell_size
-    if (model%mesh%dimension == 3) limit = limit**2
-  end function patch_limit
+    do i = 1, size(cells)
+      sizes(i) = cell_size(model%mesh, cells(i))**(model%mesh%dimension - 1)
+    end do
+  end function face_sizes
 end module qsmpm_contact_patches

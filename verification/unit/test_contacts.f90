@@ -63,6 +63,7 @@ contains
     call check_pose(tests)
     call check_tractions(tests)
     call check_patches(tests)
+    call check_wide_cell(tests)
     call check_tangent(tests, 'FRICTION ANGLE=40', 0.0_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10', 0.03_wp)
     call check_tangent(tests, 'FRICTION ANGLE=10, ADHESION=5', 0.03_wp)
@@ -294,16 +295,21 @@ contains
   end subroutine check_tractions
 
   !> A model with a tool above the block, and its first step.
-  subroutine make_step(tool, contact, move, model, step)
+  subroutine make_step(tool, contact, move, model, step, ground)
     !> Rest of the card, and its data line; rest of *CONTACT; data line of *MOVE.
     character(len=*), intent(in) :: tool, contact, move
     type(model_type), intent(out) :: model
     type(step_type), intent(out) :: step
+    !> Cards of the model; the block when not given.
+    character(len=*), intent(in), optional :: ground
+    character(len=:), allocatable :: cards
     type(analysis_type) :: analysis
     type(message_list_type) :: messages
     type(error_type), allocatable :: error
 
-    call parse_deck('block.inp', joined(block//'*RIGID BODY, NAME=tool, '//tool//'|*CONTACT, BODY=tool, '// &
+    cards = block
+    if (present(ground)) cards = ground
+    call parse_deck('block.inp', joined(cards//'*RIGID BODY, NAME=tool, '//tool//'|*CONTACT, BODY=tool, '// &
       'SURFACE=top, '//contact//'|'//press//move//'|*END PHASE|'), analysis, messages, error)
     if (.not. allocated(error)) call build_model(analysis, model, error)
     if (allocated(error)) error stop 'a deck of the contacts suite is broken'
@@ -349,6 +355,25 @@ contains
     call tests%check('what is far away is left out', patches%count == 1)
     call end_system(step%system)
   end subroutine check_patches
+
+  !> What is short is so beside its own cell: a piece of 0.2 in a cell of 0.75 by 0.25.
+  subroutine check_wide_cell(tests)
+    type(tests_type), intent(inout) :: tests
+    character(len=*), parameter :: graded = '*MODEL, TYPE=PLANE STRAIN|*GRID, ELEMENT=QUAD4|X, LINES, 0, 0.25, 0.5, '// &
+      '0.75, 1, 1.75|Y, 0, 2, 8|*NSET, NSET=base, PLANE=Y|0|*SURFACE, NAME=top, TYPE=SEGMENT|1.2, 1.1, 0, 1.1|'// &
+      '*MATERIAL, NAME=soil|*ELASTIC|1000, 0.3|*BODY, NAME=ground, MATERIAL=soil, SHAPE=BOX|0, 1.2, 0, 1.1|'// &
+      '*METHOD, BASIS=GIMP, INTEGRATION=POINTS|'
+    type(model_type) :: model
+    type(step_type) :: step
+    type(contact_patches_type) :: patches
+    type(body_points_type) :: nobody
+    integer :: i
+
+    call make_step('SHAPE=CIRCLE|1, 2.1, 1', 'FRICTION ANGLE=0', '|0, -0.02', model, step, graded)
+    call find_patches(model, spread([(.true., i=1, model%state%surface%count)], 2, 1), nobody, patches)
+    call tests%check('a piece that is short in its wide cell joins its neighbour', patches%count == 4)
+    call end_system(step%system)
+  end subroutine check_wide_cell
 
   !> The matrix times a direction is the change of the residual along it.
   subroutine check_tangent(tests, contact, aside)
