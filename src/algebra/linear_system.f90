@@ -14,7 +14,7 @@ module qsmpm_linear_system
   use qsmpm_kinds, only: wp
   use qsmpm_error, only: error_type
   use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_mumps, solver_krylov, solver_petsc, &
-    precision_double, keep_auto, keep_yes
+    precision_double, keep_auto, keep_no, keep_yes
   use qsmpm_sparse_matrix, only: sparse_matrix_type, entry_count
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_node_blocks, only: find_node_blocks
@@ -173,6 +173,7 @@ contains
 
     system%stale = .false.
     system%factorisations = system%factorisations + 1
+    if (system%choice%keep_factor == keep_no) system%solver%afresh = .true.
     call system%solver%factorise(matrix, error)
     if (.not. allocated(error)) return
     if (system%solver%approximate) then

@@ -26,6 +26,9 @@ module qsmpm_petsc_solver
     integer(c_int), allocatable :: row(:)
     !> Rows of this rank there that no equation has, from 0.
     integer(c_int), allocatable :: empty(:)
+    !> The multigrid is that of an older matrix; it no longer pays; sweeps a digit that it needed when it was new.
+    logical :: kept = .false., worn = .false.
+    real(wp) :: sweeps_a_digit = 0.0_wp
     !> Right-hand side and solution with all rows of this rank.
     real(c_double), allocatable :: b(:), y(:)
   contains

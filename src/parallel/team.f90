@@ -21,7 +21,7 @@ module qsmpm_team
   end type team_type
 
   interface
-    !> Join the processes that were started together; called once, before anything else of this module.
+    !> Join the processes that were started together, before anything else of this module; to do so again does nothing.
     module subroutine start_team(error)
       !> There is no message passing to be had.
       type(error_type), allocatable, intent(out) :: error

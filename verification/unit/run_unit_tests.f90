@@ -8,6 +8,7 @@
 !> is `N passed, N failed`.
 program run_unit_tests
   use, intrinsic :: iso_fortran_env, only: error_unit
+  use qsmpm_team, only: end_team
   use testing, only: tests_type
   use test_testing, only: collect_testing
   use test_tensor, only: collect_tensor
@@ -27,6 +28,7 @@ program run_unit_tests
   use test_user_adapters, only: collect_user_adapters
   use test_linear_solver, only: collect_linear_solver
   use test_linear_system, only: collect_linear_system
+  use test_petsc_solver, only: collect_petsc_solver, collect_petsc_ranks
   use test_node_ordering, only: collect_node_ordering
   use test_checksum, only: collect_checksum
   use test_help_topics, only: collect_help_topics
@@ -161,6 +163,8 @@ program run_unit_tests
   call register('doors', collect_user_adapters)
   call register('linear_solver', collect_linear_solver)
   call register('linear_system', collect_linear_system)
+  call register('petsc_solver', collect_petsc_solver)
+  call register('petsc_ranks', collect_petsc_ranks)
   call register('node_ordering', collect_node_ordering)
   call register('checksum', collect_checksum)
   call register('help_topics', collect_help_topics)
@@ -273,6 +277,7 @@ program run_unit_tests
     call suites(i)%collect(tests)
   end do
   call tests%summary()
+  call end_team()
   if (tests%fail_count > 0) stop 1
 
 contains

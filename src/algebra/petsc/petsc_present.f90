@@ -1,6 +1,7 @@
 !> The work of the PETSc solver, through `petsc_shim.c`.
 submodule (qsmpm_petsc_solver) petsc_present
   use, intrinsic :: iso_c_binding, only: c_associated
+  use qsmpm_kinds, only: long
   use qsmpm_error, only: fail, error_other, error_singular
   use qsmpm_linear_solver, only: text_of
   use qsmpm_team, only: solo_communicator
@@ -8,6 +9,9 @@ submodule (qsmpm_petsc_solver) petsc_present
 
   !> Factor by which the true residual may be larger than the one asked for.
   real(wp), parameter :: drift = 10.0_wp
+
+  !> Sweeps that cost about as much as to set the multigrid up, and more sweeps than with a new one for which that pays.
+  integer, parameter :: set_up_sweeps = 12, worth_sweeps = 4
 
   interface
     type(c_ptr) function qsmpm_petsc_make(communicator, block, rows, own, foreign, symmetric) bind(c)
@@ -36,11 +40,16 @@ submodule (qsmpm_petsc_solver) petsc_present
       real(c_double), intent(in) :: places(*)
     end function qsmpm_petsc_rigid_motions
 
-    integer(c_int) function qsmpm_petsc_set_up(handle, afresh) bind(c)
+    integer(c_int) function qsmpm_petsc_take(handle, afresh, keep) bind(c)
       import :: c_ptr, c_int
       type(c_ptr), value :: handle
-      integer(c_int), value :: afresh
-    end function qsmpm_petsc_set_up
+      integer(c_int), value :: afresh, keep
+    end function qsmpm_petsc_take
+
+    real(c_double) function qsmpm_petsc_size(handle) bind(c)
+      import :: c_ptr, c_double
+      type(c_ptr), value :: handle
+    end function qsmpm_petsc_size
 
     integer(c_int) function qsmpm_petsc_solve(handle, rhs, tolerance, most_sweeps, x, sweeps, residual) bind(c)
       import :: c_ptr, c_int, c_double
@@ -86,6 +95,7 @@ contains
     end if
     if (allocated(self%blocks%outside)) self%row = [self%row, self%blocks%outside]
     call list_empty(self%row(:matrix%n), self%first, rows, self%empty)
+    self%afresh = .true.
     allocate (self%b(rows), self%y(rows), source=0.0_c_double)
     allocate (own(rows), source=1_c_int)
     allocate (foreign(rows), source=0_c_int)
@@ -136,31 +146,62 @@ contains
     do i = 1, size(self%empty)
       status = max(status, qsmpm_petsc_row(self%handle, self%empty(i), 1_c_int, self%empty(i:i), [usual]))
     end do
-    if (status == 0) status = qsmpm_petsc_set_up(self%handle, merge(1, 0, self%afresh))
+    self%kept = .not. (self%afresh .or. self%worn)
+    if (status == 0) status = qsmpm_petsc_take(self%handle, merge(1, 0, self%afresh), merge(1, 0, self%kept))
     self%afresh = .false.
     if (status /= 0) call library_error(status, error)
+    if (status == 0) self%factor_nonzeros = nint(qsmpm_petsc_size(self%handle), long)
   end procedure factorise_values
 
   module procedure solve_factorised
-    integer(c_int) :: status, sweeps
-    integer :: i
-    real(c_double) :: residual
+    integer(c_int) :: status
+    integer :: i, most, tried
+    real(wp) :: digits
+    logical :: solved
 
     self%b = 0.0_wp
     do i = 1, size(rhs)
       self%b(self%row(i) - self%first + 1) = rhs(i)
     end do
-    status = qsmpm_petsc_solve(self%handle, self%b, self%tolerance, self%most_sweeps, self%y, sweeps, residual)
-    self%sweeps = sweeps
+    digits = max(1.0_wp, -log10(self%tolerance))
+    tried = 0
+    most = self%most_sweeps
+    if (self%kept) most = min(most, ceiling(2.0_wp*self%sweeps_a_digit*digits) + set_up_sweeps)
+    call sweep(self, most, solved, status)
+    if (self%kept .and. .not. solved .and. status == 0) then
+      tried = self%sweeps
+      self%kept = .false.
+      status = qsmpm_petsc_take(self%handle, 0_c_int, 0_c_int)
+      if (status == 0) call sweep(self, self%most_sweeps, solved, status)
+    end if
+    self%worn = self%kept .and. self%sweeps > self%sweeps_a_digit*digits + worth_sweeps
+    if (.not. self%kept) self%sweeps_a_digit = self%sweeps/digits
+    self%sweeps = self%sweeps + tried
     do i = 1, size(x)
       x(i) = self%y(self%row(i) - self%first + 1)
     end do
     if (status /= 0) then
       call library_error(status, error)
-    else if (.not. residual <= drift*self%tolerance) then
-      call fail(error, error_singular, 'PETSc found no solution in '//text_of(sweeps)//' sweeps')
+    else if (.not. solved) then
+      call fail(error, error_singular, 'PETSc found no solution in '//text_of(self%sweeps)//' sweeps')
     end if
   end procedure solve_factorised
+
+  !> Iterate with the multigrid that there is, from zero.
+  subroutine sweep(self, most, solved, status)
+    type(petsc_solver_type), intent(inout) :: self
+    !> Sweeps allowed.
+    integer, intent(in) :: most
+    logical, intent(out) :: solved
+    integer(c_int), intent(out) :: status
+    integer(c_int) :: sweeps
+    real(c_double) :: residual
+
+    self%y = 0.0_wp
+    status = qsmpm_petsc_solve(self%handle, self%b, self%tolerance, most, self%y, sweeps, residual)
+    self%sweeps = sweeps
+    solved = status == 0 .and. residual <= drift*self%tolerance
+  end subroutine sweep
 
   module procedure release
     if (c_associated(self%handle)) call qsmpm_petsc_free(self%handle)

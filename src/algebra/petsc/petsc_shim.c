@@ -20,7 +20,8 @@ qsmpm_petsc *qsmpm_petsc_make(int communicator, int block, int rows, const int *
 int qsmpm_petsc_first(int communicator, int rows);
 int qsmpm_petsc_row(qsmpm_petsc *self, int row, int count, const int *columns, const double *values);
 int qsmpm_petsc_rigid_motions(qsmpm_petsc *self, const double *places);
-int qsmpm_petsc_set_up(qsmpm_petsc *self, int afresh);
+int qsmpm_petsc_take(qsmpm_petsc *self, int afresh, int keep);
+double qsmpm_petsc_size(qsmpm_petsc *self);
 int qsmpm_petsc_solve(qsmpm_petsc *self, const double *rhs, double tolerance, int most_sweeps, double *x, int *sweeps,
                       double *residual);
 void qsmpm_petsc_free(qsmpm_petsc *self);
@@ -35,8 +36,9 @@ static const char *settings[][2] = {
     {"-qsmpm_mg_levels_ksp_max_it", "4"},
     {"-qsmpm_mg_levels_pc_type", "jacobi"},
     {"-qsmpm_mg_coarse_sub_pc_factor_shift_type", "nonzero"},
-    {"-qsmpm_matptap_via", "allatonce"},
 };
+/* On many ranks: the product of the coarse levels that adds in one order. The library knows it by no prefix. */
+static const char *product[] = {"-matptap_via", "allatonce"};
 
 /* Called by MPI_Finalize, which deletes what hangs on the communicator of the process alone before it ends anything. */
 static int finish(MPI_Comm comm, int key, void *value, void *extra)
@@ -77,6 +79,13 @@ static PetscErrorCode start(void)
 static PetscErrorCode make(qsmpm_petsc *self, MPI_Comm comm, PetscInt block, const PetscInt *own,
                            const PetscInt *foreign, PetscBool symmetric)
 {
+    int ranks;
+
+    MPI_Comm_size(comm, &ranks);
+    if (ranks > 1)
+        PetscCall(PetscOptionsSetValue(NULL, product[0], product[1]));
+    else
+        PetscCall(PetscOptionsClearValue(NULL, product[0]));
     PetscCall(MatCreate(comm, &self->matrix));
     PetscCall(MatSetSizes(self->matrix, self->rows, self->rows, PETSC_DETERMINE, PETSC_DETERMINE));
     PetscCall(MatSetOptionsPrefix(self->matrix, "qsmpm_"));
@@ -88,9 +97,15 @@ static PetscErrorCode make(qsmpm_petsc *self, MPI_Comm comm, PetscInt block, con
     PetscCall(MatSetOption(self->matrix, MAT_SYMMETRY_ETERNAL, symmetric));
     PetscCall(MatCreateVecs(self->matrix, &self->solution, &self->rhs));
     PetscCall(VecDuplicate(self->rhs, &self->work));
-    PetscCall(KSPCreate(comm, &self->solver));
+    return 0;
+}
+
+/* A solver without a past: to reset one leaves more of it than a run can know that is continued from a file. */
+static PetscErrorCode renew(qsmpm_petsc *self)
+{
+    PetscCall(KSPDestroy(&self->solver));
+    PetscCall(KSPCreate(PetscObjectComm((PetscObject)self->matrix), &self->solver));
     PetscCall(KSPSetOptionsPrefix(self->solver, "qsmpm_"));
-    PetscCall(KSPSetOperators(self->solver, self->matrix, self->matrix));
     PetscCall(KSPSetFromOptions(self->solver));
     return 0;
 }
@@ -148,15 +163,29 @@ int qsmpm_petsc_rigid_motions(qsmpm_petsc *self, const double *places)
     return 0;
 }
 
-/* Take the values that were set; afresh: nothing is kept of an earlier set-up. */
-int qsmpm_petsc_set_up(qsmpm_petsc *self, int afresh)
+/* Take the values that were set. Afresh: nothing is kept of an earlier matrix; keep: its multigrid stays. */
+int qsmpm_petsc_take(qsmpm_petsc *self, int afresh, int keep)
 {
     PetscCall(MatAssemblyBegin(self->matrix, MAT_FINAL_ASSEMBLY));
     PetscCall(MatAssemblyEnd(self->matrix, MAT_FINAL_ASSEMBLY));
-    if (afresh) PetscCall(KSPReset(self->solver));
+    if (afresh) PetscCall(renew(self));
     PetscCall(KSPSetOperators(self->solver, self->matrix, self->matrix));
+    PetscCall(KSPSetReusePreconditioner(self->solver, keep ? PETSC_TRUE : PETSC_FALSE));
     PetscCall(KSPSetUp(self->solver));
     return 0;
+}
+
+/* Numbers stored in the matrix of this rank and its coarse levels. */
+double qsmpm_petsc_size(qsmpm_petsc *self)
+{
+    PetscReal nodes, numbers;
+    MatInfo info;
+    PC multigrid;
+
+    if (KSPGetPC(self->solver, &multigrid) || PCMGGetGridComplexity(multigrid, &nodes, &numbers) ||
+        MatGetInfo(self->matrix, MAT_LOCAL, &info))
+        return 0.0;
+    return numbers * info.nz_used;
 }
 
 /* Size of b - K x relative to that of b: what the method carries along may have left it. */

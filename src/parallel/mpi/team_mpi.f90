@@ -12,6 +12,7 @@ contains
   module procedure start_team
     integer :: provided, code
 
+    if (is_running()) return
     call mpi_init_thread(mpi_thread_funneled, provided, code)
     if (code /= mpi_success .or. provided < mpi_thread_funneled) &
       call fail(error, error_other, 'MPI did not start')

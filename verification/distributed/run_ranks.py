@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""The program of many processes, qsmpm-mpi, beside the other one; closes with `N passed, N failed`.
+
+    run_ranks.py [BUILD] [--long]
+
+Where BUILD (default build) has no qsmpm-mpi, because MPI or PETSc are not installed, that is said and nothing is checked.
+Each check is a function of a module of this folder; its first line says what it promises.
+"""
+from __future__ import annotations
+
+import argparse
+import pathlib
+import sys
+import tempfile
+
+import one_rank
+from support import TOP, Place
+
+CHECKS = [*one_rank.CHECKS]
+LONG_CHECKS = [*one_rank.LONG_CHECKS]
+
+
+def main() -> int:
+    reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    reader.add_argument("build", nargs="?", type=pathlib.Path, default=TOP / "build")
+    reader.add_argument("--long", action="store_true", help="the long checks too")
+    words = reader.parse_args()
+    build = words.build.resolve()
+    if not (build / "qsmpm-mpi").is_file():
+        print(f"{build} has no qsmpm-mpi: tools/setup --mpi, then cmake -DQSMPM_MPI=ON; all of this part is left out")
+        print("0 passed, 0 failed")
+        return 0
+    failed = 0
+    checks = CHECKS + (LONG_CHECKS if words.long else [])
+    with tempfile.TemporaryDirectory(prefix="qsmpm-ranks-") as folder:
+        for check in checks:
+            name = (check.__doc__ or check.__name__).splitlines()[0]
+            place = Place(build, pathlib.Path(folder) / check.__name__)
+            place.work.mkdir()
+            try:
+                check(place)
+                print(f"ok     {name}", flush=True)
+            except (AssertionError, OSError) as wrong:
+                failed += 1
+                print(f"FAILED {name}\n       {wrong}", flush=True)
+    print(f"{len(checks) - failed} passed, {failed} failed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

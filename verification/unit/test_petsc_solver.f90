@@ -1,0 +1,304 @@
+!> PETSc as a solver, in the program that has it (run_unit_tests-mpi), and what the other one says; the blocks of the nodes
+!> that it is told of.
+module test_petsc_solver
+  use testing, only: tests_type
+  use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_is_nan
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, error_singular
+  use qsmpm_analysis, only: solver_choice_type, solver_auto, solver_krylov, solver_mumps, solver_petsc, &
+    precision_double, keep_no
+  use qsmpm_sparse_matrix, only: sparse_matrix_type, residual_norm
+  use qsmpm_linear_solver, only: linear_solver_type
+  use qsmpm_node_blocks, only: node_blocks_type, find_node_blocks
+  use qsmpm_petsc_solver, only: make_petsc_solver, with_petsc
+  use qsmpm_solver_choice, only: choose_solver, solver_direct
+  use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system, end_system, &
+    begin_step, failures
+  use qsmpm_model, only: model_type
+  use qsmpm_space, only: node_position
+  use qsmpm_initialisation, only: step_type
+  use qsmpm_team, only: team_type, start_team, team_world, total, largest, smallest
+  use deck_matrices, only: block_type, block_model, elastic_block, yielding_block
+  implicit none
+  private
+
+  public :: collect_petsc_solver, collect_petsc_ranks
+
+  real(wp), parameter :: wanted = 1.0e-8_wp
+
+contains
+
+  subroutine collect_petsc_solver(tests)
+    type(tests_type), intent(inout) :: tests
+    type(error_type), allocatable :: error
+
+    call tests%start('petsc_solver')
+    call test_blocks(tests)
+    call test_choice(tests)
+    if (.not. with_petsc()) then
+      call test_absent(tests)
+      return
+    end if
+    call start_team(error)
+    call tests%check('MPI starts', .not. allocated(error))
+    call test_small(tests)
+    call test_body(tests, block_type('HEX8', 'STANDARD', 8), 'elastic cube', 20)
+    call test_body(tests, block_type('HEX8', 'STANDARD', 8, yields=.true.), 'yielding cube', 40)
+    call test_body(tests, block_type('WEDGE15', 'STANDARD', 3), 'wedges', 40)
+    call test_body(tests, block_type('QUAD4', 'SPLINE3', 24), 'cubic splines', 40)
+    call test_gives_way(tests)
+  end subroutine collect_petsc_solver
+
+  !> Rows spread over the ranks that the program was started with.
+  subroutine collect_petsc_ranks(tests)
+    type(tests_type), intent(inout) :: tests
+    type(error_type), allocatable :: error
+
+    call tests%start('petsc_ranks')
+    call start_team(error)
+    call tests%check('the team starts', .not. allocated(error))
+    call test_sums(tests, team_world())
+    if (with_petsc()) call test_rows_of_ranks(tests, team_world())
+  end subroutine collect_petsc_ranks
+
+  !> Sums and extremes over the ranks, exact: rank r brings 0.1 r, which adds up in one order only.
+  subroutine test_sums(tests, team)
+    type(tests_type), intent(inout) :: tests
+    type(team_type), intent(in) :: team
+    real(wp) :: own, whole, nan
+    integer :: rank
+
+    own = 0.1_wp*team%rank
+    whole = 0.0_wp
+    do rank = 1, team%ranks - 1
+      whole = whole + 0.1_wp*rank
+    end do
+    nan = ieee_value(nan, ieee_quiet_nan)
+    call tests%close('sum of numbers', total(team, own), whole, 0.0_wp)
+    call tests%close('sum of lists', maxval(abs(total(team, [own, 1.0_wp]) - [whole, real(team%ranks, wp)])), 0.0_wp, 0.0_wp)
+    call tests%check('sum of counts', total(team, 2_long**40) == team%ranks*2_long**40)
+    call tests%close('largest', largest(team, own), 0.1_wp*(team%ranks - 1), 0.0_wp)
+    call tests%close('smallest', smallest(team, -own), -0.1_wp*(team%ranks - 1), 0.0_wp)
+    call tests%check('what is no number on one rank is none on all', &
+      ieee_is_nan(largest(team, merge(nan, own, team%rank == 0))) .and. &
+      ieee_is_nan(smallest(team, merge(nan, own, team%rank == 0))))
+  end subroutine test_sums
+
+  !> Second differences of all ranks, 50 rows of the first and 10 more on each that follows; the solution is a parabola.
+  subroutine test_rows_of_ranks(tests, team)
+    type(tests_type), intent(inout) :: tests
+    type(team_type), intent(in) :: team
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: x(:), rhs(:), exact(:)
+    integer :: n, first, all_rows, i, k
+
+    n = 50 + 10*team%rank
+    first = 50*team%rank + 5*team%rank*(team%rank - 1)
+    all_rows = int(total(team, int(n, long)))
+    call make_petsc_solver(.true., solver)
+    solver%blocks%communicator = team%handle
+    allocate (solver%blocks%outside(0))
+    matrix%n = n
+    matrix%row_first = [1]
+    matrix%column = [integer ::]
+    do i = 1, n
+      do k = i - 1, i + 1
+        if (first + k < 1 .or. first + k > all_rows) cycle
+        if (k < 1 .or. k > n) then
+          solver%blocks%outside = [solver%blocks%outside, first + k - 1]
+          matrix%column = [matrix%column, n + size(solver%blocks%outside)]
+        else
+          matrix%column = [matrix%column, k]
+        end if
+      end do
+      matrix%row_first = [matrix%row_first, size(matrix%column) + 1]
+    end do
+    allocate (matrix%values(size(matrix%column)), source=-1.0_wp)
+    do i = 1, n
+      where (matrix%column(matrix%row_first(i):matrix%row_first(i + 1) - 1) == i) &
+        matrix%values(matrix%row_first(i):matrix%row_first(i + 1) - 1) = 2.0_wp
+    end do
+    allocate (x(n), rhs(n), exact(n))
+    rhs = 1.0_wp
+    exact = [(0.5_wp*(first + i)*(all_rows + 1 - first - i), i=1, n)]
+    call solver%analyse(matrix, error)
+    if (.not. allocated(error)) call solver%factorise(matrix, error)
+    solver%tolerance = 1.0e-10_wp
+    if (.not. allocated(error)) call solver%solve(rhs, x, error)
+    call tests%check('rows of all ranks: solved', .not. allocated(error))
+    call tests%close('rows of all ranks: a parabola', largest(team, maxval(abs(x - exact))/real(all_rows, wp)**2), &
+      0.0_wp, 1.0e-6_wp)
+    call solver%destroy()
+  end subroutine test_rows_of_ranks
+
+  !> Two nodes of three with equations, in the order 3, 1; node 3 is held in its first component.
+  subroutine test_blocks(tests)
+    type(tests_type), intent(inout) :: tests
+    type(node_blocks_type) :: blocks
+    real(wp), allocatable :: places(:, :)
+    integer, parameter :: number(2, 3) = reshape([2, 3, 0, 0, 0, 1], [2, 3])
+
+    call find_node_blocks(number, 3, places, blocks)
+    call tests%check('blocks: two nodes of two components', blocks%count == 2 .and. blocks%components == 2)
+    call tests%check('blocks: rows of the equations', all(blocks%row == [2, 3, 4]))
+    call tests%check('blocks: no places', .not. allocated(blocks%places))
+    places = reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp], [2, 3])
+    call find_node_blocks(number, 3, places, blocks)
+    call tests%close('blocks: places in the order of the equations', &
+      maxval(abs(blocks%places - reshape([5.0_wp, 6.0_wp, 1.0_wp, 2.0_wp], [2, 2]))), 0.0_wp, 0.0_wp)
+  end subroutine test_blocks
+
+  !> AUTO takes multigrid for large unsymmetric matrices in space, where the program has it.
+  subroutine test_choice(tests)
+    type(tests_type), intent(inout) :: tests
+    integer :: large
+
+    large = solver_mumps
+    if (with_petsc()) large = solver_petsc
+    call tests%check('chosen: large, unsymmetric, in space', &
+      choose_solver(solver_auto, 100000, 5000, 7500000, .false., 3) == large)
+    call tests%check('not: smaller', choose_solver(solver_auto, 99999, 5000, 7500000, .false., 3) == solver_mumps)
+    call tests%check('not: in the plane', choose_solver(solver_auto, 100000, 5000, 1800000, .false., 2) == solver_mumps)
+    call tests%check('not: symmetric', choose_solver(solver_auto, 100000, 5000, 7500000, .true., 3) == solver_krylov)
+    call tests%check('not: where a direct one is wanted', &
+      choose_solver(solver_direct, 100000, 5000, 7500000, .false., 3) == solver_mumps)
+  end subroutine test_choice
+
+  !> A program without PETSc says which one has it.
+  subroutine test_absent(tests)
+    type(tests_type), intent(inout) :: tests
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+
+    call make_petsc_solver(.true., solver)
+    call differences(matrix)
+    call solver%analyse(matrix, error)
+    call tests%check('without PETSc analysis fails', allocated(error))
+    if (allocated(error)) call tests%check('and says which program has it', index(error%message, 'qsmpm-mpi') > 0)
+  end subroutine test_absent
+
+  !> Second differences: without nodes, one right-hand side after the other, new values, a sweep too few.
+  subroutine test_small(tests)
+    type(tests_type), intent(inout) :: tests
+    class(linear_solver_type), allocatable :: solver
+    type(sparse_matrix_type) :: matrix
+    type(error_type), allocatable :: error
+    real(wp) :: x(200), rhs(200)
+
+    call differences(matrix)
+    rhs = 1.0_wp
+    call make_petsc_solver(.true., solver)
+    call solver%analyse(matrix, error)
+    call solver%factorise(matrix, error)
+    solver%tolerance = wanted
+    if (.not. allocated(error)) call solver%solve(rhs, x, error)
+    call tests%check('equations without nodes are solved', .not. allocated(error) .and. solver%sweeps > 0)
+    call tests%close('to the residual', residual_norm(matrix, x, rhs)/norm2(rhs), 0.0_wp, 10.0_wp*wanted)
+    matrix%values = 3.0_wp*matrix%values
+    call solver%factorise(matrix, error)
+    if (.not. allocated(error)) call solver%solve(rhs, x, error)
+    call tests%close('with new values, too', residual_norm(matrix, x, rhs)/norm2(rhs), 0.0_wp, 10.0_wp*wanted)
+    call solver%solve(0.0_wp*rhs, x, error)
+    call tests%check('nothing comes of nothing', .not. allocated(error) .and. .not. any(abs(x) > 0.0_wp))
+    solver%most_sweeps = 1
+    solver%tolerance = 1.0e-15_wp
+    call solver%solve(rhs, x, error)
+    call tests%check('too few sweeps are an error', allocated(error))
+    if (allocated(error)) call tests%check('of a matrix that resists', error%code == error_singular)
+    call tests%check('without a solution', .not. any(abs(x) > 0.0_wp))
+    call solver%destroy()
+  end subroutine test_small
+
+  !> Second differences of 200 values in compressed rows, both triangles.
+  subroutine differences(matrix)
+    type(sparse_matrix_type), intent(out) :: matrix
+    integer, parameter :: n = 200
+    integer :: i
+
+    matrix%n = n
+    allocate (matrix%row_first(n + 1), matrix%column(3*n - 2), matrix%values(3*n - 2))
+    matrix%row_first(:) = [1, (3*i, i=1, n - 1), 3*n - 1]
+    matrix%column(:) = [1, 2, (i - 1, i, i + 1, i=2, n - 1), n - 1, n]
+    matrix%values(:) = [2.0_wp, -1.0_wp, (-1.0_wp, 2.0_wp, -1.0_wp, i=2, n - 1), -1.0_wp, 2.0_wp]
+  end subroutine differences
+
+  !> Sweeps with the rigid motions of the nodes stay below a bound, and are fewer than without.
+  subroutine test_body(tests, block, name, bound)
+    type(tests_type), intent(inout) :: tests
+    type(block_type), intent(in) :: block
+    character(len=*), intent(in) :: name
+    !> Sweeps to a residual of 1e-8.
+    integer, intent(in) :: bound
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:), again(:), places(:, :)
+    real(wp) :: yielding
+    integer :: a, sweeps, blind
+
+    call block_model(block, model)
+    call elastic_block(model, solver_petsc, step, rhs)
+    if (block%yields) call yielding_block(model, step, rhs, yielding)
+    allocate (x(size(rhs)), again(size(rhs)), places(model%mesh%dimension, size(step%equations%number, 2)))
+    do a = 1, size(places, 2)
+      places(:, a) = node_position(model%space, model%mesh, a)
+    end do
+    call solve(.true., x, sweeps)
+    call tests%check(name//': solved', .not. allocated(error) .and. .not. allocated(system%note))
+    call tests%close(name//': to the residual', residual_norm(step%matrix, x, rhs)/norm2(rhs), 0.0_wp, 10.0_wp*wanted)
+    call tests%check(name//': in few sweeps', sweeps > 0 .and. sweeps <= bound)
+    if (sweeps > bound) write (*, '(2a,i0)') name, ' took sweeps: ', sweeps
+    call solve(.true., again, blind)
+    call tests%check(name//': to the same bits again', all(transfer(again, [0]) == transfer(x, [0])) .and. blind == sweeps)
+    call solve(.false., again, blind)
+    if (block%element == 'HEX8') call tests%check(name//': in more where nodes have no places', blind > sweeps)
+
+  contains
+
+    !> Start, take the matrix, solve.
+    subroutine solve(with_places, x, sweeps)
+      logical, intent(in) :: with_places
+      real(wp), intent(out) :: x(:)
+      integer, intent(out) :: sweeps
+      real(wp), allocatable :: known(:, :)
+
+      allocate (known(size(places, 1), size(places, 2)), source=places)
+      if (.not. with_places) deallocate (known)
+      system%sweeps = 0
+      call start_system(system, solver_choice_type(solver_petsc, precision_double, keep_no), step%matrix, &
+        step%equations%bandwidth, step%equations%symmetric, model%mesh%dimension, error, step%equations%number, known)
+      if (.not. allocated(error)) call factorise_system(system, step%matrix, error)
+      if (.not. allocated(error)) call solve_system(system, step%matrix, rhs, wanted, x, error)
+      sweeps = system%sweeps
+      call end_system(system)
+    end subroutine solve
+  end subroutine test_body
+
+  !> What multigrid does not solve, a direct solver does from then on.
+  subroutine test_gives_way(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    type(linear_system_type) :: system
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: rhs(:), x(:), places(:, :)
+
+    call block_model(block_type('HEX8', 'STANDARD', 5, poisson=0.4999_wp), model)
+    call elastic_block(model, solver_petsc, step, rhs)
+    allocate (x(size(rhs)))
+    call start_system(system, solver_choice_type(solver_petsc, precision_double, keep_no), step%matrix, &
+      step%equations%bandwidth, .true., 3, error, step%equations%number, places)
+    call factorise_system(system, step%matrix, error)
+    if (.not. allocated(error)) call solve_system(system, step%matrix, rhs, 1.0e-10_wp, x, error)
+    call tests%check('an incompressible body ends in a direct solver, with a note', .not. allocated(error) .and. &
+      allocated(system%note) .and. .not. system%solver%approximate)
+    call tests%close('which solves it', residual_norm(step%matrix, x, rhs)/norm2(rhs), 0.0_wp, 1.0e-9_wp)
+    call tests%check('for the rest of the run', failures(system) > 0)
+    call begin_step(system, failures(system))
+    call end_system(system)
+  end subroutine test_gives_way
+end module test_petsc_solver
