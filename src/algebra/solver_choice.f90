@@ -1,15 +1,14 @@
 !> Which solver factorises the equations: the one the deck names, or the fastest by the crossovers
 !> measured in docs/performance.md.
 module qsmpm_solver_choice
-  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, solver_petsc, &
-    precision_auto, precision_single
+  use qsmpm_analysis, only: solver_auto, solver_band, solver_cholmod, solver_mumps, solver_krylov, precision_auto, &
+    precision_single
   use qsmpm_kinds, only: wp
   use qsmpm_version, only: with_suitesparse
   use qsmpm_linear_solver, only: linear_solver_type
   use qsmpm_solver_list, only: solver_row_type, solver_row
   use qsmpm_mumps_solver, only: mumps_solver_type, make_mumps_solver
   use qsmpm_single_solver, only: make_single_solver
-  use qsmpm_petsc_solver, only: with_petsc
   implicit none
   private
 
@@ -28,9 +27,6 @@ module qsmpm_solver_choice
   !> Equations in three dimensions from which factors of single precision pay, by symmetry, and Krylov
   !> methods with incomplete factors, for symmetric matrices only: those of yielding bodies stall them.
   integer, parameter :: single_symmetric = 30000, single_unsymmetric = 10000, least_for_krylov = 100000
-  !> Unsymmetric equations in three dimensions from which multigrid is the fastest, where the program has it
-  !> (docs/distributed.md).
-  integer, parameter :: least_for_multigrid = 100000
 
 contains
 
@@ -88,9 +84,6 @@ contains
       choose_solver = solver_band
     else if (kind == solver_auto .and. symmetric .and. dimension == 3 .and. n >= least_for_krylov) then
       choose_solver = solver_krylov
-    else if (kind == solver_auto .and. .not. symmetric .and. dimension == 3 .and. n >= least_for_multigrid &
-        .and. with_petsc()) then
-      choose_solver = solver_petsc
     else if (symmetric .and. with_suitesparse .and. .not. &
         (dimension == 3 .and. n > most_for_cholmod)) then
       choose_solver = solver_cholmod

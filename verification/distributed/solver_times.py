@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """CPU seconds of the solvers on bodies in 3D, in whole runs: the table of docs/distributed.md.
 
-    solver_times.py [--cells N ...] [--scene elastic yielding incompressible] [--solver AUTO KRYLOV PETSC] [--build BUILD]
+    solver_times.py [--cells N ...] [--scene elastic yielding incompressible] [--solver AUTO KRYLOV PETSC] [--load F]
+                    [--build BUILD]
 
 Bodies of N^3 cells of HEX8, 8 points a cell: a cube that is elastic, and a cut under nearly the weight at which it
 fails, in four steps, with nu = 0.3 or 0.495. One line a run; `solver s` are the seconds of analysis, set-up or
@@ -17,9 +18,9 @@ from one_rank import cut
 from support import TOP, Place
 
 SCENES = {
-    "elastic": lambda cells, solver: cut(cells, 0.3, 2.0, 1, strength="", solver=solver, wide=1.0),
-    "yielding": lambda cells, solver: cut(cells, 0.3, 6.2, 4, solver=solver),
-    "incompressible": lambda cells, solver: cut(cells, 0.495, 6.2, 4, solver=solver),
+    "elastic": lambda cells, load, solver: cut(cells, 0.3, 2.0, 1, strength="", solver=solver, wide=1.0),
+    "yielding": lambda cells, load, solver: cut(cells, 0.3, load, 4, solver=solver),
+    "incompressible": lambda cells, load, solver: cut(cells, 0.495, load, 4, solver=solver),
 }
 PARTS = ("analysis", "factorisation", "solves")
 
@@ -29,6 +30,7 @@ def main() -> None:
     reader.add_argument("--cells", nargs="+", type=int, default=[14])
     reader.add_argument("--scene", nargs="+", choices=SCENES, default=list(SCENES))
     reader.add_argument("--solver", nargs="+", default=["AUTO", "KRYLOV", "PETSC"])
+    reader.add_argument("--load", type=float, default=6.2, help="load factor of the cuts")
     reader.add_argument("--build", type=pathlib.Path, default=TOP / "build")
     words = reader.parse_args()
     print("| body | equations | solver | in the end | iterations | sweeps | most | solver s | whole s | MB |")
@@ -38,7 +40,7 @@ def main() -> None:
         for scene in words.scene:
             for cells in words.cells:
                 for solver in words.solver:
-                    run = place.run("qsmpm-mpi", SCENES[scene](cells, solver), f"{scene}-{cells}-{solver.split(',')[0]}",
+                    run = place.run("qsmpm-mpi", SCENES[scene](cells, words.load, solver), f"{scene}-{cells}-{solver.split(',')[0]}",
                                     seconds=3600)  # fmt: skip
                     told = run.profile
                     seconds = sum(told["parts"][part]["cpu_seconds"] for part in PARTS)

@@ -8,7 +8,8 @@
 !> is `N passed, N failed`.
 program run_unit_tests
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use qsmpm_team, only: end_team
+  use qsmpm_error, only: error_type
+  use qsmpm_team, only: start_team, end_team
   use testing, only: tests_type
   use test_testing, only: collect_testing
   use test_tensor, only: collect_tensor
@@ -140,6 +141,7 @@ program run_unit_tests
   end type suite_type
 
   type(suite_type), allocatable :: suites(:)
+  type(error_type), allocatable :: error
   type(tests_type) :: tests
   character(len=24), allocatable :: wanted(:)
   integer :: i
@@ -261,10 +263,13 @@ program run_unit_tests
   call register('uniform_pressure', collect_uniform_pressure)
 
   call read_arguments(wanted)
+  call start_team(error)
+  if (allocated(error)) stop 3
   if (any(wanted == '--list')) then
     do i = 1, size(suites)
       write (*, '(a)') trim(suites(i)%name)
     end do
+    call end_team()
     stop
   end if
   do i = 1, size(wanted)
