@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from support import TOP, Check, Place, Run, distance, expect, with_solver
 
 SPLINES = "BASIS=SPLINE2, INTEGRATION=POINTS, KINEMATICS=LOGARITHMIC, STABILISATION=GHOST, FACTOR=0.01"
@@ -136,12 +138,12 @@ def gives_way(place: Place) -> None:
 def repeats(place: Place) -> None:
     """PETSC gives the same bytes again, whatever PETSC_OPTIONS and .petscrc say, and prints nothing."""
     deck = cut(6, 0.3, 7.0, 3, solver="PETSC")
-    (place.work / ".petscrc").write_text("-ksp_view\n-qsmpm_ksp_type cg\n-qsmpm_pc_type jacobi\n")
+    (place.work / ".petscrc").write_text("-log_view\n-qsmpm_ksp_monitor\n-qsmpm_ksp_gmres_cgs_refinement_type refine_always\n")
     first = place.run("qsmpm-mpi", deck, "first")
     other = place.run("qsmpm-mpi", deck, "other", HOME=str(place.work),
-                      PETSC_OPTIONS="-log_view -qsmpm_pc_type none -qsmpm_mg_levels_ksp_max_it 1")  # fmt: skip
+                      PETSC_OPTIONS="-log_view -qsmpm_ksp_initial_guess_nonzero -qsmpm_pc_gamg_sym_graph")  # fmt: skip
     expect(first.curves == other.curves, "other curves with other options in the environment")
-    expect("KSP" not in other.said and "Vec" not in other.said, other.said)
+    expect(not re.search("KSP|Vec|[Oo]ption", other.said), other.said)
     each = place.run("qsmpm-mpi", deck.replace("TYPE=PETSC", "TYPE=PETSC, KEEP FACTOR=NO"), "each")
     expect(each.profile["sweeps"] < first.profile["sweeps"], "KEEP FACTOR=NO takes no fewer sweeps: is it heard?")
 
