@@ -19,6 +19,7 @@ module qsmpm_convection
   use qsmpm_carried_basis, only: basis_at
   use qsmpm_contacts, only: bodies_at_end
   use qsmpm_deformation, only: grow_deformation, point_displacement
+  use qsmpm_held_sides, only: keep_inside
   use qsmpm_penetration, only: refuse_penetration, put_back
   use qsmpm_points, only: carried_type, points_type
   use qsmpm_soil_points, only: soil_type, soil_of, find_point_results, take_point_results
@@ -69,6 +70,7 @@ contains
     call refuse_penetration(model, bodies_at_end(step%terms), step%penetration, error)
     if (allocated(error)) return
     call put_back(model, bodies_at_end(step%terms))
+    if (model%analysis%method%basis /= basis_fem) call keep_inside(model, displacement, step%crossing)
     if (model%analysis%method%basis == basis_fem) then
       call carry_mesh(step%activation, displacement, model%mesh, model%state%coordinates, error)
     else
@@ -102,6 +104,7 @@ contains
     soil => soil_of(step%terms)
     call find_point_results(soil, model, step%configuration_type, displacement, source, error)
     if (allocated(error)) return
+    step%crossing = 0.0_wp
     call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%surface)
     call draw_back(model%mesh, model%space, step%activation, model%state%points, displacement, model%state%tracers)
     volume = model%state%points%volume

@@ -60,6 +60,8 @@ module qsmpm_initialisation
     type(cut_cell_check_type) :: cut
     !> Soil that the step has brought inside of rigid bodies.
     type(penetration_type) :: penetration
+    !> How far the step has carried material points across held sides of the mesh.
+    real(wp) :: crossing = 0.0_wp
     !> Why the last try of the present step was rejected, as it stands in the log; unallocated for a first try.
     character(len=:), allocatable :: reported_reason
   end type step_type

@@ -12,6 +12,7 @@ module qsmpm_phase_report
   use qsmpm_initialisation, only: step_type
   use qsmpm_limit_load, only: relative_compliance
   use qsmpm_locking_check, only: check_locking
+  use qsmpm_held_sides, only: side_check_type, warn_of_crossing
   use qsmpm_unsupported_parts, only: describe_unsupported_parts
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
@@ -47,6 +48,8 @@ module qsmpm_phase_report
     type(moving_mesh_check_type) :: rows
     !> How deep soil is inside of rigid bodies.
     type(penetration_check_type) :: penetration
+    !> How far points have been carried across held sides of the mesh.
+    type(side_check_type) :: sides
   end type phase_report_type
 
 contains
@@ -65,6 +68,7 @@ contains
     end if
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
     call warn_of_penetration(model, penetration, report%penetration, observer)
+    call warn_of_crossing(model%cell_size, step%crossing, report%sides, observer)
     call warn_of_cut_cells(model, step%configuration_type, step%cut, observer)
     call report_window(model, report, observer)
   end subroutine report_step

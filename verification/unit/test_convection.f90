@@ -50,6 +50,7 @@ contains
     call check_pressure_groups(tests)
     call check_moving_rows(tests, 'STANDARD')
     call check_moving_rows(tests, 'SPLINE2')
+    call check_sides(tests)
     call check_losses(tests)
     call check_tangled(tests)
   end subroutine collect_convection
@@ -341,6 +342,52 @@ contains
       call end_system(step%system)
     end subroutine check_one
   end subroutine check_losses
+
+  !> What has crossed a side that is held along its normal is as far inside; where nothing holds a side, or it moves, it
+  !> stays outside, within a share of a cell.
+  subroutine check_sides(tests)
+    type(tests_type), intent(inout) :: tests
+    real(wp), parameter :: way = 0.03_wp
+    type(model_type) :: model
+    type(step_type) :: step
+    type(error_type), allocatable :: error
+    real(wp), allocatable :: u(:, :)
+    integer :: a, moves
+
+    do moves = 0, 1
+      call build('QUAD4', 'BASIS=GIMP', '', model, step)
+      allocate (u(2, model%space%node_count), source=0.0_wp)
+      if (moves == 1) then
+        ! The base is pushed up: it is held, but not still, and cells above it follow.
+        do a = 1, size(u, 2)
+          if (model%mesh%coordinates(2, a) < rounding) u(2, a) = 0.01_wp
+        end do
+      end if
+      call evaluate_step(model, step, 0.0_wp*u, tangent_none)
+      model%state%points%position(:, 3) = [0.3_wp, -way] - [0.0_wp, 0.01_wp*moves]
+      model%state%points%position(:, 4) = [-way, 0.3_wp]
+      model%state%tracers%position(:, 1) = [0.6_wp, -0.5_wp*way] - [0.0_wp, 0.01_wp*moves]
+      model%state%surface%position(:, 1) = [0.9_wp, -0.25_wp*way] - [0.0_wp, 0.01_wp*moves]
+      call convect(model, step, u, error)
+      call tests%check('sides: the step is taken', .not. allocated(error))
+      call tests%close('a side without fixity lets points stay outside', model%state%points%position(1, 4), -way, &
+        rounding)
+      if (moves == 1) then
+        call tests%check('a side that moves lets points stay outside', model%state%points%position(2, 3) < 0.0_wp)
+        call tests%close('and none is said to have crossed', step%crossing, 0.0_wp, 0.0_wp)
+      else
+        call tests%close('a held side sends points back', model%state%points%position(2, 3), way, rounding)
+        call tests%close('and tracers', model%state%tracers%position(2, 1), 0.5_wp*way, rounding)
+        call tests%close('and surface points', model%state%surface%position(2, 1), 0.25_wp*way, rounding)
+        call tests%close('along the side they stay', model%state%points%position(1, 3), 0.3_wp, rounding)
+        call tests%close('the way across is known', step%crossing, way, rounding)
+        call tests%close('what is put back is found where it is', largest_distance(model%mesh, model%state%tracers), &
+          0.0_wp, 1.0e-9_wp)
+      end if
+      call end_system(step%system)
+      deallocate (u)
+    end do
+  end subroutine check_sides
 
   !> A carried mesh that turns inside out is an error that names the element; the state keeps its nodes.
   subroutine check_tangled(tests)
