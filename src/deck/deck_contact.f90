@@ -46,7 +46,7 @@ contains
         'strength of the soil there, tan(delta) = R tan(phi), a = R c', range='(0, 1]', given=shares)
       stiff = contact%penalty > 0.0_wp
       call fields%number('PENALTY', contact%penalty, 'penalty of the gap times the size of a cell over the modulus '// &
-        'of the soil, that of the slip a tenth of it; 100 on soil and 10 on bodies when not given', range='(0, inf)', &
+        'of the soil; 100 on soil and 10 on bodies when not given, that of the slip is 1', range='(0, inf)', &
         given=stiff)
       call fields%choice('PATCH', contact%patch, bar_list(patch_words), 'what contact is asked for on in the mean. '// &
         'CELL: what a cell holds of the surface. POINT: every point, with waves in the pressure; to compare with')

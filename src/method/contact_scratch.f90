@@ -22,10 +22,10 @@ module qsmpm_contact_scratch
 
   public :: contact_scratch_type, lay_scratch, keep_tractions, keep_contact_points
 
-  !> Penalties of gap and slip times the size of a cell over Young's modulus, at surfaces of the soil and on bodies:
-  !> pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often patches open
-  !> and close in the iteration, and stick and slip.
-  real(wp), parameter :: strength_soil(2) = [100.0_wp, 10.0_wp], strength_body(2) = [10.0_wp, 1.0_wp]
+  !> Penalties of the gap times the size of a cell over Young's modulus, at surfaces of the soil and on bodies, and that
+  !> of the slip: pressures do not depend on that of the gap between 10 and 1000. The stiffer they are the more often
+  !> patches open and close in the iteration, and stick and slip.
+  real(wp), parameter :: gap_on_soil = 100.0_wp, gap_on_body = 10.0_wp, of_slip = 1.0_wp
   !> Cells between a body and the surface points that are looked at.
   real(wp), parameter :: reach = 4.0_wp
   !> Mean gap over the size of a cell that counts as touching.
@@ -302,12 +302,12 @@ contains
             self%opening(c) = sum(area*self%on_bodies%opening(points))/sum(area)
             call take_means(self%on_bodies%pressure(points), self%on_bodies%shear(:, points), area, self%pressure(c), &
               self%shear(:, c))
-            self%penalty(:, c) = penalties_of(self, c, strength_body)/self%cell_size &
+            self%penalty(:, c) = penalties_of(self, c, gap_on_body)/self%cell_size &
               *stiffness_near(model, self%on_bodies%position(:, points(1)))
           else
             call take_means(surface%contact_pressure(points), surface%contact_shear(:, points), area, &
               self%pressure(c), self%shear(:self%dimension, c))
-            self%penalty(:, c) = penalties_of(self, c, strength_soil) &
+            self%penalty(:, c) = penalties_of(self, c, gap_on_soil) &
               *stiffness_at(model, configuration%activation, points(1))/self%cell_size
           end if
         end associate
@@ -315,16 +315,17 @@ contains
     end associate
   end subroutine take_multipliers
 
-  !> Penalties of a patch times the size of a cell over Young's modulus: the usual ones, or those asked for.
+  !> Penalties of a patch times the size of a cell over Young's modulus: that of the gap is the usual one, or the one
+  !> asked for.
   pure function penalties_of(self, c, usual) result(penalties)
     type(contact_scratch_type), intent(in) :: self
     integer, intent(in) :: c
-    real(wp), intent(in) :: usual(2)
+    real(wp), intent(in) :: usual
     real(wp) :: penalties(2)
 
-    penalties = usual
+    penalties = [usual, of_slip]
     associate (pair => self%pairs(self%patches%pair(c)))
-      if (pair%penalty > 0.0_wp) penalties = usual*pair%penalty/usual(1)
+      if (pair%penalty > 0.0_wp) penalties(1) = pair%penalty
     end associate
   end function penalties_of
 
