@@ -28,7 +28,7 @@ module qsmpm_body_points
   !> Rows of the array that is kept: whether in contact, opening, pressure, shear, slip.
   integer, parameter :: rows = 9, touched_row = 1, opening_row = 2, pressure_row = 3, shear_row = 4, slip_row = 7
   !> Length of a patch and number of places of a cell: patches shorter than a cell make the pressure wavy.
-  real(wp), parameter :: patch_cells = 1.5_wp
+  real(wp), parameter, public :: patch_cells = 1.5_wp
   integer, parameter :: places_of_patch = 12
   !> Boxes by which soil as drawn reaches, and by which a point reaches along the outline.
   real(wp), parameter :: drawn_reach = 2.0_wp, sideways = 1.5_wp

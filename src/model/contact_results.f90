@@ -1,7 +1,8 @@
 !> What contact comes to: soil inside of rigid bodies, the pressure at a place, and how far soil has slid along a body.
 module qsmpm_contact_results
   use qsmpm_kinds, only: wp
-  use qsmpm_body_points, only: body_points_type, present_body_points
+  use qsmpm_analysis, only: axisymmetric
+  use qsmpm_body_points, only: body_points_type, present_body_points, body_patch_cells => patch_cells
   use qsmpm_model, only: model_type
   use qsmpm_points, only: place_of
   use qsmpm_rigid_bodies, only: placed_bodies
@@ -91,36 +92,83 @@ contains
     end subroutine add
   end function contact_slip_on
 
-  !> Pressure on the point of a contact that was nearest to a place at the start; 0 where there is none.
+  !> Contact pressure around a place of the configuration as drawn: the mean over the length of a patch, half to either
+  !> side, of what the surface or body carries whose point is nearest; 0 where there is none. A patch has one pressure;
+  !> a mean over its length is what a line between the middles of neighbouring patches says. Places of a body that no
+  !> soil touches are left out: some are beyond a plane of symmetry. With a condition at every point it is the pressure
+  !> of the nearest.
   real(wp) function contact_pressure_at(model, place) result(pressure)
     type(model_type), intent(in) :: model
     real(wp), intent(in) :: place(:)
     type(body_points_type) :: on_bodies
-    real(wp) :: nearest
-    integer :: i
+    real(wp), allocatable :: lengths(:)
+    real(wp) :: nearest, reach, weights, sum_of_pressures
+    integer :: i, k, owner
 
-    pressure = 0.0_wp
+    owner = 0
     nearest = huge(1.0_wp)
-    associate (surface => model%state%surface)
+    pressure = 0.0_wp
+    associate (surface => model%state%surface, pairs => model%contact_pairs)
       do i = 1, surface%count
-        if (any(model%contact_pairs%surface == surface%surface(i))) call take_nearer(surface%initial_position(:, i), &
-          surface%contact_pressure(i))
+        if (any(pairs%surface == surface%surface(i))) call take_nearer(surface%initial_position(:, i), &
+          findloc(pairs%surface, surface%surface(i), dim=1))
       end do
+      call present_body_points(model, placed_bodies(model), on_bodies)
+      do i = 1, on_bodies%count
+        call take_nearer(on_bodies%initial_position(:, i), on_bodies%pair(i))
+      end do
+      if (owner == 0) return
+      weights = 0.0_wp
+      sum_of_pressures = 0.0_wp
+      reach = 0.5_wp*merge(1.0_wp, body_patch_cells, pairs(owner)%surface > 0)*model%cell_size
+      if (pairs(owner)%pointwise) reach = 0.0_wp
+      if (pairs(owner)%surface > 0) then
+        do i = 1, surface%count
+          if (surface%surface(i) /= pairs(owner)%surface) cycle
+          call add(surface%initial_position(:, i), drawn_length(model, i), surface%contact_pressure(i))
+        end do
+      else
+        allocate (lengths, source=[(model%body_outlines(k)%length, k=1, size(pairs))])
+        do i = 1, on_bodies%count
+          if (on_bodies%pair(i) == owner .and. on_bodies%touched(i)) call add(on_bodies%initial_position(:, i), &
+            lengths(i), on_bodies%pressure(i))
+        end do
+      end if
     end associate
-    call present_body_points(model, placed_bodies(model), on_bodies)
-    do i = 1, on_bodies%count
-      call take_nearer(on_bodies%initial_position(:, i), on_bodies%pressure(i))
-    end do
+    if (weights > 0.0_wp) pressure = sum_of_pressures/weights
 
   contains
 
-    !> Take the pressure of a point that is nearer than all before.
-    subroutine take_nearer(at, value)
-      real(wp), intent(in) :: at(:), value
+    !> Remember whose point is nearer than all before.
+    subroutine take_nearer(at, pair)
+      real(wp), intent(in) :: at(:)
+      integer, intent(in) :: pair
 
       if (norm2(at - place) >= nearest) return
       nearest = norm2(at - place)
-      pressure = value
+      owner = pair
     end subroutine take_nearer
+
+    !> Add the pressure of a point by what of its length is within reach, and the nearest one anyhow.
+    subroutine add(at, length, value)
+      real(wp), intent(in) :: at(:), length, value
+      real(wp) :: weight, distance
+
+      distance = norm2(at - place)
+      weight = max(0.0_wp, min(length, reach + 0.5_wp*length - distance))
+      if (distance <= nearest) weight = max(weight, tiny(1.0_wp))
+      weights = weights + weight
+      sum_of_pressures = sum_of_pressures + weight*value
+    end subroutine add
   end function contact_pressure_at
+
+  !> Length of a surface point as drawn: in space the side of the square that it stands for.
+  pure real(wp) function drawn_length(model, i) result(length)
+    type(model_type), intent(in) :: model
+    integer, intent(in) :: i
+
+    length = model%state%surface%area(i)
+    if (model%analysis%model == axisymmetric) length = length/model%state%surface%initial_position(1, i)
+    if (model%mesh%dimension == 3) length = sqrt(length)
+  end function drawn_length
 end module qsmpm_contact_results

@@ -6,7 +6,7 @@ module test_contacts
   use qsmpm_body_points, only: body_points_type
   use qsmpm_contact_law, only: tractions_type, contact_tractions
   use qsmpm_contact_patches, only: contact_patches_type, find_patches
-  use qsmpm_contact_results, only: contact_slip_on, penetration_type
+  use qsmpm_contact_results, only: contact_pressure_at, contact_slip_on, penetration_type
   use qsmpm_contacts, only: contacts_type, bodies_at_end
   use qsmpm_deck, only: parse_deck, message_list_type
   use qsmpm_equilibrium, only: solution_type
@@ -71,6 +71,7 @@ contains
     call check_step(tests)
     call check_bonds(tests)
     call check_slip(tests)
+    call check_pressure(tests)
     call check_interface(tests)
     call check_strength(tests)
     call check_penetration(tests)
@@ -516,6 +517,33 @@ contains
     call tests%check('soil goes against the body', all(model%state%surface%contact_slip(1, :) < -0.08_wp))
     call end_system(step%system)
   end subroutine check_slip
+
+  !> Pressures of patches that rise along the surface: between their middles they rise along a line, but for the points
+  !> that are cut by the ends of a patch's length. At single points each has its own.
+  subroutine check_pressure(tests)
+    type(tests_type), intent(inout) :: tests
+    type(model_type) :: model
+    type(step_type) :: step
+    real(wp) :: pressure
+    integer :: i
+
+    call make_step('SHAPE=PLANE|0, 1.1, 0, -1', 'FRICTION ANGLE=0', '|0, -0.02', model, step)
+    associate (surface => model%state%surface)
+      do i = 1, surface%count
+        surface%contact_pressure(i) = 100.0_wp*(0.25_wp*floor(surface%position(1, i)/0.25_wp) + 0.125_wp)
+      end do
+    end associate
+    pressure = contact_pressure_at(model, [0.875_wp, 1.1_wp])
+    call tests%close('pressure in the middle of a patch', pressure, 87.5_wp, 1.0e-10_wp)
+    pressure = contact_pressure_at(model, [0.75_wp, 1.1_wp])
+    call tests%close('between two patches', pressure, 75.0_wp, 1.0e-10_wp)
+    pressure = contact_pressure_at(model, [0.8_wp, 1.1_wp])
+    call tests%close('a fifth of a patch on', pressure, 80.0_wp, 2.0_wp)
+    model%contact_pairs%pointwise = .true.
+    pressure = contact_pressure_at(model, [0.8_wp, 1.1_wp])
+    call tests%close('of the nearest point', pressure, 87.5_wp, 1.0e-10_wp)
+    call end_system(step%system)
+  end subroutine check_pressure
 
   !> Strength of an interface by a share of that of the soil; penalties and patches that are asked for.
   subroutine check_interface(tests)

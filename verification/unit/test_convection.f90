@@ -8,6 +8,7 @@ module test_convection
   use qsmpm_element_shape, only: shape_functions
   use qsmpm_element, only: node_count
   use qsmpm_error, only: error_type, error_left_mesh, error_not_converged
+  use qsmpm_held_sides, only: side_check_type, warn_of_crossing
   use qsmpm_initialisation, only: step_type, initialise_step
   use qsmpm_law, only: tangent_none
   use qsmpm_linear_system, only: end_system
@@ -19,6 +20,7 @@ module test_convection
   use qsmpm_space, only: node_position
   use qsmpm_step_evaluation, only: evaluate_step
   use deck_samples, only: joined
+  use scripted_solver, only: test_observer_type
   use testing, only: tests_type
   implicit none
   private
@@ -51,6 +53,7 @@ contains
     call check_moving_rows(tests, 'STANDARD')
     call check_moving_rows(tests, 'SPLINE2')
     call check_sides(tests)
+    call check_warning(tests)
     call check_losses(tests)
     call check_tangled(tests)
   end subroutine collect_convection
@@ -304,6 +307,24 @@ contains
     call tests%check(basis//' moving mesh: the functions end with the rows', a > model%space%node_count)
     call end_system(step%system)
   end subroutine check_moving_rows
+
+  !> A way of more than a tenth of a cell across a held side is warned of, and again when it is twice as far.
+  subroutine check_warning(tests)
+    type(tests_type), intent(inout) :: tests
+    type(side_check_type) :: check
+    type(test_observer_type) :: observer
+
+    call warn_of_crossing(0.5_wp, 0.049_wp, check, observer)
+    call tests%check('a short way is not warned of', .not. allocated(observer%text))
+    call warn_of_crossing(0.5_wp, 0.06_wp, check, observer)
+    call warn_of_crossing(0.5_wp, 0.11_wp, check, observer)
+    call tests%check('a longer one is', allocated(observer%text))
+    if (.not. allocated(observer%text)) return
+    call tests%check('once', index(observer%text, 'warning: a step carries material points by 0.12 cells across') == 1 &
+      .and. index(observer%text, '|') == len(observer%text))
+    call warn_of_crossing(0.5_wp, 0.13_wp, check, observer)
+    call tests%check('and one of twice as many', index(observer%text, '|warning: a step carries material points by 0.26 ') > 0)
+  end subroutine check_warning
 
   !> Whatever leaves the mesh is an error that names it.
   subroutine check_losses(tests)
