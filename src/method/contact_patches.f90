@@ -46,7 +46,8 @@ contains
         label = model%state%surface%cell(points)
         extents = [(extent_of(model, points(i)), i=1, size(points))]/face_sizes(model, label)
         if (model%contact_pairs(k)%pointwise) label = [(i, i=1, size(points))]
-        if (.not. model%contact_pairs(k)%pointwise) call join_short(model%state%surface%position(:, points), extents, label)
+        if (.not. model%contact_pairs(k)%pointwise) call join_short( &
+          model%state%surface%position(:, points), extents, label)
         call add_patches(k, points, label, near(points, k), patches)
       else
         points = pack([(i, i=1, on_bodies%count)], on_bodies%pair == k .and. on_bodies%touched)
