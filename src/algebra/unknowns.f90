@@ -85,17 +85,19 @@ contains
     end do
   end function own_node
 
-  !> Field of every equation.
-  pure function fields_of_equations(unknowns, number, equations) result(field)
+  !> Field of every equation, 0 for those of columns that are not own.
+  pure function fields_of_equations(unknowns, number, equations, own) result(field)
     type(unknowns_type), intent(in) :: unknowns
     !> Equations of the table, 0 for none (most components, all nodes), and how many there are.
     integer, intent(in) :: number(:, :), equations
+    !> (all nodes)
+    logical, intent(in) :: own(:)
     integer :: field(equations), f, a, c
 
     do f = 1, size(unknowns%fields)
       do a = joint_node(unknowns, 1, f), joint_node(unknowns, unknowns%fields(f)%node_count, f)
         do c = 1, size(number, 1)
-          if (number(c, a) > 0) field(number(c, a)) = f
+          if (number(c, a) > 0) field(number(c, a)) = merge(f, 0, own(a))
         end do
       end do
     end do

@@ -13,7 +13,7 @@ module qsmpm_hdf5_image
     h5sclose_f, h5s_scalar_f, h5dcreate_f, h5dclose_f, h5dwrite_f, h5acreate_by_name_f, &
     h5awrite_f, h5aclose_f, h5lcreate_external_f, h5p_file_access_f, h5p_dataset_create_f, &
     h5f_acc_trunc_f, h5f_scope_global_f, h5t_ieee_f64le, h5t_std_i32le, h5t_native_double, &
-    h5t_native_integer
+    h5t_native_integer, h5t_std_i64le, h5kind_to_type, h5_integer_kind
   use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_file, only: file_type, create_file, put_bytes, put_text, commit_file
@@ -38,7 +38,7 @@ module qsmpm_hdf5_image
 
   !> Put an array; an allocatable one that is not allocated is left out.
   interface put_array
-    module procedure :: put_reals_1, put_reals_2, put_integers_1, put_integers_2
+    module procedure :: put_reals_1, put_reals_2, put_integers_1, put_integers_2, put_longs
   end interface put_array
 
   interface put_attribute
@@ -141,6 +141,26 @@ contains
     if (size(values) > 0) call write_integers(image, path, dataset, values, size(values))
     call close_dataset(image, path, dataset)
   end subroutine put_integers_1
+
+  !> Put a row of long integers.
+  subroutine put_longs(image, path, values)
+    !> The file.
+    type(image_type), intent(inout) :: image
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> (n)
+    integer(long), allocatable, intent(in), target :: values(:)
+    integer(hid_t) :: dataset
+    integer :: status
+
+    if (.not. allocated(values)) return
+    call create_dataset(image, path, h5t_std_i64le, shape(values, kind=hsize_t), dataset)
+    if (dataset < 0) return
+    status = 0
+    if (size(values) > 0) call h5dwrite_f(dataset, h5kind_to_type(long, h5_integer_kind), c_loc(values), status)
+    call note_failure(image%reason, status < 0, path)
+    call close_dataset(image, path, dataset)
+  end subroutine put_longs
 
   !> Put a table of integers.
   subroutine put_integers_2(image, path, values)

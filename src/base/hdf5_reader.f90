@@ -5,8 +5,8 @@ module qsmpm_hdf5_reader
   use hdf5, only: hid_t, hsize_t, h5fopen_f, h5fclose_f, h5dopen_f, h5dclose_f, h5dread_f, h5dget_space_f, &
     h5sclose_f, h5sget_simple_extent_ndims_f, h5sget_simple_extent_dims_f, h5aopen_by_name_f, h5aread_f, &
     h5aclose_f, h5lexists_f, h5gget_info_by_name_f, h5lget_name_by_idx_f, h5_index_name_f, h5_iter_inc_f, &
-    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer, size_t
-  use qsmpm_kinds, only: wp
+    h5f_acc_rdonly_f, h5t_native_double, h5t_native_integer, h5kind_to_type, h5_integer_kind, size_t
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type, error_other, fail
   use qsmpm_hdf5_image, only: open_library
   use qsmpm_seal, only: check_seal
@@ -27,7 +27,7 @@ module qsmpm_hdf5_reader
   !> Get an array. One that is allocated must have the shape of that in the file; one that is not
   !> in the file is left unallocated.
   interface get_array
-    module procedure :: get_reals_1, get_reals_2, get_integers_1
+    module procedure :: get_reals_1, get_reals_2, get_integers_1, get_longs
   end interface get_array
 
   interface get_attribute
@@ -174,6 +174,35 @@ contains
     end if
     if (dataset >= 0) call read_integers(reader, path, dataset, values, product(int(dims)))
   end subroutine get_integers_1
+
+  !> Get a row of long integers.
+  subroutine get_longs(reader, path, values)
+    !> The file.
+    type(reader_type), intent(inout) :: reader
+    !> Name of the dataset.
+    character(len=*), intent(in) :: path
+    !> (n)
+    integer(long), allocatable, intent(inout), target :: values(:)
+    integer(hid_t) :: dataset
+    integer(hsize_t) :: dims(1)
+    type(c_ptr) :: address
+    integer :: status
+
+    call open_dataset(reader, path, dataset, dims)
+    if (allocated(values)) then
+      call compare_shape(reader, path, dims, shape(values, kind=hsize_t))
+    else if (dataset >= 0) then
+      allocate (values(dims(1)))
+    end if
+    if (dataset < 0) return
+    status = 0
+    if (size(values) > 0 .and. .not. allocated(reader%reason)) then
+      address = c_loc(values)
+      call h5dread_f(dataset, h5kind_to_type(long, h5_integer_kind), address, status)
+    end if
+    if (status < 0) reader%reason = path//' is damaged'
+    call h5dclose_f(dataset, status)
+  end subroutine get_longs
 
   !> Open a dataset of a known rank; it is negative when there is none or after a failure.
   subroutine open_dataset(reader, path, dataset, dims)

@@ -27,6 +27,11 @@ module qsmpm_text
   character(len=*), parameter :: digits = '0123456789'
   character(len=*), parameter :: blanks = ' '//achar(9)
 
+  !> A whole number with its sign, without blanks.
+  interface integer_text
+    procedure :: short_text, long_text
+  end interface integer_text
+
 contains
 
   !> Letters a-z as capitals; every other byte as it is.
@@ -297,15 +302,24 @@ contains
   end function unsigned
 
   !> A whole number without blanks.
-  pure function integer_text(value) result(text)
+  pure function short_text(value) result(text)
     !> The number.
     integer, intent(in) :: value
+    character(len=:), allocatable :: text
+
+    text = long_text(int(value, long))
+  end function short_text
+
+  !> The same of a long one.
+  pure function long_text(value) result(text)
+    !> The number.
+    integer(long), intent(in) :: value
     character(len=:), allocatable :: text
     character(len=20) :: buffer
 
     write (buffer, '(i0)') value
     text = trim(buffer)
-  end function integer_text
+  end function long_text
 
   !> A real with the fewest digits that read back to the same bits: 0.15, 100, 1e-3, 2.5e12.
   pure function real_text(value) result(text)

@@ -12,8 +12,9 @@
 !> The tangent of a trial is of use only when the trial is taken and not yet in equilibrium. Where the
 !> course of the iterations says otherwise it is left out, and found afterwards when that was wrong.
 module qsmpm_equilibrium
+  use qsmpm_agreement, only: any_of, lowest_rank, spread_text
   use qsmpm_finite, only: is_usable, all_usable, unusable
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_stopwatch, only: switch_timer, part_assembly, part_control, part_evaluation, part_factorisation, part_solves
   use qsmpm_error, only: error_type, error_not_converged, error_singular
   use qsmpm_analysis, only: newton_modified, controls_type
@@ -26,6 +27,7 @@ module qsmpm_equilibrium
   use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
   use qsmpm_step_evaluation, only: evaluate_step, linear_force
+  use qsmpm_team, only: largest, total
   use qsmpm_term_share, only: solve_share_type
   use qsmpm_term_sums, only: add_all_blocks, sum_transient, measure_shares, find_unusable
   use qsmpm_unknowns, only: joint_node, own_node
@@ -58,6 +60,8 @@ module qsmpm_equilibrium
   !> What was reached.
   type :: solution_type
     logical :: converged = .false.
+    !> Displacements are prescribed somewhere.
+    logical :: pushed = .false.
     !> Kind of failure, one of the error codes.
     integer :: cause = error_not_converged
     !> Why not converged.
@@ -88,8 +92,10 @@ module qsmpm_equilibrium
     real(wp) :: share = 0.0_wp
     !> A law has failed: no smaller step will help.
     logical :: broken = .false.
-    !> Node with the largest residual of the field that is worst, its label and place.
+    !> Node with the largest residual of the field that is worst, how large it is, its label and place; of the own nodes
+    !> until they are compared with those of the team.
     integer :: worst_node = 0
+    real(wp) :: worst_size = 0.0_wp
     integer :: worst_label = 0
     real(wp) :: worst_place(3) = 0.0_wp
   end type solution_type
@@ -119,10 +125,11 @@ contains
 
     frozen = controls%newton == newton_modified
     tangent = merge(tangent_elastic, tangent_consistent, frozen)
+    solution%pushed = any_of(step%team, any(abs(goal%prescribed) > 0.0_wp))
     call evaluate_start(model, step, goal, tangent, residual, solution)
     do while (.not. allocated(solution%reason))
       if (solution%out_of_balance <= goal%tolerance .and. &
-        (solution%iterations > 0 .or. maxval(abs(goal%prescribed)) <= 0.0_wp)) then
+        (solution%iterations > 0 .or. .not. solution%pushed)) then
         solution%converged = .true.
         step%usual_iterations = solution%iterations
         call take_shares(step, residual, solution)
@@ -154,7 +161,7 @@ contains
 
     allocate (solution%displacement, mold=goal%prescribed)
     solution%displacement = 0.0_wp
-    if (any(abs(goal%prescribed) > 0.0_wp)) then
+    if (solution%pushed) then
       call evaluate_step(model, step, solution%displacement, tangent, goal%prescribed)
     else
       call evaluate_step(model, step, solution%displacement, tangent)
@@ -200,10 +207,11 @@ contains
       call find_references(step, goal%prescribed, goal%least_load, solution%reference)
       solution%load_norm = solution%reference(1)
       call find_imbalance(step, residual, solution%reference, solution%out_of_balance, worst)
-      where (step%equations%number == 0) imbalance = 0.0_wp
+      where (step%equations%number == 0 .or. .not. spread(step%own, 1, size(imbalance, 1))) imbalance = 0.0_wp
       first = joint_node(unknowns, 1, worst)
       solution%worst_node = maxloc(maxval(abs(imbalance(:, first:first + unknowns%fields(worst)%node_count - 1)), &
         dim=1), dim=1)
+      solution%worst_size = maxval(abs(imbalance(:, first - 1 + solution%worst_node)))
     end associate
   end subroutine out_of_balance
 
@@ -214,14 +222,22 @@ contains
     real(wp), intent(in) :: residual(:)
     type(solution_type), intent(inout) :: solution
     character(len=:), allocatable :: name
-    integer :: node
+    integer :: node, rank
+    logical :: broken
 
-    if (all_usable(size(residual), residual) .and. all(is_usable(solution%reference))) return
+    associate (own => pack(residual, step%field_of > 0))
+      broken = .not. (all_usable(size(own), own) .and. all(is_usable(solution%reference)))
+    end associate
+    if (.not. any_of(step%team, broken)) return
     call give_up(step, 'the residual is'//unusable(6:), solution)
     call find_unusable(step%terms, solution%displacement, name, node)
-    if (node == 0) return
-    solution%worst_node = own_node(step%unknowns, node)
-    solution%reason = 'the '//name//' has a value'//unusable
+    if (node > 0) then
+      solution%worst_node = own_node(step%unknowns, node)
+      solution%worst_size = huge(solution%worst_size)
+      solution%reason = 'the '//name//' has a value'//unusable
+    end if
+    rank = lowest_rank(step%team, node > 0)
+    if (rank < step%team%ranks) call spread_text(step%team, rank, solution%reason)
   end subroutine check_forces
 
   !> Solve for the correction; the first one brings in the prescribed displacements.
@@ -240,13 +256,13 @@ contains
 
     correction = 0.0_wp
     if (solution%iterations == 0) correction = goal%prescribed
-    if (step%equations%count == 0) return
+    if (total(step%team, int(step%equations%count, long)) == 0) return
     factorised = step%system%factorisations
     swept = step%system%sweeps
     if (.not. keep_factors) call factorise(step, solution%displacement, error)
     call switch_timer(step%profile%watch, part_solves)
     rhs = residual
-    if (solution%iterations == 0 .and. any(abs(goal%prescribed) > 0.0_wp)) then
+    if (solution%iterations == 0 .and. solution%pushed) then
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
@@ -259,7 +275,7 @@ contains
     if (allocated(error)) then
       solution%cause = error_singular
       call give_up(step, error%message, solution)
-    else if (.not. all_usable(size(x), x)) then
+    else if (any_of(step%team, .not. all_usable(size(x), x))) then
       solution%cause = error_singular
       call give_up(step, 'the equations have a solution'//unusable, solution)
     else
@@ -311,7 +327,7 @@ contains
     frozen = controls%newton == newton_modified
     before = solution%out_of_balance
     start = solution%displacement
-    whole = solution%iterations == 1 .and. any(abs(goal%prescribed) > 0.0_wp)
+    whole = solution%iterations == 1 .and. solution%pushed
     searched = controls%line_search .and. .not. (whole .or. frozen)
     length = 1.0_wp
     if (.not. whole) length = min(1.0_wp, &
@@ -388,7 +404,7 @@ contains
     integer :: worst
 
     call measure_shares(step%terms, solution%displacement, solution%load_norm, step%equations%connectivity, &
-      solution%shares)
+      step%team, step%own, solution%shares)
     call sum_transient(step%terms, solution%displacement, force)
     call gather(step%equations, force, transient)
     call find_imbalance(step, residual + transient, solution%reference, solution%undamped_out_of_balance, worst)
@@ -398,13 +414,13 @@ contains
   end subroutine take_shares
 
   !> Largest component of the displacement among all unknowns.
-  pure real(wp) function largest_displacement(step, values)
+  real(wp) function largest_displacement(step, values)
     type(step_type), intent(in) :: step
     !> (components, nodes)
     real(wp), intent(in) :: values(:, :)
 
     associate (field => step%unknowns%fields(1))
-      largest_displacement = maxval(abs(values(:field%components, :field%node_count)))
+      largest_displacement = largest(step%team, maxval(abs(values(:field%components, :field%node_count))))
     end associate
   end function largest_displacement
 end module qsmpm_equilibrium

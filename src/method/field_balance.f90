@@ -6,6 +6,7 @@
 !> contributions of the terms by their size (`add_sizes`): what flows in a closed body has neither load nor reaction.
 module qsmpm_field_balance
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of, joint_norm
   use qsmpm_equations, only: gather
   use qsmpm_finite, only: is_usable
   use qsmpm_initialisation, only: step_type
@@ -30,6 +31,7 @@ contains
     real(wp) :: load(step%equations%count)
     real(wp), allocatable :: sizes(:, :)
     integer :: f, first, last
+    logical :: pushed
 
     call gather(step%equations, step%forces%external, load)
     if (size(reference) > 1) then
@@ -37,20 +39,20 @@ contains
       call sum_field_sizes(step%terms, sizes)
     end if
     do f = 1, size(reference)
-      reference(f) = norm2(pack(load, step%field_of == f))
+      reference(f) = joint_norm(step%team, norm2(pack(load, step%field_of == f)))
       if (f == 1) reference(f) = max(reference(f), least_load)
       first = joint_node(step%unknowns, 1, f)
       last = joint_node(step%unknowns, step%unknowns%fields(f)%node_count, f)
-      if (f > 1) reference(f) = max(reference(f), norm2(sizes(:, first:last)))
-      if (any(abs(prescribed(:, first:last)) > 0.0_wp) .or. reference(f) <= 0.0_wp) &
-        reference(f) = max(reference(f), norm2(pack(step%forces%internal(:, first:last), &
-        step%equations%constrained(:, first:last) .and. &
-        spread(step%equations%active(first:last), 1, size(prescribed, 1)))))
+      if (f > 1) reference(f) = max(reference(f), joint_norm(step%team, norm2(sizes(:, first:last))))
+      pushed = any_of(step%team, any(abs(prescribed(:, first:last)) > 0.0_wp))
+      if (pushed .or. reference(f) <= 0.0_wp) reference(f) = max(reference(f), joint_norm(step%team, &
+        norm2(pack(step%forces%internal(:, first:last), step%equations%constrained(:, first:last) .and. &
+        spread(step%equations%active(first:last) .and. step%own(first:last), 1, size(prescribed, 1))))))
     end do
   end subroutine find_references
 
   !> The largest relative residual of the fields, in parts of what the forces are allowed, and which field has it.
-  pure subroutine find_imbalance(step, residual, reference, ratio, field)
+  subroutine find_imbalance(step, residual, reference, ratio, field)
     type(step_type), intent(in) :: step
     !> (equations)
     real(wp), intent(in) :: residual(:)
@@ -62,7 +64,7 @@ contains
     integer :: f
 
     do f = 1, size(reference)
-      ratios(f) = relative(norm2(pack(residual, step%field_of == f)), reference(f))
+      ratios(f) = relative(joint_norm(step%team, norm2(pack(residual, step%field_of == f))), reference(f))
       if (ratios(f) < huge(1.0_wp)) ratios(f) = ratios(f)/step%unknowns%fields(f)%tolerance_ratio
     end do
     field = maxloc(ratios, dim=1)

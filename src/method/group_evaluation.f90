@@ -5,7 +5,7 @@
 !> one pressure (qsmpm_uniform_pressure). The products over nodes are those of qsmpm_group_stiffness. A
 !> group writes to its own places of the results only.
 module qsmpm_group_evaluation
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_law, only: law_slot_type, batch_type, tangent_none, tangent_elastic, status_ok
   use qsmpm_points, only: points_type
   use qsmpm_integration, only: integration_type
@@ -258,11 +258,13 @@ contains
 
     do k = 1, batch%count
       p = integration%source(from + k - 1)
-      batch%number(k) = max(0, p)
+      batch%number(k) = 0
       batch%cell(k) = integration%cell(group)
       batch%cell_size(k) = integration%cell_size(group)
       batch%place(:, k) = integration%cell_centre(:, group)
-      if (p > 0) batch%place(:, k) = points%position(:, p)
+      if (p <= 0) cycle
+      batch%number(k) = int(min(points%number(p), int(huge(batch%number), long)))
+      batch%place(:, k) = points%position(:, p)
     end do
   end subroutine load_places
 

@@ -4,6 +4,7 @@
 !> kept while the active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: joint_norm
   use qsmpm_analysis, only: newton_modified, basis_fem
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
@@ -12,6 +13,7 @@ module qsmpm_initialisation
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_own_part, only: own_nodes
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
@@ -23,6 +25,7 @@ module qsmpm_initialisation
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
   use qsmpm_term, only: term_type, term_slot_type, failure_type
   use qsmpm_surface_refinement, only: refine_surfaces
+  use qsmpm_team, only: team_type
   use qsmpm_nodal_fields, only: list_unknowns, lay_fields, find_constraints
   use qsmpm_term_sums, only: start_terms, prepare_terms, are_symmetric
   use qsmpm_unloading, only: measure_unloading
@@ -30,7 +33,7 @@ module qsmpm_initialisation
   implicit none
   private
 
-  public :: step_type, nodal_forces_type, begin_analysis, add_term, initialise_step
+  public :: norm_of_forces, norm_of_volumes, step_type, nodal_forces_type, begin_analysis, add_term, initialise_step
 
   !> Forces of the last evaluation by their role (components, nodes).
   type :: nodal_forces_type
@@ -46,8 +49,11 @@ module qsmpm_initialisation
     !> Why the last evaluation could not be made, where it could not.
     type(failure_type) :: failure
     type(equations_type) :: equations
-    !> Field of each equation (equations).
+    !> Field of each equation; 0 for one that another process of the team answers for (equations).
     integer, allocatable :: field_of(:)
+    !> Who shares the step, and the columns of the table of unknowns that are own (all nodes).
+    type(team_type) :: team
+    logical, allocatable :: own(:)
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
     !> Time and work so far; outlives the step.
@@ -118,6 +124,7 @@ contains
     if (.not. step%window == model%state%window) call reset(step%configuration_type, step%equations)
     call refine_surfaces(model)
     step%window = model%state%window
+    step%team = model%part%team
     call make_terms(model, step%terms)
     call find_configuration(model, step%configuration_type)
     if (allocated(step%bodies)) call lay_surfaces(model, step%bodies)
@@ -135,7 +142,8 @@ contains
     call find_places(model, all_nodes(step%unknowns), places)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
     if (allocated(error)) return
-    step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count)
+    step%own = own_nodes(model%part, all_nodes(step%unknowns))
+    step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
     changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
       .not. allocated(step%system%solver)
     if (changed) call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
@@ -170,6 +178,22 @@ contains
     allocate (forces%external(components, nodes), forces%internal(components, nodes), &
       forces%numerical(components, nodes), source=0.0_wp)
   end subroutine prepare_forces
+
+  !> Norm of the internal forces of the last evaluation at the nodes of the displacement.
+  real(wp) function norm_of_forces(step)
+    type(step_type), intent(in) :: step
+
+    associate (force => step%forces%internal(:, :size(step%lumped)))
+      norm_of_forces = joint_norm(step%team, norm2(pack(force, spread(step%own(:size(force, 2)), 1, size(force, 1)))))
+    end associate
+  end function norm_of_forces
+
+  !> Norm of the lumped volumes of the nodes.
+  real(wp) function norm_of_volumes(step)
+    type(step_type), intent(in) :: step
+
+    norm_of_volumes = joint_norm(step%team, norm2(pack(step%lumped, step%own(:size(step%lumped)))))
+  end function norm_of_volumes
 
   !> Remember the largest sizes for the profile of the run.
   pure subroutine note_sizes(points, active_cells, equations, profile)

@@ -6,7 +6,9 @@
 !>
 !> Either the whole step is taken, or the state of the model is what it was before.
 module qsmpm_load_step
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree, any_of, joint_norm, lowest_rank
+  use qsmpm_exchange, only: spread_from
   use qsmpm_error, only: error_type, fail, error_other, error_not_converged
   use qsmpm_finite, only: is_usable, all_usable, unusable
   use qsmpm_stopwatch, only: switch_timer, part_control, part_convection, part_step_error
@@ -25,8 +27,10 @@ module qsmpm_load_step
   use qsmpm_step_error, only: step_error_type, measure_step_error
   use qsmpm_convection, only: convect, update_in_place
   use qsmpm_pushed_material, only: note_push
-  use qsmpm_equations, only: equations_type, gather
+  use qsmpm_equations, only: gather
   use qsmpm_nodal_fields, only: find_prescribed, keep_changes
+  use qsmpm_own_part, only: own_nodes
+  use qsmpm_team, only: largest, total
   use qsmpm_term, only: increment_type, term_slot_type, role_external
   use qsmpm_term_sums, only: begin_terms, set_loads, sum_forces, commit_terms, discard_terms
   use qsmpm_text, only: integer_text
@@ -63,6 +67,7 @@ contains
     associate (unused => self)
     end associate
     call check_state(model, error)
+    call agree(model%part%team, error)
     if (.not. allocated(error)) call initialise_step(model, step, error)
     if (.not. allocated(error)) call solve_step(model, step, controls, attempt, solution, error)
     if (solution%converged .and. .not. allocated(error)) then
@@ -86,6 +91,7 @@ contains
 
     call switch_timer(step%profile%watch, part_control)
     call set_goal(model, step%configuration_type, attempt, step%unknowns, step%terms, force_before, goal, error)
+    call agree(model%part%team, error)
     if (allocated(error)) return
 
     ! Lagrangian phase, section 3.2: eqs. 21-27
@@ -112,10 +118,10 @@ contains
 
     call save_places(model, before)
     associate (d => model%mesh%dimension, n => model%space%node_count)
-      solution%compliance = compliance_in(step%equations, goal%increment(:d, :n), solution%displacement(:d, :n))
+      solution%compliance = compliance_in(step, goal%increment(:d, :n), solution%displacement(:d, :n))
     end associate
-    call take_reactions_and_work(model%loading%constrained, step%equations%active, force_before, solution, &
-      model%state%reactions, model%state%progress, error)
+    call take_reactions_and_work(step, model%loading%constrained, force_before, solution, model%state%reactions, &
+      model%state%progress, error)
     call switch_timer(step%profile%watch, part_convection)
     if (.not. allocated(error)) call keep_changes(step%unknowns, solution%displacement, model%state%kept)
     associate (displacement => solution%displacement(:model%mesh%dimension, :model%space%node_count))
@@ -125,6 +131,7 @@ contains
         call convect(model, step, displacement, error)
       end if
     end associate
+    call agree(model%part%team, error)
     call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
       call restore_places(before, model)
@@ -151,11 +158,13 @@ contains
     type(solution_type), intent(out) :: solution
     type(controls_type) :: tried
     integer :: lost
+    logical :: yields
 
     tried = controls
     tried%line_search = controls%line_search .and. .not. undamped
     call solve_equilibrium(model, step, goal, tried, solution)
-    if (.not. retries_line_search(controls, attempt, solution, model%state%points%plastic)) return
+    yields = any_of(model%part%team, any(model%state%points%plastic > 0))
+    if (.not. retries_line_search(controls, attempt, solution, yields)) return
     lost = solution%iterations
     tried%line_search = .not. tried%line_search
     call solve_equilibrium(model, step, goal, tried, solution)
@@ -194,7 +203,9 @@ contains
     call find_prescribed(model, terms, unknowns, attempt%fraction, goal%prescribed)
     goal%tolerance = attempt%tolerance
     ! Soil that bears an all-round pressure and nothing else has no force but for rounding.
-    goal%least_load = norm2(model%state%released) + norm2(model%state%surface%released) &
+    goal%least_load = joint_norm(model%part%team, norm2(pack(model%state%released, &
+      spread(own_nodes(model%part, model%space%node_count), 1, model%mesh%dimension)))) &
+      + norm2(model%state%surface%released) &
       + little*model%analysis%confinement*model%cell_size**(model%mesh%dimension - 1)
     call check_nodes(model, unknowns, 'load', load, error)
     if (.not. allocated(error)) call check_nodes(model, unknowns, 'prescribed displacement', &
@@ -217,17 +228,18 @@ contains
   end subroutine put_in_force
 
   !> What a load increment does by a displacement, at the free components.
-  pure type(compliance_type) function compliance_in(equations, increment, displacement)
-    type(equations_type), intent(in) :: equations
+  type(compliance_type) function compliance_in(step, increment, displacement)
+    type(step_type), intent(in) :: step
     !> (dimension, node_count)
     real(wp), intent(in) :: increment(:, :), displacement(:, :)
-    real(wp) :: load(equations%count), move(equations%count)
+    real(wp) :: load(step%equations%count), move(step%equations%count)
 
     load = 0.0_wp
     move = 0.0_wp
-    call gather(equations, increment, load)
-    call gather(equations, displacement, move)
-    compliance_in = compliance_type(dot_product(load, move), dot_product(load, load))
+    call gather(step%equations, increment, load)
+    call gather(step%equations, displacement, move)
+    where (step%field_of == 0) load = 0.0_wp
+    compliance_in = compliance_type(total(step%team, dot_product(load, move)), total(step%team, dot_product(load, load)))
   end function compliance_in
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
@@ -299,22 +311,32 @@ contains
     if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
   end subroutine measure_length_error
 
-  !> Label and place of the node with the largest residual: its number does not outlive a change of the window.
+  !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of the window.
   subroutine name_worst_node(model, solution)
     type(model_type), intent(in) :: model
     !> What was reached.
     type(solution_type), intent(inout) :: solution
-    integer :: node
+    real(wp) :: worst
+    integer(long) :: label(1)
+    integer :: node, rank
 
     node = max(1, solution%worst_node)
     solution%worst_label = node_label(model%space, model%mesh, node)
     solution%worst_place(:model%mesh%dimension) = node_position(model%space, model%mesh, node)
+    worst = largest(model%part%team, solution%worst_size)
+    rank = lowest_rank(model%part%team, solution%worst_size >= worst)
+    if (rank == model%part%team%ranks) return
+    label = solution%worst_label
+    call spread_from(model%part%team, rank, label)
+    call spread_from(model%part%team, rank, solution%worst_place)
+    solution%worst_label = int(label(1))
   end subroutine name_worst_node
 
   !> Reactions at the constrained components, and the work of the step by the trapezoidal rule.
-  subroutine take_reactions_and_work(constrained, active, force_before, solution, reactions, progress, error)
-    !> Constrained components (dimension, node_count), columns of the equations (all nodes).
-    logical, intent(in) :: constrained(:, :), active(:)
+  subroutine take_reactions_and_work(step, constrained, force_before, solution, reactions, progress, error)
+    type(step_type), intent(in) :: step
+    !> Constrained components (dimension, node_count).
+    logical, intent(in) :: constrained(:, :)
     !> (components, nodes)
     real(wp), intent(in) :: force_before(:, :)
     type(solution_type), intent(in) :: solution
@@ -324,15 +346,19 @@ contains
     !> A reaction or the work is not a number.
     type(error_type), allocatable, intent(out) :: error
     real(wp) :: new_reactions(size(reactions, 1), size(reactions, 2))
+    logical :: own(size(reactions, 1), size(reactions, 2))
 
     associate (d => size(reactions, 1), n => size(reactions, 2))
       associate (move => solution%displacement(:d, :n), before => force_before(:d, :n), &
           external => solution%external_force(:d, :n), internal => solution%internal_force(:d, :n))
         new_reactions = 0.0_wp
-        where (constrained .and. spread(active(:n), 1, d)) new_reactions = internal - external
-        progress%external_work = progress%external_work + sum(0.5_wp*(before + external)*move) &
-          + sum(0.5_wp*(reactions + new_reactions)*move)
-        progress%internal_work = progress%internal_work + sum(0.5_wp*(before + reactions + internal)*move)
+        own = spread(step%own(:n), 1, d)
+        where (constrained .and. spread(step%equations%active(:n), 1, d)) new_reactions = internal - external
+        progress%external_work = progress%external_work &
+          + total(step%team, sum(0.5_wp*(before + external)*move, mask=own)) &
+          + total(step%team, sum(0.5_wp*(reactions + new_reactions)*move, mask=own))
+        progress%internal_work = progress%internal_work &
+          + total(step%team, sum(0.5_wp*(before + reactions + internal)*move, mask=own))
       end associate
     end associate
     if (.not. (is_usable(progress%external_work) .and. is_usable(progress%internal_work))) &

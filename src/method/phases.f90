@@ -2,7 +2,8 @@
 !> qsmpm_step_length. The observer is notified of phases and of every accepted step; sentences for the log are left to
 !> qsmpm_phase_report.
 module qsmpm_phases
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree, any_of
   use qsmpm_analysis, only: phase_type, initial_keep, phase_safety
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_error, only: error_type, fail
@@ -14,6 +15,7 @@ module qsmpm_phases
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
+  use qsmpm_own_part, only: own_points
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
@@ -33,6 +35,7 @@ module qsmpm_phases
   use qsmpm_step_solver, only: step_solver_type
   use qsmpm_stepping, only: is_reported, take_step
   use qsmpm_stopwatch, only: switch_timer, part_control, part_output
+  use qsmpm_team, only: team_type, total
   use qsmpm_term_share, only: share_named, stabilisation_share
   use qsmpm_text, only: integer_text
   use qsmpm_unfinished_phases, only: any_lost, is_loss, need_all_phases, not_run_text
@@ -303,7 +306,7 @@ contains
     if (allocated(loop%step%reported_reason)) deallocate (loop%step%reported_reason)
     call remember_start(model, phase, before)
     do
-      if (is_stopped(observer, error)) return
+      if (is_stopped(model%part%team, observer, error)) return
       call plan_step(phase%controls, loop%limit, model%state%progress, length, last)
       if (is_found(model%state%progress%limit)) return
       record = step_record_type()
@@ -372,7 +375,7 @@ contains
     type(step_before_type) :: before
 
     accepted = .false.
-    if (is_stopped(observer, error)) return
+    if (is_stopped(model%part%team, observer, error)) return
     call remember_start(model, phase, before)
     do
       call find_stable_factor(model, loop%step, loop%solver, phase, observer, record, outcome, error)
@@ -386,18 +389,19 @@ contains
       model%state%progress%step = model%state%progress%step + 1
       model%state%progress%phase_steps = model%state%progress%phase_steps + 1
       if (model%state%progress%stopped) call tell_factor(model, phase, observer)
-    else if (.not. is_stopped(observer, error)) then
+    else if (.not. is_stopped(model%part%team, observer, error)) then
       call show_mechanism(model, loop%step, loop%solver, phase, observer, error)
       if (.not. allocated(error)) call end_search(model, phase, outcome, observer, error)
     end if
   end subroutine reach_factor
 
   !> Whether the run is to stop.
-  logical function is_stopped(observer, error)
+  logical function is_stopped(team, observer, error)
+    type(team_type), intent(in) :: team
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
-    is_stopped = observer%stop_requested()
+    is_stopped = any_of(team, observer%stop_requested())
     if (is_stopped) call fail(error, error_stopped, 'stopped on request')
   end function is_stopped
 
@@ -407,9 +411,11 @@ contains
     type(step_type), intent(in) :: step
     type(step_record_type), intent(inout) :: record
 
-    record%inaccurate_points = inaccurate_points(step%terms)
-    record%plastic_points = sum(model%state%points%plastic)
-    record%equations = step%equations%count
+    associate (team => model%part%team, points => model%state%points)
+      record%inaccurate_points = int(total(team, int(inaccurate_points(step%terms), long)))
+      record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_points(model%part, points%count)), long)))
+      record%equations = int(total(team, count(step%field_of > 0, kind=long)))
+    end associate
     record%penetration = step%penetration
     associate (found => record%penetration)
       call widest_gap(model, placed_bodies(model), found%pressed, found%place, found%gap)
@@ -428,6 +434,7 @@ contains
     call switch_timer(loop%step%profile%watch, part_output)
     call report_step(model, loop%step, record%penetration, loop%report, observer)
     call observer%accepted(model, record, error)
+    call agree(model%part%team, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     call switch_timer(loop%step%profile%watch, part_control)

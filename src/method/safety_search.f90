@@ -9,7 +9,7 @@ module qsmpm_safety_search
   use qsmpm_analysis, only: phase_type, controls_type, geometry_fixed
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type, error_not_converged, fail
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
   use qsmpm_lowered_laws, only: fit_laws, has_named_strength
   use qsmpm_model, only: model_type, state_type
   use qsmpm_model_window, only: restore
@@ -194,7 +194,7 @@ contains
       ! Forces at the start, from which the first drag is taken: the last solve may be another one.
       call solver%solve(model, step, idle, static_attempt(idle, fraction, fraction, move), solution, error)
       if (allocated(error)) return
-      damping = first_damping(controls, 0.0_wp, step%forces%internal(:, :size(step%lumped)), step%lumped, move)
+      damping = first_damping(controls, 0.0_wp, norm_of_forces(step), norm_of_volumes(step), move)
       do substep = 1, most_substeps
         if (is_beyond_help(damping)) return
         call solver%solve(model, step, controls, substep_attempt(controls, damping, fraction, fraction, move), &

@@ -29,6 +29,7 @@
 !> qsmpm_initial_balance, qsmpm_usable_state).
 module qsmpm_step_control
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: any_of
   use qsmpm_analysis, only: controls_type, basis_fem, newton_full
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_not_converged, error_singular
@@ -167,16 +168,16 @@ contains
 
   !> Whether a solve that has failed is tried again with the line search switched. Where nothing yields, a slender body
   !> that bends is far out of balance on Newton's way, and a search that wants the residual to fall makes it a long one.
-  pure logical function retries_line_search(controls, attempt, solution, plastic) result(retries)
+  pure logical function retries_line_search(controls, attempt, solution, yields) result(retries)
     type(controls_type), intent(in) :: controls
     type(attempt_type), intent(in) :: attempt
     type(solution_type), intent(in) :: solution
-    !> Whether the material points yield (points).
-    integer, intent(in) :: plastic(:)
+    !> Whether a material point yields.
+    logical, intent(in) :: yields
 
     retries = .not. solution%converged .and. controls%line_search .and. controls%newton == newton_full .and. &
-      .not. attempt%damping > 0.0_wp .and. solution%cause == error_not_converged .and. .not. solution%share > 0.0_wp
-    if (retries) retries = .not. any(plastic > 0)
+      .not. attempt%damping > 0.0_wp .and. solution%cause == error_not_converged .and. .not. solution%share > 0.0_wp &
+      .and. .not. yields
   end function retries_line_search
 
   !> Whether a static solve has found a body without support: singular before any step.
@@ -195,15 +196,17 @@ contains
   end function is_dampable
 
   !> Whether sub-steps may help a static step to this load fraction that was rejected.
-  pure logical function may_be_damped(model, controls, fraction, outcome)
+  logical function may_be_damped(model, controls, fraction, outcome)
     type(model_type), intent(in) :: model
     type(controls_type), intent(in) :: controls
     real(wp), intent(in) :: fraction
     type(outcome_type), intent(in) :: outcome
+    logical :: pushed
 
+    pushed = any_of(model%part%team, any(abs(model%loading%prescribed) > 0.0_wp))
     may_be_damped = is_dampable(model, controls) .and. &
       (fraction - model%state%progress%fraction)*controls%steps <= &
-      merge(longest_damped_prescribed, longest_damped, any(abs(model%loading%prescribed) > 0.0_wp)) .and. &
+      merge(longest_damped_prescribed, longest_damped, pushed) .and. &
       .not. (outcome%unrecoverable .or. outcome%too_long .or. outcome%at_limit .or. outcome%share > 0.0_wp)
   end function may_be_damped
 
@@ -212,11 +215,11 @@ contains
     type(controls_type), intent(in) :: controls
     !> alpha of the step before, 0 for none.
     real(wp), intent(in) :: before
-    !> Internal force (dimension, nodes), lumped volume of the nodes (nodes), d.
-    real(wp), intent(in) :: force(:, :), lumped(:), move
+    !> Norms of the internal force and of the lumped volumes of the nodes, d.
+    real(wp), intent(in) :: force, lumped, move
 
     damping = substep_damping_type(before, static_share=controls%damping_share)
-    if (.not. before > 0.0_wp) damping%value = norm2(force)/(move*max(norm2(lumped), tiny(move)))
+    if (.not. before > 0.0_wp) damping%value = force/(move*max(lumped, tiny(move)))
   end function first_damping
 
   !> Whether the damping carries little enough to be left out.

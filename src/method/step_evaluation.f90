@@ -7,6 +7,7 @@ module qsmpm_step_evaluation
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_evaluation
   use qsmpm_stopwatch, only: switch_timer, part_control, part_evaluation
+  use qsmpm_shared_failure, only: agree_on_failure
   use qsmpm_term, only: role_external, role_internal, role_numerical
   use qsmpm_term_sums, only: evaluate_terms, sum_forces, linear_forces, evaluated_points
   implicit none
@@ -33,6 +34,7 @@ contains
       step%matrix, step%failure, prescribed)
     call switch_timer(step%profile%watch, part_control)
     call count_evaluation(step%profile, evaluated_points(step%terms))
+    call agree_on_failure(step%team, step%failure)
     if (step%failure%failed) return
     call sum_forces(step%terms, role_external, displacement, step%forces%external)
     call sum_forces(step%terms, role_internal, displacement, step%forces%internal)

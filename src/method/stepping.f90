@@ -5,7 +5,7 @@ module qsmpm_stepping
   use qsmpm_analysis, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
-  use qsmpm_initialisation, only: step_type
+  use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
   use qsmpm_limit_load, only: add_compliance
   use qsmpm_linear_system, only: begin_step, failures
   use qsmpm_model, only: model_type, state_type
@@ -155,8 +155,7 @@ contains
     integer :: substep
 
     move = largest_move(model, controls)
-    damping = first_damping(controls, model%state%progress%damping, step%forces%internal(:, :size(step%lumped)), &
-      step%lumped, move)
+    damping = first_damping(controls, model%state%progress%damping, norm_of_forces(step), norm_of_volumes(step), move)
     if (is_beyond_help(damping)) return
     do substep = 1, controls%max_substeps
       call solve(model, step, solver, controls, substep_attempt(controls, damping, fraction, record%start, move), &

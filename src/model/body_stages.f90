@@ -32,12 +32,10 @@ contains
   subroutine part_bodies(model)
     !> As built, with all bodies.
     type(model_type), intent(inout) :: model
-    integer :: i
 
     call allocate_inactive(model%state%inactive, model%mesh%dimension)
     model%state%points%start_weight = model%state%points%weight
     if (.not. has_stages(model%analysis)) return
-    model%state%points%number = [(i, i=1, model%state%points%count)]
     model%history_number = model%history_point
     call find_surface_bodies(model)
     call find_tracer_bodies(model)

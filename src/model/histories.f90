@@ -1,6 +1,8 @@
 !> Histories: what the deck wants in the columns of the curve.
 module qsmpm_histories
   use qsmpm_kinds, only: wp
+  use qsmpm_own_part, only: is_divided, own_nodes, own_points
+  use qsmpm_team, only: largest, total
   use qsmpm_analysis, only: history_type, quantity_displacement, quantity_position, quantity_stress, &
     quantity_reaction, quantity_state, quantity_strain, quantity_volume, quantity_runout, quantity_pore_pressure, &
     quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation, &
@@ -27,11 +29,12 @@ contains
 
     allocate (values(size(model%analysis%histories)))
     do i = 1, size(values)
-      values(i) = model%analysis%histories(i)%scale*history_value(model, i)
+      values(i) = model%analysis%histories(i)%scale*total(model%part%team, history_value(model, i))
     end do
   end subroutine take_histories
 
-  !> One history before scaling.
+  !> One history before scaling; of a model that a team shares the part of this process, which with those of the others
+  !> makes it up.
   function history_value(model, i) result(value)
     type(model_type), intent(in) :: model
     integer, intent(in) :: i
@@ -45,6 +48,7 @@ contains
       ! The point may be one of a body that is not there.
       if (any(history%quantity == [quantity_stress, quantity_state, quantity_strain]) .and. &
         model%history_point(i) == 0) return
+      if (is_divided(model%part) .and. is_known_to_all(history%quantity) .and. model%part%team%rank > 0) return
       select case (history%quantity)
       case (quantity_displacement)
         value = tracers%position(history%component, place) - tracers%initial_position(history%component, place)
@@ -63,9 +67,11 @@ contains
       case (quantity_reaction)
         value = reaction_of(model, history)
       case (quantity_volume)
-        value = sum(model%state%points%volume, mask=is_of_body(model, history))
+        value = sum(model%state%points%volume, mask=is_of_body(model, history) .and. &
+          own_points(model%part, model%state%points%count))
       case (quantity_runout)
         value = runout_of(model, history)
+        if (model%part%team%rank > 0) value = 0.0_wp
       case (quantity_contact_force, quantity_contact_moment, quantity_body_move, quantity_body_rotation)
         value = rigid_body_value(model, history)
       case (quantity_contact_slip)
@@ -75,6 +81,14 @@ contains
       end select
     end associate
   end function history_value
+
+  !> Whether every process knows the whole of a quantity: then the first one tells it.
+  pure logical function is_known_to_all(quantity)
+    integer, intent(in) :: quantity
+
+    is_known_to_all = all(quantity /= [quantity_stress, quantity_state, quantity_strain, quantity_pore_pressure, &
+      quantity_reaction, quantity_volume, quantity_runout])
+  end function is_known_to_all
 
   !> What is kept of a rigid body.
   pure real(wp) function rigid_body_value(model, history) result(value)
@@ -134,7 +148,9 @@ contains
 
     if (len(history%surface) == 0) then
       place = find_set(model%mesh%node_sets, history%set)
-      value = sum(model%state%reactions(history%component, model%space%sets(place)%items))
+      associate (own => own_nodes(model%part, model%space%node_count), items => model%space%sets(place)%items)
+        value = sum(model%state%reactions(history%component, items), mask=own(items))
+      end associate
       return
     end if
     value = 0.0_wp
@@ -145,17 +161,17 @@ contains
   end function reaction_of
 
   !> How far the front of a body, its outermost material point, has moved outwards since displacements count.
-  pure real(wp) function runout_of(model, history) result(value)
+  real(wp) function runout_of(model, history) result(value)
     type(model_type), intent(in) :: model
     type(history_type), intent(in) :: history
     logical :: here(model%state%points%count)
     real(wp) :: sense
 
-    here = is_of_body(model, history)
+    here = is_of_body(model, history) .and. own_points(model%part, model%state%points%count)
     sense = merge(-1.0_wp, 1.0_wp, history%smallest)
     associate (points => model%state%points, c => history%component)
-      value = maxval(sense*points%position(c, :points%count), mask=here) &
-        - maxval(sense*points%initial_position(c, :points%count), mask=here)
+      value = largest(model%part%team, maxval(sense*points%position(c, :points%count), mask=here)) &
+        - largest(model%part%team, maxval(sense*points%initial_position(c, :points%count), mask=here))
     end associate
   end function runout_of
 

@@ -6,6 +6,7 @@ module qsmpm_model
   use qsmpm_kinds, only: wp
   use qsmpm_analysis, only: analysis_type, not_ended
   use qsmpm_mesh, only: mesh_type
+  use qsmpm_own_part, only: own_part_type
   use qsmpm_grid_window, only: window_type
   use qsmpm_body_shape, only: body_shape_type
   use qsmpm_carried_outline, only: carried_outline_type
@@ -150,6 +151,8 @@ module qsmpm_model
   !> A model that can be advanced.
   type :: model_type
     type(analysis_type) :: analysis
+    !> What this process answers for: all of it, unless a team shares the model.
+    type(own_part_type) :: part
     !> Topology and sets; the coordinates in use are those of the state.
     type(mesh_type) :: mesh
     !> What carries the displacement: "nodes" below are nodes of this space.

@@ -9,7 +9,7 @@
 !> in equilibrium with its traction however far the body has moved or deformed. A body that reaches beyond the grid is
 !> taken as its part on it (qsmpm_outline_trim). docs/methods/bodies.md.
 module qsmpm_outlines
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_error, only: error_type
   use qsmpm_material_traits, only: may_yield
   use qsmpm_analysis, only: axisymmetric, basis_fem, integrate_cells, mesh_grid, select_outline, surface_type
@@ -274,6 +274,7 @@ contains
         if (placed) call locate(model%mesh, places(:, i), more%cell(i), more%local(:, i), placed)
       end do
       if (.not. placed) return
+      tracers%number = [tracers%number, (int(tracers%count + i, long), i=1, more%count)]
       tracers%cell = [tracers%cell, more%cell]
       tracers%local = reshape([tracers%local, more%local], [size(places, 1), tracers%count + more%count])
       tracers%position = reshape([tracers%position, places], [size(places, 1), tracers%count + more%count])
@@ -502,6 +503,7 @@ contains
       now%position = reshape([old%position(:, kept), laid%position], shape(now%position))
       now%initial_position = reshape([old%initial_position(:, kept), laid%position], shape(now%position))
       now%local = reshape([old%local(:, kept), laid%local], shape(now%position))
+      now%number = [old%number(kept), laid%number + maxval([0_long, old%number])]
       now%cell = [old%cell(kept), laid%cell]
       now%surface = [old%surface(kept), surface]
       now%body = [old%body(kept), (body_of(surface(i)), i=1, size(surface))]

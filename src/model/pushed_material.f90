@@ -10,7 +10,7 @@
 !> Only the component normal to the faces is watched, in compression: sets that shear or draw away lose nothing. A grid
 !> whose rows follow the set (*MOVING MESH) or the material (BASIS=FEM) needs no watch.
 module qsmpm_pushed_material
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: phase_type, basis_fem
   use qsmpm_element, only: face_count, face_corners
   use qsmpm_error, only: error_type, error_not_converged, fail
@@ -148,6 +148,7 @@ contains
     watched%position = reshape([watched%position, position], [d, n])
     watched%initial_position = reshape([watched%initial_position, start], [d, n])
     watched%local = reshape([watched%local, local], [d, n])
+    watched%number = [watched%number, int(n, long)]
     watched%cell = [watched%cell, cell]
     watched%set = [watched%set, set]
     watched%component = [watched%component, component]

@@ -6,7 +6,7 @@
 !> and than it was. Sums of area vectors, of pressure, shear and slip times area, and of reactions stay as they are. In
 !> the plane and in axisymmetry; surfaces that carry loads or supports keep their points, as do those in space.
 module qsmpm_surface_refinement
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, int_long => long
   use qsmpm_analysis, only: axisymmetric
   use qsmpm_mesh_measure, only: cell_size
   use qsmpm_mesh_search, only: locate
@@ -97,6 +97,7 @@ contains
     real(wp) :: place(2, 2, size(chosen)), local(2, 2, size(chosen)), lengths(2), step(2), drawn_step(2), &
       parts(2)
     integer :: cell(2, size(chosen)), i, n, k
+    integer(int_long) :: highest
     logical :: long(size(chosen)), found(2)
 
     do i = 1, size(chosen)
@@ -115,6 +116,7 @@ contains
     end do
     if (.not. any(long)) return
     call select_surface_points(model%state%surface, [(spread(i, 1, merge(2, 1, long(i))), i=1, size(long))], finer)
+    highest = maxval(finer%number)
     n = 0
     do i = 1, size(long)
       n = n + 1
@@ -132,7 +134,10 @@ contains
         finer%local(:, n + k - 1) = local(:, k, i)
         call take_share(finer, n + k - 1, parts(k))
       end do
+      ! The first half keeps the number.
       n = n + 1
+      highest = highest + 1
+      finer%number(n) = highest
     end do
     model%state%surface = finer
   end subroutine split_long

@@ -3,7 +3,7 @@
 module qsmpm_usable_state
   use qsmpm_error, only: error_type, fail, error_other
   use qsmpm_finite, only: all_usable, is_usable, unusable
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_field_list, only: field_list_type
   use qsmpm_points, only: carried_type
@@ -56,7 +56,7 @@ contains
     call carried%list_fields(list)
     do i = 1, list%count
       associate (field => list%fields(i))
-        if (associated(field%reals)) call check(field%reals, field%spoken(), noun, error)
+        if (associated(field%reals)) call check(field%reals, field%spoken(), noun, error, carried%number)
       end associate
     end do
   end subroutine check_carried
@@ -76,15 +76,21 @@ contains
   end subroutine check_progress
 
   !> Numbers of points (numbers, points); nothing is done where there is an error already.
-  subroutine check(values, name, noun, error)
+  subroutine check(values, name, noun, error, numbers)
     real(wp), intent(in) :: values(:, :)
     !> What they are and of what.
     character(len=*), intent(in) :: name, noun
     type(error_type), allocatable, intent(inout) :: error
+    !> Numbers of the points, where they have some of their own.
+    integer(long), intent(in), optional :: numbers(:)
+    integer(long) :: number
+    integer :: i
 
     if (allocated(error)) return
     if (all_usable(size(values), values)) return
-    call fail(error, error_other, noun//' '//integer_text(findloc(all(is_usable(values), dim=1), .false., dim=1))// &
-      ' has a '//name//unusable)
+    i = findloc(all(is_usable(values), dim=1), .false., dim=1)
+    number = i
+    if (present(numbers)) number = numbers(i)
+    call fail(error, error_other, noun//' '//integer_text(number)//' has a '//name//unusable)
   end subroutine check
 end module qsmpm_usable_state

@@ -3,28 +3,14 @@
 module qsmpm_number_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
   use qsmpm_kinds, only: wp, long
-  use qsmpm_text, only: default_integer_text => integer_text, shortest_text => real_text
+  use qsmpm_text, only: integer_text, shortest_text => real_text
   implicit none
   private
 
   public :: integer_text, real_text, short_text, seconds_text, duration_text, numbered, &
     without_last_newline
 
-  interface integer_text
-    procedure :: default_integer_text, long_integer_text
-  end interface integer_text
-
 contains
-
-  !> A long integer without blanks.
-  pure function long_integer_text(value) result(text)
-    integer(long), intent(in) :: value
-    character(len=:), allocatable :: text
-    character(len=24) :: buffer
-
-    write (buffer, '(i0)') value
-    text = trim(buffer)
-  end function long_integer_text
 
   !> The step number as it stands in file names: at least six digits.
   pure function numbered(step) result(text)

@@ -27,7 +27,7 @@ module qsmpm_restart
   public :: write_restart, read_restart, text_fingerprint
 
   !> Layout of the file; another one is refused.
-  integer, parameter :: layout = 17
+  integer, parameter :: layout = 18
 
 contains
 
@@ -232,6 +232,7 @@ contains
     type(field_list_type) :: list
     real(wp), allocatable :: reals(:, :)
     integer, allocatable :: labels(:)
+    integer(long), allocatable :: numbers(:)
     integer :: i
 
     call put_group(image, group)
@@ -243,6 +244,10 @@ contains
           allocate (labels, source=field%labels)
           call put_array(image, group//'/'//trim(field%name), labels)
           deallocate (labels)
+        else if (associated(field%numbers)) then
+          allocate (numbers, source=field%numbers)
+          call put_array(image, group//'/'//trim(field%name), numbers)
+          deallocate (numbers)
         else
           call field%get_values(field%component_count(), reals)
           call put_array(image, group//'/'//trim(field%name), reals)
@@ -539,11 +544,16 @@ contains
     type(field_type), intent(inout) :: field
     real(wp), allocatable :: reals(:, :)
     integer, allocatable :: labels(:)
+    integer(long), allocatable :: numbers(:)
 
     if (associated(field%labels)) then
       allocate (labels, source=field%labels)
       call get_array(reader, path, labels)
       if (.not. allocated(reader%reason)) field%labels = labels
+    else if (associated(field%numbers)) then
+      allocate (numbers, source=field%numbers)
+      call get_array(reader, path, numbers)
+      if (.not. allocated(reader%reason)) field%numbers = numbers
     else if (associated(field%reals)) then
       allocate (reals, source=field%reals)
       call get_array(reader, path, reals)

@@ -2,11 +2,11 @@
 !> and where it lies in memory. Whoever treats all fields alike (checkpoint, restart, checks, results, pictures, named
 !> values, expansion of reduced scenes) loops over such a list and names none.
 !>
-!> A stored field is seen where it lies, as a table (components, n) or as a row of integers; the list is good as long
-!> as its owner lives. A field that is made from others holds its values itself. Which fields there are is said by
+!> A stored field is seen where it lies, as a table (components, n) or as a row of integers, short or long; the list is
+!> good as long as its owner lives. A field that is made from others holds its values itself. Which fields there are is said by
 !> `list_fields` of qsmpm_points and by qsmpm_made_fields.
 module qsmpm_field_list
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   implicit none
   private
 
@@ -30,7 +30,7 @@ module qsmpm_field_list
 
   integer, parameter, public :: field_name_length = 40
 
-  !> One field; `reals`, `made` or `labels` has its values.
+  !> One field; `reals`, `made`, `labels` or `numbers` has its values.
   type :: field_type
     character(len=field_name_length) :: name = ''
     character(len=8) :: unit = ''
@@ -43,6 +43,7 @@ module qsmpm_field_list
     !> Where a stored field lies (components, n), (n).
     real(wp), pointer, contiguous :: reals(:, :) => null()
     integer, pointer, contiguous :: labels(:) => null()
+    integer(long), pointer, contiguous :: numbers(:) => null()
     !> Values of one that is made from others (components, n).
     real(wp), allocatable :: made(:, :)
   contains
@@ -60,7 +61,8 @@ module qsmpm_field_list
     procedure, private :: add_row
     procedure, private :: add_table
     procedure, private :: add_labels
-    generic :: add => add_row, add_table, add_labels
+    procedure, private :: add_numbers
+    generic :: add => add_row, add_table, add_labels, add_numbers
     procedure :: add_made
     procedure :: find
   end type field_list_type
@@ -110,6 +112,20 @@ contains
     self%fields(self%count)%is_row = .true.
     if (allocated(values)) self%fields(self%count)%labels => values
   end subroutine add_labels
+
+  !> A stored field of long integers.
+  subroutine add_numbers(self, name, values, kind, shown, unit, meaning)
+    class(field_list_type), intent(inout) :: self
+    character(len=*), intent(in) :: name
+    integer(long), allocatable, intent(in), target :: values(:)
+    integer, intent(in) :: kind
+    integer, intent(in), optional :: shown
+    character(len=*), intent(in), optional :: unit, meaning
+
+    call append(self, name, kind, shown, unit, meaning)
+    self%fields(self%count)%is_row = .true.
+    if (allocated(values)) self%fields(self%count)%numbers => values
+  end subroutine add_numbers
 
   !> A field that is made from others; it holds its values.
   subroutine add_made(self, name, values, kind, shown, unit, meaning)
@@ -184,7 +200,7 @@ contains
     component_count = 0
     if (allocated(self%made)) component_count = size(self%made, 1)
     if (associated(self%reals)) component_count = size(self%reals, 1)
-    if (associated(self%labels)) component_count = 1
+    if (associated(self%labels) .or. associated(self%numbers)) component_count = 1
   end function component_count
 
   !> Points that have values; 0 for a field that is not carried.
@@ -195,6 +211,7 @@ contains
     if (allocated(self%made)) point_count = size(self%made, 2)
     if (associated(self%reals)) point_count = size(self%reals, 2)
     if (associated(self%labels)) point_count = size(self%labels)
+    if (associated(self%numbers)) point_count = size(self%numbers)
   end function point_count
 
   !> The name with blanks, as messages say it.
@@ -223,5 +240,6 @@ contains
     if (allocated(self%made)) values(:n, :) = self%made
     if (associated(self%reals)) values(:n, :) = self%reals
     if (associated(self%labels)) values(1, :) = real(self%labels, wp)
+    if (associated(self%numbers)) values(1, :) = real(self%numbers, wp)
   end subroutine get_values
 end module qsmpm_field_list

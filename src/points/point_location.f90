@@ -152,7 +152,7 @@ contains
     end do
     !$omp end parallel do
     if (lost > carried%count) return
-    write (text, '(a,1x,i0,a,3(1x,es13.6))') name, lost, ' left the mesh at', carried%position(:, lost)
+    write (text, '(a,1x,i0,a,3(1x,es13.6))') name, carried%number(lost), ' left the mesh at', carried%position(:, lost)
     call fail(error, error_left_mesh, trim(text))
   end subroutine relocate
 

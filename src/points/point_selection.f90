@@ -88,6 +88,7 @@ contains
         if (associated(old%fields(i)%reals)) &
           new%fields(i)%reals(:, before + k) = old%fields(i)%reals(:, chosen(k))
         if (associated(old%fields(i)%labels)) new%fields(i)%labels(before + k) = old%fields(i)%labels(chosen(k))
+        if (associated(old%fields(i)%numbers)) new%fields(i)%numbers(before + k) = old%fields(i)%numbers(chosen(k))
       end do
     end do
   end subroutine copy_columns

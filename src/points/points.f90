@@ -9,7 +9,7 @@
 !> The arrays are named for those who compute with them. Whoever treats all fields alike loops over `list_fields`
 !> (qsmpm_field_list): a new field is its declaration, its line there and its room in `allocate_*`, all here.
 module qsmpm_points
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_field_list, only: field_list_type, kind_number, kind_amount, kind_position, kind_vector, kind_tensor, &
     kind_label, kind_internal, shown_by_name, shown_everywhere, unit_length, unit_area, unit_volume, unit_force, &
     unit_stress
@@ -23,6 +23,8 @@ module qsmpm_points
   !> Places that move with the material.
   type :: carried_type
     integer :: count = 0
+    !> Number that a place keeps as long as it is there, whatever place in the arrays it has; unique in its set (count).
+    integer(long), allocatable :: number(:)
     !> Current and initial position (dimension, count).
     real(wp), allocatable :: position(:, :), initial_position(:, :)
     !> Local coordinates in the owner cell (dimension, count).
@@ -36,9 +38,8 @@ module qsmpm_points
 
   !> Material points (paper, section 3.1).
   type, extends(carried_type) :: points_type
-    !> Body and material number, number among the points of all bodies, and foot under the point (0 for none;
-    !> qsmpm_inactive_points) (count).
-    integer, allocatable :: body(:), material(:), number(:), foot(:)
+    !> Body and material number, and foot under the point (0 for none; qsmpm_inactive_points) (count).
+    integer, allocatable :: body(:), material(:), foot(:)
     !> Volume now and at the start (per radian in axisymmetry), and weight per unit gravity; the
     !> weight is kept: eq. 29 with a constant density would lose it. It runs to its value over the phase from that at
     !> the start, which is another one where the body comes or gets another material.
@@ -107,6 +108,7 @@ contains
       'position at the start, or where displacements were set to zero last')
     call list%add('local_coordinate', self%local, kind_internal)
     call list%add('cell', self%cell, kind_internal)
+    call list%add('number', self%number, kind_internal)
   end subroutine list_carried
 
   !> Fields of the material points.
@@ -124,7 +126,6 @@ contains
       'last step')
     call list%add('material', self%material, kind_label, shown_everywhere, meaning='number of the material')
     call list%add('body', self%body, kind_label, shown_by_name, meaning='number of the body')
-    call list%add('number', self%number, kind_internal)
     call list%add('foot', self%foot, kind_internal)
     call list%add('start_weight', self%start_weight, kind_internal)
     call list%add('state', self%state, kind_internal, shown_by_name, meaning='state variables of the law, all')
@@ -180,7 +181,7 @@ contains
     place(:size(carried%position, 1)) = carried%position(:, number)
   end function place_of
 
-  !> Allocate the arrays of a carried set.
+  !> Allocate the arrays of a carried set; its places are numbered as they stand.
   pure subroutine allocate_carried(carried, dimension, count)
     !> What rides on the mesh.
     class(carried_type), intent(inout) :: carried
@@ -188,11 +189,13 @@ contains
     integer, intent(in) :: dimension
     !> Number of places.
     integer, intent(in) :: count
+    integer :: i
 
     carried%count = count
     allocate (carried%position(dimension, count), carried%initial_position(dimension, count), &
       carried%local(dimension, count), source=0.0_wp)
     allocate (carried%cell(count), source=0)
+    allocate (carried%number(count), source=[(int(i, long), i=1, count)])
   end subroutine allocate_carried
 
   !> Allocate material points, unstressed and undeformed.
@@ -208,8 +211,8 @@ contains
     integer, intent(in) :: state_count
 
     call allocate_carried(points, dimension, count)
-    allocate (points%body(count), points%material(count), points%plastic(count), points%number(count), &
-      points%foot(count), source=0)
+    allocate (points%body(count), points%material(count), points%plastic(count), points%foot(count), &
+      source=0)
     allocate (points%volume(count), points%initial_volume(count), points%weight(count), points%start_weight(count), &
       source=0.0_wp)
     allocate (points%stress(stress_components, count), points%state(state_count, count), &
@@ -300,6 +303,7 @@ contains
     do i = 1, from%count
       if (associated(from%fields(i)%reals)) to%fields(i)%reals = from%fields(i)%reals
       if (associated(from%fields(i)%labels)) to%fields(i)%labels = from%fields(i)%labels
+      if (associated(from%fields(i)%numbers)) to%fields(i)%numbers = from%fields(i)%numbers
     end do
   end subroutine copy_fields
 

@@ -98,6 +98,7 @@ contains
       associate (field => list%fields(i))
         if (associated(field%reals)) call alter(field%reals)
         if (associated(field%labels)) call alter(field%labels)
+        if (associated(field%numbers)) field%numbers = 3*field%numbers + 1
       end associate
     end do
   end subroutine alter_carried
@@ -235,6 +236,8 @@ contains
       associate (x => one%fields(i), y => other%fields(i))
         if (associated(x%reals)) call note(names, owner//'%'//trim(x%name), same_reals([x%reals], [y%reals]))
         if (associated(x%labels)) call note(names, owner//'%'//trim(x%name), same_integers(x%labels, y%labels))
+        if (associated(x%numbers)) call note(names, owner//'%'//trim(x%name), &
+          same_integers(int(x%numbers), int(y%numbers)))
       end associate
     end do
   end function carried_differences

@@ -134,6 +134,7 @@ contains
     call model%state%points%list_fields(list)
     do i = 1, list%count
       if (associated(list%fields(i)%labels)) list%fields(i)%labels = 1
+      if (associated(list%fields(i)%numbers)) list%fields(i)%numbers = 1
     end do
     if (.not. allocated(error)) call read_restart(directory//'/restart.h5', model, mark, error)
     call tests%check('a restart file is written and read', .not. allocated(error))

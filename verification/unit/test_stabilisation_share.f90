@@ -112,7 +112,7 @@ contains
     force_size(2, :) = forces
     force = 0.0_wp
     call add_penalty_force(terms, displacement, force)
-    solve = share_of_cells('share', force, displacement, cells, force_size, work)
+    solve = share_of_cells('share', force, displacement, cells, force_size, work, maxval(forces))
   end subroutine measure
 
   !> A spring between the first two nodes.

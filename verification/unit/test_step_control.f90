@@ -82,7 +82,7 @@ contains
     type(tests_type), intent(inout) :: tests
     type(solution_type) :: solution
     type(controls_type) :: controls
-    integer, parameter :: elastic(3) = 0, yields(3) = [0, 1, 0]
+    logical, parameter :: elastic = .false., yields = .true.
 
     call tests%check('where nothing yields', retries_line_search(four, attempt_type(), solution, elastic))
     call tests%check('not where a point does', .not. retries_line_search(four, attempt_type(), solution, yields))
@@ -134,10 +134,10 @@ contains
 
     force = 0.0_wp
     force(:, 2) = [3.0_wp, 4.0_wp]
-    damping = first_damping(four, 0.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
+    damping = first_damping(four, 0.0_wp, norm2(force), 2.0_wp, 0.5_wp)
     call tests%close('the first damping balances the force at the largest move', damping%value, 5.0_wp, rounding)
     call tests%close('it is left out below its share', damping%static_share, four%damping_share, 0.0_wp)
-    damping = first_damping(four, 7.0_wp, force, [0.0_wp, 2.0_wp], 0.5_wp)
+    damping = first_damping(four, 7.0_wp, norm2(force), 2.0_wp, 0.5_wp)
     call tests%close('or that of the step before', damping%value, 7.0_wp, 0.0_wp)
     call tests%check('without a force no damping helps', is_beyond_help(substep_damping_type(0.0_wp)))
     call tests%check('nor beyond 1e12', is_beyond_help(substep_damping_type(1.1e12_wp)) .and. &

@@ -73,7 +73,10 @@ contains
     number(2, 1) = 3
     number(1, 6) = 1
     number(:, 9) = [2, 5, 4]
-    call tests%check('an equation is of a field', all(fields_of_equations(unknowns, number, 5) == [2, 3, 1, 3, 3]))
+    call tests%check('an equation is of a field', all(fields_of_equations(unknowns, number, 5, &
+      spread(.true., 1, size(number, 2))) == [2, 3, 1, 3, 3]))
+    call tests%check('of none where another process answers for its node', all(fields_of_equations(unknowns, number, 5, &
+      spread(.false., 1, size(number, 2))) == 0))
     call tests%check('a field is found by its name', find_field(unknowns, 'pressure') == 2 .and. &
       find_field(unknowns, 'heat') == 0)
     constrained = .false.

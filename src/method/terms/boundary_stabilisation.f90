@@ -185,6 +185,7 @@ contains
     end associate
     force = 0.0_wp
     call self%add_force(displacement, force)
-    share = share_of_cells(self%share_name, force, displacement, connectivity, sizes%force, sizes%work)
+    call sizes%keep_own(force)
+    share = share_of_cells(self%share_name, force, displacement, connectivity, sizes%force, sizes%work, sizes%most)
   end subroutine measure
 end module qsmpm_boundary_stabilisation

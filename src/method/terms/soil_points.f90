@@ -247,7 +247,7 @@ contains
       if (index(failure%reason, "material '") == 1) return
       failure%reason = "material '"//model%analysis%materials(material)%name//"': "//failure%reason
       if (point > 0) then
-        failure%reason = failure%reason//'; material point '//integer_text(point)
+        failure%reason = failure%reason//'; material point '//integer_text(model%state%points%number(point))
       else
         failure%reason = failure%reason//'; cell '//integer_text( &
           model%mesh%cell_label(integration%cell(group_of(integration, evaluation%bad_point))))
@@ -325,7 +325,8 @@ contains
         self%evaluation, carries_strains(model%state%points))
       call evaluate(at_points, model%state%points, model%laws, displacement, tangent_none, self%evaluation)
       if (.not. self%evaluation%ok) call fail(error, error_not_converged, 'material point '// &
-        integer_text(at_points%source(self%evaluation%bad_point))//' turns inside out or its stress cannot be found')
+        integer_text(model%state%points%number(at_points%source(self%evaluation%bad_point)))// &
+        ' turns inside out or its stress cannot be found')
     end subroutine evaluate_points
   end subroutine find_point_results
 

@@ -69,6 +69,11 @@ module qsmpm_term
     real(wp), allocatable :: force(:, :)
     !> Work of the contributions on the displacement by their size.
     real(wp) :: work = 0.0_wp
+    !> Largest sum at a node, of all processes of a team, and the nodes that are own.
+    real(wp) :: most = 0.0_wp
+    logical, allocatable :: own(:)
+  contains
+    procedure :: keep_own
   end type force_sizes_type
 
   type, abstract :: term_type
@@ -291,6 +296,16 @@ contains
     end if
   end subroutine add_change_of_force
 
+  !> Set a force to zero at the nodes that other processes answer for.
+  pure subroutine keep_own(self, force)
+    class(force_sizes_type), intent(in) :: self
+    !> (components, nodes)
+    real(wp), intent(inout) :: force(:, :)
+
+    if (.not. allocated(self%own)) return
+    where (spread(.not. self%own(:size(force, 2)), 1, size(force, 1))) force = 0.0_wp
+  end subroutine keep_own
+
   !> What it carries of a solve: its force over that of the load, unless extended.
   subroutine measure_by_load(self, displacement, load_norm, connectivity, sizes, share)
     class(term_type), intent(in) :: self
@@ -304,10 +319,11 @@ contains
     type(solve_share_type), intent(out) :: share
     real(wp) :: force(size(displacement, 1), size(displacement, 2))
 
-    associate (unused => connectivity, unused_sizes => sizes)
+    associate (unused => connectivity)
     end associate
     force = 0.0_wp
     call self%add_force(displacement, force)
+    call sizes%keep_own(force)
     share = share_of_load(self%share_name, force, load_norm)
   end subroutine measure_by_load
 

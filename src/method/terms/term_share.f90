@@ -13,11 +13,13 @@
 !> stresses, is judged by its stresses. docs/methods/ghost.md
 module qsmpm_term_share
   use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: joint_norm
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_team, only: team_type, largest, total
   implicit none
   private
 
-  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, add_solves, share_named, load_share_named
+  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, join_share, add_solves, share_named, load_share_named
 
   !> Columns of curves.csv that step control asks for.
   character(len=*), parameter, public :: damping_share = 'damping_share', stabilisation_share = 'stabilisation_share'
@@ -63,7 +65,7 @@ contains
   end function share_of_load
 
   !> A force over those of the cells.
-  pure function share_of_cells(name, force, displacement, connectivity, force_size, work_size) result(share)
+  pure function share_of_cells(name, force, displacement, connectivity, force_size, work_size, most) result(share)
     character(len=*), intent(in) :: name
     !> g, displacement of the solve, and F (components, nodes).
     real(wp), intent(in) :: force(:, :), displacement(:, :), force_size(:, :)
@@ -71,6 +73,8 @@ contains
     type(connectivity_type), intent(in) :: connectivity
     !> sum_c |f_c . du|.
     real(wp), intent(in) :: work_size
+    !> Largest F of all nodes.
+    real(wp), intent(in) :: most
     type(solve_share_type) :: share
     real(wp) :: magnitude(size(displacement, 2))
 
@@ -80,18 +84,20 @@ contains
     share%internal_work = work_size
     magnitude = norm2(force, dim=1)
     if (any(magnitude > 0.0_wp)) &
-      share%force_share = maxval(quotient(magnitude, forces_around(connectivity, norm2(force_size, dim=1))))
+      share%force_share = maxval(quotient(magnitude, forces_around(connectivity, norm2(force_size, dim=1), most)))
   end function share_of_cells
 
   !> Largest F in the layers of cells around each node.
-  pure function forces_around(connectivity, size_at) result(around)
+  pure function forces_around(connectivity, size_at, most) result(around)
     type(connectivity_type), intent(in) :: connectivity
     !> F (nodes of the displacement, the first of all).
     real(wp), intent(in) :: size_at(:)
+    !> Largest of all.
+    real(wp), intent(in) :: most
     real(wp) :: around(size(size_at)), inner(size(size_at))
     integer :: k, layer
 
-    around = max(size_at, quiet*maxval(size_at))
+    around = max(size_at, quiet*most)
     do layer = 1, layers
       inner = around
       do k = 1, connectivity%count
@@ -102,6 +108,18 @@ contains
       end do
     end do
   end function forces_around
+
+  !> Share of a solve from those that the processes of a team have found at their own nodes.
+  subroutine join_share(team, share)
+    type(team_type), intent(in) :: team
+    type(solve_share_type), intent(inout) :: share
+
+    if (team%ranks == 1) return
+    share%load_share = min(joint_norm(team, share%load_share), huge(1.0_wp))
+    share%work = total(team, share%work)
+    share%internal_work = total(team, share%internal_work)
+    share%force_share = largest(team, share%force_share)
+  end subroutine join_share
 
   !> Take the shares of a solve into those of its step; the first solve begins them.
   pure subroutine add_solves(solves, steps)

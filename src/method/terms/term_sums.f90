@@ -10,7 +10,8 @@ module qsmpm_term_sums
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
   use qsmpm_sparse_matrix, only: sparse_matrix_type
-  use qsmpm_term_share, only: solve_share_type
+  use qsmpm_team, only: team_type, largest
+  use qsmpm_term_share, only: solve_share_type, join_share
   use qsmpm_term, only: term_type, term_slot_type, increment_type, failure_type, force_sizes_type
   use qsmpm_unknowns, only: unknowns_type, most_components, all_nodes
   implicit none
@@ -209,13 +210,16 @@ contains
   end subroutine sum_field_sizes
 
   !> What the terms carry of a solve, those that have a share.
-  subroutine measure_shares(terms, displacement, load_norm, connectivity, shares)
+  subroutine measure_shares(terms, displacement, load_norm, connectivity, team, own, shares)
     type(term_slot_type), intent(in) :: terms(:)
     !> Displacement that was evaluated (components, nodes).
     real(wp), intent(in) :: displacement(:, :)
     real(wp), intent(in) :: load_norm
     !> Node lists of all terms.
     type(connectivity_type), intent(in) :: connectivity
+    type(team_type), intent(in) :: team
+    !> Own nodes (all nodes).
+    logical, intent(in) :: own(:)
     type(solve_share_type), allocatable, intent(out) :: shares(:)
     type(force_sizes_type) :: sizes
     integer :: t, n
@@ -225,6 +229,8 @@ contains
     do t = 1, size(terms)
       if (.not. allocated(terms(t)%term%needs%fields)) call terms(t)%term%add_sizes(sizes)
     end do
+    sizes%most = largest(team, maxval(norm2(sizes%force, dim=1)))
+    if (team%ranks > 1) sizes%own = own
     allocate (shares(count_shares(terms)))
     n = 0
     do t = 1, size(terms)
@@ -233,6 +239,7 @@ contains
       associate (term => terms(t)%term)
         call term%measure(displacement(:term%rows, :term%columns), load_norm, connectivity, sizes, shares(n))
       end associate
+      call join_share(team, shares(n))
     end do
   end subroutine measure_shares
 

@@ -1,0 +1,56 @@
+!> The part of a model that a process answers for. Alone that is all of it. A process of a team has a window of the grid
+!> with the material points in it: those of its own box of cells, and copies of those in a ring around it, which make the
+!> sums at its own nodes whole. What is reduced over the team counts each point, cell and node once: on the process whose
+!> own it is.
+!>
+!> How a model is divided is left to `qsmpm_division`.
+module qsmpm_own_part
+  use qsmpm_grid_window, only: window_type
+  use qsmpm_team, only: team_type
+  implicit none
+  private
+
+  public :: own_part_type, is_divided, own_nodes, own_points
+
+  type :: own_part_type
+    !> Who shares the model: this process alone unless the model is divided.
+    type(team_type) :: team
+    !> Cells of the grid that are each rank's own (ranks); the boxes of all ranks together are the grid.
+    type(window_type), allocatable :: boxes(:)
+    !> Rows of cells around the box whose points are copied.
+    integer :: ring = 0
+    !> Which nodes of the space, cells and material points are own; unallocated alone.
+    logical, allocatable :: nodes(:), cells(:), points(:)
+  end type own_part_type
+
+contains
+
+  !> Whether there are other processes that have a part.
+  pure logical function is_divided(part)
+    type(own_part_type), intent(in) :: part
+
+    is_divided = part%team%ranks > 1
+  end function is_divided
+
+  !> Own nodes of the space.
+  pure function own_nodes(part, count) result(own)
+    type(own_part_type), intent(in) :: part
+    !> Nodes of the space.
+    integer, intent(in) :: count
+    logical :: own(count)
+
+    own = .true.
+    if (allocated(part%nodes)) own = part%nodes
+  end function own_nodes
+
+  !> Own material points.
+  pure function own_points(part, count) result(own)
+    type(own_part_type), intent(in) :: part
+    !> Material points.
+    integer, intent(in) :: count
+    logical :: own(count)
+
+    own = .true.
+    if (allocated(part%points)) own = part%points
+  end function own_points
+end module qsmpm_own_part

@@ -1,0 +1,85 @@
+!> What the processes of a team must agree on before any of them acts: whether something holds on one of them, an error,
+!> a sentence. Where several have an error, that of the lowest rank is the error of all. Alone nothing changes.
+module qsmpm_agreement
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_error, only: error_type, fail
+  use qsmpm_exchange, only: spread_from
+  use qsmpm_team, only: team_type, smallest, total
+  implicit none
+  private
+
+  public :: any_of, agree, lowest_rank, spread_text, joint_norm
+
+contains
+
+  !> Whether a flag is set on any process.
+  logical function any_of(team, flag)
+    type(team_type), intent(in) :: team
+    logical, intent(in) :: flag
+
+    any_of = flag
+    if (team%ranks > 1) any_of = lowest_rank(team, flag) < team%ranks
+  end function any_of
+
+  !> Lowest rank on which a flag is set; the number of ranks where it is set on none.
+  integer function lowest_rank(team, flag)
+    type(team_type), intent(in) :: team
+    logical, intent(in) :: flag
+
+    lowest_rank = nint(smallest(team, real(merge(team%rank, team%ranks, flag), wp)))
+  end function lowest_rank
+
+  !> The error of the lowest rank that has one is that of all.
+  subroutine agree(team, error)
+    type(team_type), intent(in) :: team
+    type(error_type), allocatable, intent(inout) :: error
+    character(len=:), allocatable :: message
+    integer(long) :: code(1)
+    integer :: rank
+
+    if (team%ranks == 1) return
+    rank = lowest_rank(team, allocated(error))
+    if (rank == team%ranks) return
+    message = ''
+    code = 0
+    if (allocated(error)) then
+      message = error%message
+      code = error%code
+    end if
+    call spread_text(team, rank, message)
+    call spread_from(team, rank, code)
+    call fail(error, int(code(1)), message)
+  end subroutine agree
+
+  !> A text of one process to all.
+  subroutine spread_text(team, rank, text)
+    type(team_type), intent(in) :: team
+    !> Whose it is, from 0.
+    integer, intent(in) :: rank
+    character(len=:), allocatable, intent(inout) :: text
+    integer(long) :: length(1)
+    integer(long), allocatable :: letters(:)
+    integer :: i
+
+    if (team%ranks == 1) return
+    length = len(text)
+    call spread_from(team, rank, length)
+    allocate (letters(length(1)), source=0_long)
+    if (team%rank == rank) letters = [(int(iachar(text(i:i)), long), i=1, len(text))]
+    call spread_from(team, rank, letters)
+    text = repeat(' ', int(length(1)))
+    do i = 1, len(text)
+      text(i:i) = achar(letters(i))
+    end do
+  end subroutine spread_text
+
+  !> Norm of a vector of which each process has a part, from the norms of the parts.
+  real(wp) function joint_norm(team, norm)
+    type(team_type), intent(in) :: team
+    !> Of the part of this process.
+    real(wp), intent(in) :: norm
+
+    joint_norm = norm
+    if (team%ranks > 1) joint_norm = sqrt(total(team, norm**2))
+  end function joint_norm
+end module qsmpm_agreement
