@@ -17,6 +17,7 @@ module qsmpm_observer_list
     type(step_record_type) :: last
   contains
     procedure :: phase_begun
+    procedure :: needs_model
     procedure :: accepted
     procedure :: phase_done
     procedure :: mechanism
@@ -26,6 +27,17 @@ module qsmpm_observer_list
   end type observer_list_type
 
 contains
+
+  !> Whether one of them wants the whole model.
+  logical function needs_model(self, model)
+    class(observer_list_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+
+    needs_model = .false.
+    if (associated(self%recorder)) needs_model = self%recorder%needs_model(model)
+    if (needs_model .or. .not. associated(self%own)) return
+    needs_model = self%own%needs_model(model)
+  end function needs_model
 
   !> A phase has begun.
   subroutine phase_begun(self, model, error)

@@ -5,12 +5,15 @@
 !> The caller gets an exit code and the sentences that belong on the error output.
 module qsmpm_run
   use omp_lib, only: omp_set_num_threads
+  use qsmpm_kinds, only: wp
+  use qsmpm_agreement, only: agree
   use qsmpm_analysis, only: analysis_type
   use qsmpm_blas_threads, only: reserve_buffers, set_blas_threads
   use qsmpm_deck, only: read_deck
   use qsmpm_display, only: display_plain
   use qsmpm_error, only: error_type, error_other
   use qsmpm_file, only: write_text
+  use qsmpm_follower, only: follower_type
   use qsmpm_law, only: law_type
   use qsmpm_messages, only: message_list_type, message_text
   use qsmpm_model, only: model_type
@@ -28,6 +31,8 @@ module qsmpm_run
   use qsmpm_stopwatch, only: switch_timer, part_control
   use qsmpm_reduction, only: expansion_type, reduction_check_type
   use qsmpm_scene, only: reduce_scene
+  use qsmpm_sharing_limits, only: refuse_sharing
+  use qsmpm_team, only: team_type, team_world, largest
   use qsmpm_whole_scene, only: whole_scene_type, begin_whole
   implicit none
   private
@@ -190,24 +195,35 @@ contains
     type(simulation_type) :: simulation
     type(error_type), allocatable :: error
     character(len=:), allocatable :: directory
+    type(team_type) :: team
+    type(follower_type) :: follower
 
     exit_code = 0
+    team = team_world()
     call problem%read(request%deck, error)
     report = problem%messages
     simulation%threads = request%threads
     if (.not. allocated(error)) call simulation%create(problem, error)
+    if (.not. allocated(error)) call refuse_sharing(simulation%model, team%ranks, error)
+    simulation%loop%team = team
     if (.not. allocated(error) .and. len(request%restart) > 0) call simulation%load(request%restart, error)
-    if (.not. allocated(error)) then
+    call agree(team, error)
+    if (.not. allocated(error) .and. team%rank == 0) then
       directory = request%directory
       if (len(directory) == 0) directory = 'output/'//simulation%model%analysis%job
       call simulation%record(directory, error, request%display, len(request%restart) > 0)
       if (allocated(simulation%recorder)) report = ''
     end if
+    call agree(team, error)
     if (allocated(simulation%recorder)) then
       call run_recorded(request, simulation, error, report, exit_code)
-    else if (allocated(error)) then
-      call report_error(report, error, exit_code)
+    else
+      ! The first process of a team writes; the others only compute.
+      if (team%rank > 0 .and. .not. allocated(error)) call simulation%run(follower, error)
+      if (allocated(error)) call report_error(report, error, exit_code)
     end if
+    exit_code = nint(largest(team, real(exit_code, wp)))
+    if (team%rank > 0) report = ''
     call simulation%destroy()
   end subroutine run_deck
 

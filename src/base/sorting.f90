@@ -3,7 +3,7 @@ module qsmpm_sorting
   implicit none
   private
 
-  public :: sort, order_columns
+  public :: sort, order_columns, place_in_order
 
 contains
 
@@ -68,6 +68,26 @@ contains
       width = 2*width
     end do
   end subroutine order_columns
+
+  !> Place of a value in a rising list, 0 for none.
+  pure integer function place_in_order(list, value) result(place)
+    integer, intent(in) :: list(:), value
+    integer :: low, high
+
+    place = 0
+    low = 1
+    high = size(list)
+    if (high == 0) return
+    do while (low < high)
+      place = (low + high)/2
+      if (list(place) < value) then
+        low = place + 1
+      else
+        high = place
+      end if
+    end do
+    place = merge(low, 0, list(low) == value)
+  end function place_in_order
 
   !> Merge order(low:middle) and order(middle+1:high) into work(low:high).
   pure subroutine merge_runs(columns, order, low, middle, high, work)

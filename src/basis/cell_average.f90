@@ -27,7 +27,7 @@ contains
 
   !> Replace the points of full cells by Gauss points.
   subroutine integrate_in_cells(mesh, space, is_axisymmetric, activation, points, laws, domains, integration, &
-    inaccurate, bodies)
+    inaccurate, bodies, counted)
     type(mesh_type), intent(in) :: mesh
     type(space_type), intent(in) :: space
     !> Volumes are per radian.
@@ -42,10 +42,12 @@ contains
     integer, intent(out) :: inaccurate
     !> Bodies whose outline is carried; none when absent.
     type(body_quadrature_type), intent(in), optional :: bodies
+    !> Cells whose points count among them (cells); all when absent.
+    logical, intent(in), optional :: counted(:)
     type(pieces_type) :: pieces
     logical, allocatable :: whole(:)
     integer, allocatable :: chosen(:)
-    integer :: g, own
+    integer :: g, own, before
 
     if (space%domains) then
       call cut_domains(space, mesh%cell_count, is_axisymmetric, domains, pieces)
@@ -67,7 +69,10 @@ contains
     do g = 1, size(whole)
       if (whole(g)) then
         call points_of_cell(activation, points, pieces, g, bodies, chosen)
+        before = inaccurate
         call average_cell(mesh, space, points, laws, chosen, g, own, integration, inaccurate)
+        if (.not. present(counted)) cycle
+        if (.not. counted(pieces%cell(g))) inaccurate = before
       else
         call take_pieces(mesh, space, points, pieces, g, integration)
       end if

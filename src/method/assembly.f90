@@ -35,6 +35,8 @@ module qsmpm_assembly
     real(wp), allocatable :: force(:, :), force_size(:, :)
     !> Work of the internal force on the displacement, that of every group by its size.
     real(wp) :: work_size = 0.0_wp
+    !> Cells whose groups count in it; all where it is unallocated (cells).
+    logical, allocatable :: counted(:)
     !> Force that the tangent gives the prescribed displacements (dimension, node_count).
     real(wp), allocatable :: linear_force(:, :)
     !> End stress, state, volume change and yielding of the integration points, where they are kept.
@@ -268,7 +270,7 @@ contains
             work = work + sum(force*displacement(:, node))
           end associate
         end do
-        evaluation%work_size = evaluation%work_size + abs(work)
+        if (is_counted(evaluation, integration%cell(g))) evaluation%work_size = evaluation%work_size + abs(work)
         if (tangent == tangent_none) cycle
         if (present(matrix)) call add_packed(equations, first_stencil + g - 1, d, n, &
           evaluation%block(1, k), matrix)
@@ -277,6 +279,15 @@ contains
       end associate
     end do
   end subroutine add_chunk
+
+  !> Whether the work of a group counts.
+  pure logical function is_counted(evaluation, cell)
+    type(evaluation_type), intent(in) :: evaluation
+    integer, intent(in) :: cell
+
+    is_counted = .true.
+    if (allocated(evaluation%counted)) is_counted = evaluation%counted(cell)
+  end function is_counted
 
   !> Add a group's block, unpacked by shape.
   subroutine add_packed(equations, stencil, dimension, n, block, matrix)

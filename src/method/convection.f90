@@ -14,6 +14,7 @@ module qsmpm_convection
   use qsmpm_integration, only: integration_type
   use qsmpm_mesh, only: mesh_type
   use qsmpm_model, only: model_type, state_type
+  use qsmpm_own_part, only: own_part_type, is_divided, own_tracers, own_watched
   use qsmpm_initialisation, only: step_type
   use qsmpm_space, only: space_type, shape_values_type, functions_at, value_at, refresh_space
   use qsmpm_carried_basis, only: basis_at
@@ -62,8 +63,9 @@ contains
     associate (mesh => model%mesh, space => model%space, state => model%state)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%surface)
       call move_carried(mesh, space, step%activation, state%points, displacement, state%tracers, &
-        .not. (of_inactive(model) .or. of_unloading(model)))
-      call move_carried(mesh, space, step%activation, state%points, displacement, state%watched)
+        .not. (of_inactive(model) .or. of_unloading(model)) .and. own_tracers(model%part, state%tracers%count))
+      call move_carried(mesh, space, step%activation, state%points, displacement, state%watched, &
+        own_watched(model%part, state%watched%count))
       call move_inactive(model, step%activation, displacement)
       call move_points(step%at_points, displacement, state%points%position)
     end associate
@@ -79,8 +81,9 @@ contains
       else if (model%analysis%moving_mesh%active) then
         call move_rows(model, displacement)
       end if
-      if (.not. allocated(error)) call follow_material(model)
-      if (.not. allocated(error)) call find_again(model%mesh, model%cell_size, model%state, error)
+      ! Where a team shares the model its window follows when the points have gone to their processes.
+      if (.not. (allocated(error) .or. is_divided(model%part))) call follow_material(model)
+      if (.not. allocated(error)) call find_again(model%mesh, model%cell_size, model%part, model%state, error)
     end if
     if (allocated(error)) return
     call take_point_results(soil, source, model%laws, model%state%points)
@@ -324,18 +327,19 @@ contains
     end do
   end function plate_displacement
 
-  !> Point location: owner cells of everything that rides.
-  subroutine find_again(mesh, cell_size, state, error)
+  !> Point location: owner cells of everything that rides, of what this process answers for.
+  subroutine find_again(mesh, cell_size, part, state, error)
     type(mesh_type), intent(in) :: mesh
     real(wp), intent(in) :: cell_size
+    type(own_part_type), intent(in) :: part
     type(state_type), intent(inout) :: state
     !> Something has left the mesh.
     type(error_type), allocatable, intent(out) :: error
 
-    call find(state%points, 'material point')
+    call find(state%points, 'material point', part%points)
     call find(state%surface, 'surface point')
-    call find(state%tracers, 'tracer')
-    call find(state%watched, 'material in front of a prescribed set')
+    call find(state%tracers, 'tracer', part%tracers)
+    call find(state%watched, 'material in front of a prescribed set', part%watched)
     call find(state%inactive%points, 'material point that is not there')
     call find(state%inactive%unloading, 'material point that is taken out')
     call find(state%inactive%surface, 'surface point that is not there')
@@ -345,11 +349,13 @@ contains
   contains
 
     !> Owner cells of some of it, unless something else has left the mesh.
-    subroutine find(carried, name)
+    subroutine find(carried, name, own)
       class(carried_type), intent(inout) :: carried
       character(len=*), intent(in) :: name
+      logical, intent(in), optional :: own(:)
 
-      if (.not. allocated(error)) call relocate(mesh, cell_size, carried, name, error)
+      if (allocated(error)) return
+      call relocate(mesh, cell_size, carried, name, error, own)
     end subroutine find
   end subroutine find_again
 end module qsmpm_convection

@@ -22,7 +22,7 @@ module qsmpm_equilibrium
   use qsmpm_field_balance, only: find_references, find_imbalance
   use qsmpm_initialisation, only: step_type
   use qsmpm_law, only: tangent_none, tangent_consistent, tangent_elastic
-  use qsmpm_linear_system, only: factorise_system, solve_system
+  use qsmpm_joint_system, only: factorise_jointly, solve_jointly
   use qsmpm_model, only: model_type
   use qsmpm_run_profile, only: count_factorisation, count_iteration, count_sweeps
   use qsmpm_limit_load, only: compliance_type
@@ -266,7 +266,7 @@ contains
       call linear_force(step, correction, reaction)
       rhs = rhs - reaction
     end if
-    if (.not. allocated(error)) call solve_system(step%system, step%matrix, rhs, &
+    if (.not. allocated(error)) call solve_jointly(step%joint, step%team, step%system, step%matrix, rhs, &
       digits_of_correction(goal%tolerance, solution%out_of_balance), x, error)
     call switch_timer(step%profile%watch, part_control)
     call count_sweeps(step%profile, step%system%sweeps - swept)
@@ -293,7 +293,7 @@ contains
     call switch_timer(step%profile%watch, part_assembly)
     call add_all_blocks(step%terms, displacement, step%equations, step%matrix)
     call switch_timer(step%profile%watch, part_factorisation)
-    call factorise_system(step%system, step%matrix, error)
+    call factorise_jointly(step%joint, step%team, step%system, step%matrix, error)
   end subroutine factorise
 
   !> Residual relative to the right-hand side that an iterated correction may leave: a tenth of what the step

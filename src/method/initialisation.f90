@@ -4,22 +4,24 @@
 !> kept while the active cells and the constraints stay the same.
 module qsmpm_initialisation
   use qsmpm_kinds, only: wp, long
-  use qsmpm_agreement, only: joint_norm
+  use qsmpm_agreement, only: agree, any_of, joint_norm
   use qsmpm_analysis, only: newton_modified, basis_fem
   use qsmpm_configuration, only: configuration_type, find_configuration, reset_configuration
   use qsmpm_equations, only: equations_type, number_equations
   use qsmpm_error, only: error_type
+  use qsmpm_exchange, only: spread_from
   use qsmpm_grid_window, only: window_type, operator(==)
+  use qsmpm_joint_system, only: joint_system_type, start_joint_system
   use qsmpm_linear_system, only: linear_system_type, kind_for, start_system
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
-  use qsmpm_own_part, only: own_nodes
+  use qsmpm_own_part, only: is_divided, own_nodes
   use qsmpm_cut_cell_check, only: cut_cell_check_type, measure_cut_cells
   use qsmpm_outlines, only: lay_surfaces
   use qsmpm_contact_results, only: penetration_type
   use qsmpm_run_profile, only: run_profile_type
   use qsmpm_soil_points, only: soil_of, integration_of
-  use qsmpm_space, only: node_position
+  use qsmpm_space, only: node_label, node_position
   use qsmpm_sparse_matrix, only: sparse_matrix_type
   use qsmpm_standard_terms, only: standard_terms, append_term
   use qsmpm_stopwatch, only: switch_timer, part_initialisation, part_analysis
@@ -56,6 +58,8 @@ module qsmpm_initialisation
     logical, allocatable :: own(:)
     type(sparse_matrix_type) :: matrix
     type(linear_system_type) :: system
+    !> The equations of all processes of the team; unused alone.
+    type(joint_system_type) :: joint
     !> Time and work so far; outlives the step.
     type(run_profile_type) :: profile
     !> Iterations of the last solution; it only says which trials get a tangent.
@@ -132,26 +136,62 @@ contains
     call list_unknowns(model, step%terms, step%unknowns, error)
     if (allocated(error)) return
     call prepare_terms(model, step%configuration_type, step%unknowns, step%terms, connectivity)
-    call measure_cut_cells(model, step%configuration_type, integration_of(soil_of(step%terms), &
-      step%configuration_type), step%cut)
+    if (.not. is_divided(model%part)) call measure_cut_cells(model, step%configuration_type, &
+      integration_of(soil_of(step%terms), step%configuration_type), step%cut)
     call find_constraints(model, step%terms, step%unknowns, constrained)
     call prepare_forces(most_components(step%unknowns), all_nodes(step%unknowns), step%forces)
-    step%equations%solver_kind = kind_for(step%system, model%analysis%solver)
+    call choose_kind(model, step)
     step%equations%symmetric = is_symmetric(model, step%terms)
     call switch_timer(step%profile%watch, part_analysis)
     call find_places(model, all_nodes(step%unknowns), places)
     call number_equations(step%equations, connectivity, constrained, step%matrix, changed, error, places)
+    call agree(step%team, error)
     if (allocated(error)) return
     step%own = own_nodes(model%part, all_nodes(step%unknowns))
     step%field_of = fields_of_equations(step%unknowns, step%equations%number, step%equations%count, step%own)
-    changed = changed .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
-      .not. allocated(step%system%solver)
-    if (changed) call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
-      step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
+    call start_solver(model, step, changed, places, error)
     if (allocated(error)) return
     call switch_timer(step%profile%watch, part_initialisation)
     call note_sizes(model%state%points%count, step%activation%active_count, step%equations, step%profile)
   end subroutine initialise_step
+
+  !> What will solve; the first process knows what has failed so far.
+  subroutine choose_kind(model, step)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    integer(long) :: kind(1)
+
+    kind = kind_for(step%system, model%analysis%solver)
+    call spread_from(step%team, 0, kind)
+    step%equations%solver_kind = int(kind(1))
+  end subroutine choose_kind
+
+  !> Make a solver where the pattern or what will solve is new, on any process; it is the first one that solves.
+  subroutine start_solver(model, step, changed, places, error)
+    type(model_type), intent(in) :: model
+    type(step_type), intent(inout) :: step
+    !> The pattern of this process is new.
+    logical, intent(in) :: changed
+    !> Of the nodes (dimension, nodes).
+    real(wp), allocatable, intent(in) :: places(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: labels(:)
+    logical :: anew
+    integer :: a
+
+    anew = changed
+    if (step%team%rank == 0) anew = anew .or. (step%system%symmetric .neqv. step%equations%symmetric) .or. &
+      .not. allocated(step%system%solver)
+    if (.not. any_of(step%team, anew)) return
+    if (step%team%ranks == 1) then
+      call start_system(step%system, model%analysis%solver, step%matrix, step%equations%bandwidth, &
+        step%equations%symmetric, model%mesh%dimension, error, step%equations%number, places)
+    else
+      labels = [(node_label(model%space, model%mesh, a), a=1, model%space%node_count)]
+      call start_joint_system(step%joint, step%team, step%system, model%analysis%solver, step%equations, step%matrix, &
+        labels, step%own, places, error)
+    end if
+  end subroutine start_solver
 
   !> Where the nodes are, unless they move: an order that follows from their places would be another one in a run that
   !> is continued. Unknowns that belong to no node are put at the origin.

@@ -25,6 +25,7 @@ module qsmpm_load_step
   use qsmpm_step_solver, only: step_solver_type, attempt_type
   use qsmpm_step_control, only: has_length_error, is_too_long, retries_line_search
   use qsmpm_step_error, only: step_error_type, measure_step_error
+  use qsmpm_division, only: migrate_points
   use qsmpm_convection, only: convect, update_in_place
   use qsmpm_pushed_material, only: note_push
   use qsmpm_equations, only: gather
@@ -131,6 +132,8 @@ contains
         call convect(model, step, displacement, error)
       end if
     end associate
+    call agree(model%part%team, error)
+    if (.not. allocated(error)) call migrate_points(model, error)
     call agree(model%part%team, error)
     call switch_timer(step%profile%watch, part_control)
     if (allocated(error)) then
@@ -239,7 +242,8 @@ contains
     call gather(step%equations, increment, load)
     call gather(step%equations, displacement, move)
     where (step%field_of == 0) load = 0.0_wp
-    compliance_in = compliance_type(total(step%team, dot_product(load, move)), total(step%team, dot_product(load, load)))
+    compliance_in = compliance_type(total(step%team, dot_product(load, move)), &
+      total(step%team, dot_product(load, load)))
   end function compliance_in
 
   !> Loads and prescribed displacements are numbers: no smaller step makes them so.
@@ -311,7 +315,8 @@ contains
     if (.not. allocated(error)) solution%step_error = max(errors%path, errors%position)
   end subroutine measure_length_error
 
-  !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of the window.
+  !> Label and place of the node with the largest residual of all processes: its number does not outlive a change of
+  !> the window.
   subroutine name_worst_node(model, solution)
     type(model_type), intent(in) :: model
     !> What was reached.

@@ -45,6 +45,7 @@ module qsmpm_observer
     !> A phase has begun: its initial stresses are set, no step is taken. Nothing is done unless overridden.
     procedure :: phase_begun => ignore_begin
     !> A step was accepted; the model's state is in equilibrium.
+    procedure :: needs_model => needs_no_model
     procedure(accepted_interface), deferred :: accepted
     !> A phase has ended.
     procedure(phase_done_interface), deferred :: phase_done
@@ -97,6 +98,18 @@ module qsmpm_observer
   end interface
 
 contains
+
+  !> Whether more is wanted of an accepted step than its record: the whole model, which a team puts together first. No,
+  !> unless extended.
+  logical function needs_no_model(self, model)
+    class(observer_type), intent(inout) :: self
+    !> Perhaps a part of it.
+    type(model_type), intent(in) :: model
+
+    associate (unused => self, unused_model => model)
+    end associate
+    needs_no_model = .false.
+  end function needs_no_model
 
   !> Ignore that a phase has begun.
   subroutine ignore_begin(self, model, error)

@@ -17,6 +17,7 @@ module qsmpm_phase_report
   use qsmpm_model, only: model_type, progress_type
   use qsmpm_moving_mesh_check, only: moving_mesh_check_type, check_moving_mesh
   use qsmpm_observer, only: observer_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_penetration, only: penetration_check_type, warn_of_penetration
   use qsmpm_phase_ends, only: has_start_move, start_move
   use qsmpm_step_control, only: outcome_type
@@ -66,6 +67,7 @@ contains
       call observer%note(step%system%note)
       deallocate (step%system%note)
     end if
+    if (is_divided(model%part)) return
     if (step%window == model%state%window) call check_moving_mesh(model, step%activation, report%rows, observer)
     call warn_of_penetration(model, penetration, report%penetration, observer)
     call warn_of_crossing(model%cell_size, step%crossing, report%sides, observer)
@@ -210,7 +212,8 @@ contains
 
     write (text, '(a,es13.6,a)') "': no equilibrium beyond load factor ", model%state%progress%load_factor, ': '
     message = "phase '"//phase%name//trim(text)//' '//outcome%reason
-    call describe_unsupported_parts(model, step, unsupported)
+    unsupported = ''
+    if (.not. is_divided(model%part)) call describe_unsupported_parts(model, step, unsupported)
     if (len(unsupported) > 0) then
       message = message//'; '//unsupported
     else if (outcome%out_of_balance < huge(1.0_wp) .and. outcome%worst_label > 0) then

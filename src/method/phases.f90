@@ -8,6 +8,7 @@ module qsmpm_phases
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
+  use qsmpm_division, only: divide_model, join_model, unevenness
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
@@ -15,7 +16,7 @@ module qsmpm_phases
   use qsmpm_linear_system, only: end_system
   use qsmpm_load_step, only: load_step_type
   use qsmpm_model, only: model_type
-  use qsmpm_own_part, only: own_points
+  use qsmpm_own_part, only: is_divided, own_points
   use qsmpm_observer, only: observer_type, step_record_type
   use qsmpm_kept_phases, only: go_to_phase, keep_phase, next_phase
   use qsmpm_phase_report, only: phase_report_type, advise_on_tangent, failure_text, report_phase, &
@@ -47,6 +48,8 @@ module qsmpm_phases
 
   !> Code of the error that ends a run on request (signal): the state is whole and can be continued.
   integer, parameter :: error_stopped = 128
+  !> Growth of the largest part over the mean from which a model is divided anew.
+  real(wp), parameter :: most_growth = 1.25_wp
 
   !> A run between two of its steps. One that steps by itself and one that is stepped give the same bytes.
   type :: step_loop_type
@@ -61,6 +64,10 @@ module qsmpm_phases
     type(phase_report_type) :: report
     !> Who solves: the method, unless a test has put a script here.
     class(step_solver_type), allocatable :: solver
+    !> Who shares the run: every process begins phases with the whole model, and steps with its part of it.
+    type(team_type) :: team
+    !> Points of the largest part over the mean when the model was divided last.
+    real(wp) :: unevenness = 1.0_wp
   end type step_loop_type
 
 contains
@@ -122,7 +129,10 @@ contains
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
+    call take_parts(model, loop, error)
+    if (.not. allocated(error)) &
+      call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
+    if (allocated(error) .or. phase_is_complete(model%state%progress)) call put_together(model, loop, error)
     if (allocated(error)) then
       call report_phase(model, loop%step%cut, loop%report, observer)
     else if (phase_is_complete(model%state%progress)) then
@@ -130,6 +140,34 @@ contains
       if (.not. allocated(error) .and. is_finished(model, loop)) call need_all_phases(model, error)
     end if
   end subroutine advance_step_loop
+
+  !> Give every process of the team its part of the model; alone it keeps the whole.
+  subroutine take_parts(model, loop, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(error_type), allocatable, intent(out) :: error
+
+    if (loop%team%ranks == 1 .or. is_divided(model%part)) return
+    call divide_model(model, loop%team, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) loop%unevenness = unevenness(model)
+    ! Equations of another division are none of this one.
+    if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
+  end subroutine take_parts
+
+  !> The whole model on every process again; a former error stays.
+  subroutine put_together(model, loop, error)
+    type(model_type), intent(inout) :: model
+    type(step_loop_type), intent(inout) :: loop
+    type(error_type), allocatable, intent(inout) :: error
+    type(error_type), allocatable :: failure
+
+    if (.not. is_divided(model%part)) return
+    call join_model(model, failure)
+    call agree(loop%team, failure)
+    if (allocated(failure) .and. .not. allocated(error)) call move_alloc(failure, error)
+    if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
+  end subroutine put_together
 
   !> Put the loads of the present phase in force: from its start, or where the run was interrupted.
   subroutine begin_or_resume(model, loop, observer, error)
@@ -195,6 +233,7 @@ contains
     loop%end_notified = .true.
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
+    call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)
     if (next == 0 .and. .not. allocated(error)) call need_all_phases(model, error)
   end subroutine leave_lost_phase
@@ -225,6 +264,7 @@ contains
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_begun(model, error)
+    call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine enter_phase
 
@@ -260,6 +300,7 @@ contains
     end associate
     call switch_timer(loop%step%profile%watch, part_output)
     call observer%phase_done(model, error)
+    call agree(loop%team, error)
     call switch_timer(loop%step%profile%watch, part_control)
   end subroutine end_phase
 
@@ -411,9 +452,9 @@ contains
     type(step_type), intent(in) :: step
     type(step_record_type), intent(inout) :: record
 
-    associate (team => model%part%team, points => model%state%points)
+    associate (team => model%part%team, points => model%state%points, part => model%part)
       record%inaccurate_points = int(total(team, int(inaccurate_points(step%terms), long)))
-      record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_points(model%part, points%count)), long)))
+      record%plastic_points = int(total(team, int(sum(points%plastic, mask=own_points(part, points%count)), long)))
       record%equations = int(total(team, count(step%field_of > 0, kind=long)))
     end associate
     record%penetration = step%penetration
@@ -423,18 +464,23 @@ contains
     call take_histories(model, record%histories)
   end subroutine complete_record
 
-  !> Notify the observer of an accepted step.
+  !> Notify the observer of an accepted step, with the whole model where that is wanted.
   subroutine notify_step(model, loop, record, observer, error)
-    type(model_type), intent(in) :: model
+    type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
     type(step_record_type), intent(in) :: record
     class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
+    logical :: joins
 
     call switch_timer(loop%step%profile%watch, part_output)
     call report_step(model, loop%step, record%penetration, loop%report, observer)
-    call observer%accepted(model, record, error)
-    call agree(model%part%team, error)
+    joins = any_of(loop%team, observer%needs_model(model))
+    if (unevenness(model) > most_growth*loop%unevenness) joins = .true.
+    if (joins) call put_together(model, loop, error)
+    if (.not. allocated(error)) call observer%accepted(model, record, error)
+    call agree(loop%team, error)
+    if (.not. allocated(error)) call take_parts(model, loop, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     call switch_timer(loop%step%profile%watch, part_control)

@@ -1,10 +1,11 @@
 !> One load step by the rules of qsmpm_step_control: static solve, damped sub-steps, re-equilibrations. A step that is
 !> not accepted leaves the state as it was before. Who solves is passed in, so that a test scripts the outcomes.
 module qsmpm_stepping
-  use qsmpm_kinds, only: wp
+  use qsmpm_kinds, only: wp, long
   use qsmpm_analysis, only: phase_type, controls_type
   use qsmpm_equilibrium, only: solution_type
   use qsmpm_error, only: error_type
+  use qsmpm_exchange, only: spread_from
   use qsmpm_initialisation, only: step_type, norm_of_forces, norm_of_volumes
   use qsmpm_limit_load, only: add_compliance
   use qsmpm_linear_system, only: begin_step, failures
@@ -38,6 +39,7 @@ contains
     !> What ends the run; the state is then that before the step, too.
     type(error_type), allocatable, intent(out) :: error
     type(state_type) :: before
+    integer(long) :: failed(1)
 
     call begin_step(step%system, model%state%progress%failed_solvers)
     before = model%state
@@ -50,7 +52,9 @@ contains
     if (.not. outcome%accepted) then
       call restore(before, model)
     else
-      model%state%progress%failed_solvers = failures(step%system)
+      failed = failures(step%system)
+      call spread_from(model%part%team, 0, failed)
+      model%state%progress%failed_solvers = int(failed(1))
     end if
   end subroutine take_step
 

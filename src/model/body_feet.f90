@@ -192,7 +192,7 @@ contains
     integer :: i, b
 
     deallocate (model%state%inactive%feet%position, model%state%inactive%feet%initial_position, &
-      model%state%inactive%feet%local, model%state%inactive%feet%cell)
+      model%state%inactive%feet%local, model%state%inactive%feet%cell, model%state%inactive%feet%number)
     call allocate_carried(model%state%inactive%feet, size(places, 1), size(places, 2))
     allocate (model%feet%on(size(model%shapes), size(places, 2)), source=.false.)
     associate (feet => model%state%inactive%feet)

@@ -20,13 +20,14 @@ module qsmpm_model_window
   use qsmpm_model_mesh, only: make_mesh, make_sets, grid_of
   use qsmpm_model_space, only: make_space
   use qsmpm_phase_start, only: resume_phase
+  use qsmpm_own_marks, only: mark_own
   use qsmpm_points, only: carried_type, copy_points
   use qsmpm_sorting, only: order_columns
   use qsmpm_space, only: node_label, refresh_space
   implicit none
   private
 
-  public :: follow_material, restore, return_to_window, place_mesh, fit_window
+  public :: follow_material, move_window, restore, return_to_window, place_mesh, fit_window
 
 contains
 
@@ -211,6 +212,7 @@ contains
     call place_mesh(model)
     call fit_laws(model)
     call link_points(model)
+    call mark_own(model)
   end subroutine restore
 
   !> Lay a window again that was there before, when it is another one.

@@ -1,16 +1,18 @@
-!> The part of a model that a process answers for. Alone that is all of it. A process of a team has a window of the grid
-!> with the material points in it: those of its own box of cells, and copies of those in a ring around it, which make the
-!> sums at its own nodes whole. What is reduced over the team counts each point, cell and node once: on the process whose
-!> own it is.
+!> The part of a model that a process answers for. Alone that is all of it. A process of a team has a window of the
+!> grid with the material points in it: those of its own box of cells, and copies of those in a ring around it, which
+!> make the sums at its own nodes whole. What is reduced over the team counts each point, cell and node once: on the
+!> process whose own it is.
 !>
-!> How a model is divided is left to `qsmpm_division`.
+!> How a model is divided is left to `qsmpm_division`, what is own to `qsmpm_own_marks`.
 module qsmpm_own_part
+  use qsmpm_kinds, only: long
   use qsmpm_grid_window, only: window_type
+  use qsmpm_points, only: points_type
   use qsmpm_team, only: team_type
   implicit none
   private
 
-  public :: own_part_type, is_divided, own_nodes, own_points
+  public :: own_part_type, is_divided, own_nodes, own_points, own_tracers, own_watched
 
   type :: own_part_type
     !> Who shares the model: this process alone unless the model is divided.
@@ -19,8 +21,11 @@ module qsmpm_own_part
     type(window_type), allocatable :: boxes(:)
     !> Rows of cells around the box whose points are copied.
     integer :: ring = 0
-    !> Which nodes of the space, cells and material points are own; unallocated alone.
-    logical, allocatable :: nodes(:), cells(:), points(:)
+    !> Which nodes of the space, cells, material points, tracers and watched places are own; unallocated alone.
+    logical, allocatable :: nodes(:), cells(:), points(:), tracers(:), watched(:)
+    !> A point that carries what all of them do, and the numbers of the points of histories (0 for none).
+    type(points_type) :: like
+    integer(long), allocatable :: history_number(:)
   end type own_part_type
 
 contains
@@ -53,4 +58,26 @@ contains
     own = .true.
     if (allocated(part%points)) own = part%points
   end function own_points
+
+  !> Own tracers.
+  pure function own_tracers(part, count) result(own)
+    type(own_part_type), intent(in) :: part
+    !> Tracers.
+    integer, intent(in) :: count
+    logical :: own(count)
+
+    own = .true.
+    if (allocated(part%tracers)) own = part%tracers
+  end function own_tracers
+
+  !> Own watched places.
+  pure function own_watched(part, count) result(own)
+    type(own_part_type), intent(in) :: part
+    !> Watched places.
+    integer, intent(in) :: count
+    logical :: own(count)
+
+    own = .true.
+    if (allocated(part%watched)) own = part%watched
+  end function own_watched
 end module qsmpm_own_part

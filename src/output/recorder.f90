@@ -14,8 +14,7 @@ module qsmpm_recorder
   use qsmpm_earlier_run, only: remove_earlier_run
   use qsmpm_error, only: error_type, error_other
   use qsmpm_fields, only: phase_time
-  use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, &
-    read_text, write_text
+  use qsmpm_file, only: file_type, append_file, close_file, file_exists, flush_file, put_text, read_text, write_text
   use qsmpm_folder_lock, only: folder_lock_type, lock_folder, unlock_folder, make_folder
   use qsmpm_analysis, only: analysis_type, mesh_grid
   use qsmpm_limit_load, only: is_found
@@ -88,6 +87,7 @@ module qsmpm_recorder
     character(len=:), allocatable :: times
   contains
     procedure :: phase_begun
+    procedure :: needs_model
     procedure :: accepted
     procedure :: phase_done
     procedure :: mechanism
@@ -251,6 +251,15 @@ contains
     recorder%picture_step = model%state%progress%step
     call write_pictures(recorder, model, error)
   end subroutine show_start
+
+  !> Whether a picture or a restart file is due, or the scene is larger than the model.
+  logical function needs_model(self, model)
+    class(recorder_type), intent(inout) :: self
+    type(model_type), intent(in) :: model
+
+    needs_model = is_reduced(self%options%whole) .or. any(is_multiple(model%state%progress%step, &
+      [model%analysis%output%field_every, model%analysis%output%restart_every]))
+  end function needs_model
 
   !> A step was accepted: its row, and what is due.
   subroutine accepted(self, model, record, error)
@@ -580,7 +589,7 @@ contains
   end subroutine write_seconds
 
   !> Whether a step is one of every so many; never when that is 0.
-  pure logical function is_multiple(step, every)
+  elemental logical function is_multiple(step, every)
     integer, intent(in) :: step
     !> Every so many steps, 0 for never.
     integer, intent(in) :: every

@@ -3,8 +3,8 @@
 !> values, expansion of reduced scenes) loops over such a list and names none.
 !>
 !> A stored field is seen where it lies, as a table (components, n) or as a row of integers, short or long; the list is
-!> good as long as its owner lives. A field that is made from others holds its values itself. Which fields there are is said by
-!> `list_fields` of qsmpm_points and by qsmpm_made_fields.
+!> good as long as its owner lives. A field that is made from others holds its values itself. Which fields there are is
+!> said by `list_fields` of qsmpm_points and by qsmpm_made_fields.
 module qsmpm_field_list
   use qsmpm_kinds, only: wp, long
   implicit none

@@ -128,7 +128,7 @@ contains
   end subroutine sort_by_cell
 
   !> Find the owner cells again after a move or a change of the mesh.
-  subroutine relocate(mesh, cell_size, carried, name, error)
+  subroutine relocate(mesh, cell_size, carried, name, error, chosen)
     type(mesh_type), intent(in) :: mesh
     !> Typical cell size [length].
     real(wp), intent(in) :: cell_size
@@ -138,16 +138,22 @@ contains
     character(len=*), intent(in) :: name
     !> error_left_mesh, naming the point.
     type(error_type), allocatable, intent(out) :: error
+    !> Which of them; all when absent.
+    logical, intent(in), optional :: chosen(:)
     real(wp) :: low(3), high(3)
     character(len=200) :: text
+    logical :: sought(carried%count)
     integer :: p, lost
 
     low(:mesh%dimension) = minval(mesh%coordinates, dim=2)
     high(:mesh%dimension) = maxval(mesh%coordinates, dim=2)
     lost = huge(lost)
-    !$omp parallel do default(none) shared(mesh, cell_size, carried, low, high) reduction(min: lost) &
+    sought = .true.
+    if (present(chosen)) sought = chosen
+    !$omp parallel do default(none) shared(mesh, cell_size, carried, low, high, sought) reduction(min: lost) &
     !$omp& if (carried%count >= fewest_places)
     do p = 1, carried%count
+      if (.not. sought(p)) cycle
       if (.not. is_found(mesh, cell_size, low(:mesh%dimension), high(:mesh%dimension), carried, p)) lost = min(lost, p)
     end do
     !$omp end parallel do

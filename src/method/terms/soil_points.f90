@@ -18,6 +18,7 @@ module qsmpm_soil_points
   use qsmpm_merged_groups, only: merge_groups
   use qsmpm_model, only: model_type
   use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_own_part, only: is_divided
   use qsmpm_point_strain, only: add_strains
   use qsmpm_points, only: points_type, carries_strains
   use qsmpm_pressure_groups, only: needs_patches, pressure_patches
@@ -115,7 +116,7 @@ contains
       allocate (self%integration)
       call integrate_in_cells(model%mesh, model%space, model%analysis%model == axisymmetric, configuration%activation, &
         model%state%points, model%laws, configuration%domains, self%integration, self%inaccurate_points, &
-        configuration%bodies)
+        configuration%bodies, model%part%cells)
     end if
     call group_by_pressure(self, model, configuration%at_points)
     if (allocated(self%integration) .and. allocated(configuration%at_points%cell_size)) &
@@ -138,6 +139,8 @@ contains
     self%point_count = integration%point_count
     call prepare_evaluation(integration, model%mesh%dimension, model%space%node_count, self%updates_points, .false., &
       self%evaluation, carries_strains(model%state%points))
+    if (allocated(self%evaluation%counted)) deallocate (self%evaluation%counted)
+    if (is_divided(model%part)) self%evaluation%counted = model%part%cells
   end subroutine prepare_soil_evaluation
 
   !> Put together the cells that share a pressure, when a material asks for it and cells are too small.

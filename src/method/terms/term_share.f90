@@ -19,7 +19,8 @@ module qsmpm_term_share
   implicit none
   private
 
-  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, join_share, add_solves, share_named, load_share_named
+  public :: solve_share_type, step_share_type, share_of_load, share_of_cells, join_share, add_solves, &
+    share_named, load_share_named
 
   !> Columns of curves.csv that step control asks for.
   character(len=*), parameter, public :: damping_share = 'damping_share', stabilisation_share = 'stabilisation_share'

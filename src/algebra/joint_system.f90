@@ -1,0 +1,326 @@
+!> The equations of a team of processes, put together and solved on the first of them. Each process has the rows of its
+!> own nodes whole (qsmpm_own_part) and sends them; the first one numbers, factorises and solves as a process alone
+!> would, and all get the solution. Exact, but as slow and as large as on one process: it serves small systems, and as
+!> the measure of what solves on all processes. Alone nothing is sent.
+!>
+!> A list of nodes that couple is sent by the process whose own its first node is, an entry of one triangle by the
+!> process whose own the row of it is in the joint numbering: it has every part of it.
+module qsmpm_joint_system
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_agreement, only: agree
+  use qsmpm_analysis, only: solver_choice_type
+  use qsmpm_equations, only: equations_type, number_equations
+  use qsmpm_error, only: error_type, fail, error_other
+  use qsmpm_exchange, only: collect, spread_from
+  use qsmpm_linear_system, only: linear_system_type, start_system, factorise_system, solve_system
+  use qsmpm_node_graph, only: connectivity_type
+  use qsmpm_sorting, only: order_columns, place_in_order
+  use qsmpm_sparse_matrix, only: sparse_matrix_type
+  use qsmpm_team, only: team_type
+  implicit none
+  private
+
+  public :: joint_system_type, start_joint_system, factorise_jointly, solve_jointly
+
+  character(len=*), parameter :: torn = 'the parts of the equations do not fit together'
+
+  type :: joint_system_type
+    !> Equations of all and their matrix; on the first process.
+    type(equations_type) :: equations
+    type(sparse_matrix_type) :: matrix
+    !> How many there are, and which of them each equation of this process is (equations).
+    integer :: count = 0
+    !> Where its nodes are (dimension, nodes).
+    real(wp), allocatable :: places(:, :)
+    integer, allocatable :: number(:)
+    !> Values of its matrix, and equations, that this process sends.
+    integer, allocatable :: sent(:), own(:)
+    !> Where they go; on the first process.
+    integer(long), allocatable :: place(:), own_number(:)
+  end type joint_system_type
+
+contains
+
+  !> Number the equations of all, and make a solver for them; alone the solver only.
+  subroutine start_joint_system(joint, team, system, choice, equations, matrix, labels, own, places, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    !> What the deck asks for.
+    type(solver_choice_type), intent(in) :: choice
+    !> Equations of this process, numbered, and the pattern of its matrix.
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Names of the nodes and whether they are own (nodes), and where they are (dimension, nodes).
+    integer, intent(in) :: labels(:)
+    logical, intent(in) :: own(:)
+    real(wp), intent(in) :: places(:, :)
+    type(error_type), allocatable, intent(out) :: error
+    integer, allocatable :: joint_labels(:)
+
+    call collect_graph(joint, team, equations, labels, own, places, joint_labels, error)
+    call agree(team, error)
+    if (allocated(error)) return
+    call find_numbers(joint, team, equations, labels, joint_labels, error)
+    call agree(team, error)
+    if (allocated(error)) return
+    call find_places(joint, team, equations, matrix, own, error)
+    call agree(team, error)
+    if (allocated(error)) return
+    if (team%rank == 0) call start_system(system, choice, joint%matrix, joint%equations%bandwidth, &
+      equations%symmetric, size(places, 1), error, joint%equations%number, joint%places)
+    call agree(team, error)
+  end subroutine start_joint_system
+
+  !> Bring nodes and node lists of all to the first process, and number the equations there.
+  subroutine collect_graph(joint, team, equations, labels, own, places, joint_labels, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: labels(:)
+    logical, intent(in) :: own(:)
+    real(wp), intent(in) :: places(:, :)
+    !> Labels of all nodes, rising; on the first process.
+    integer, allocatable, intent(out) :: joint_labels(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer(long), allocatable :: lists(:), nodes(:), all_lists(:), all_nodes(:)
+    real(wp), allocatable :: all_places(:)
+    integer, allocatable :: first(:), order(:), mine(:), bits(:)
+    integer :: a, q, c, d, k, n
+
+    d = size(places, 1)
+    allocate (lists(0))
+    n = 0
+    allocate (order(equations%connectivity%count + size(equations%connectivity%nodes)))
+    do q = 1, equations%connectivity%count
+      associate (list => equations%connectivity%nodes(equations%connectivity%first(q): &
+          equations%connectivity%first(q + 1) - 1))
+        if (.not. own(list(1))) cycle
+        order(n + 1) = size(list)
+        order(n + 2:n + 1 + size(list)) = labels(list)
+        n = n + 1 + size(list)
+      end associate
+    end do
+    lists = int(order(:n), long)
+    deallocate (order)
+    mine = pack([(a, a=1, size(own))], own .and. equations%active)
+    allocate (bits(size(mine)), source=0)
+    do c = 1, d
+      where (equations%constrained(c, mine)) bits = ibset(bits, c)
+    end do
+    allocate (nodes(2*size(mine)))
+    nodes(1::2) = labels(mine)
+    nodes(2::2) = bits
+    call collect(team, lists, all_lists, first)
+    call collect(team, nodes, all_nodes, first)
+    call collect(team, reshape(places(:, mine), [d*size(mine)]), all_places, first)
+    if (team%rank > 0) return
+    n = size(all_nodes)/2
+    allocate (order(n))
+    call order_columns(reshape(int(all_nodes(1::2)), [1, n]), order)
+    joint_labels = int(all_nodes(2*order - 1))
+    bits = int(all_nodes(2*order))
+    if (any(joint_labels(2:) == joint_labels(:n - 1))) call fail(error, error_other, torn//': a node is twice own')
+    if (allocated(error)) return
+    call number_all(joint, equations, joint_labels, bits, &
+      reshape([(all_places(d*(order(k) - 1) + 1:d*order(k)), k=1, n)], [d, n]), all_lists, error)
+  end subroutine collect_graph
+
+  !> Number the equations of all.
+  subroutine number_all(joint, equations, joint_labels, bits, places, lists, error)
+    type(joint_system_type), intent(inout) :: joint
+    !> Of this process, which tell what will solve.
+    type(equations_type), intent(in) :: equations
+    !> Labels, constrained components and places of all nodes.
+    integer, intent(in) :: joint_labels(:), bits(:)
+    real(wp), intent(in) :: places(:, :)
+    !> Node lists by labels, their lengths before them.
+    integer(long), intent(in) :: lists(:)
+    type(error_type), allocatable, intent(out) :: error
+    type(connectivity_type) :: connectivity
+    logical :: constrained(size(places, 1), size(bits)), changed
+    integer, allocatable :: nodes(:), first(:)
+    integer :: c, k, n, q
+
+    do c = 1, size(places, 1)
+      constrained(c, :) = btest(bits, c)
+    end do
+    allocate (nodes(size(lists)), first(size(lists) + 1))
+    k = 1
+    n = 0
+    q = 0
+    first(1) = 1
+    do while (k <= size(lists))
+      q = q + 1
+      do c = k + 1, k + int(lists(k))
+        n = n + 1
+        nodes(n) = place_in_order(joint_labels, int(lists(c)))
+        if (nodes(n) == 0) call fail(error, error_other, torn//': a node is no one''s')
+        if (allocated(error)) return
+      end do
+      first(q + 1) = n + 1
+      k = k + 1 + int(lists(k))
+    end do
+    connectivity%count = q
+    connectivity%first = first(:q + 1)
+    connectivity%nodes = nodes(:n)
+    joint%places = places
+    joint%equations%solver_kind = equations%solver_kind
+    joint%equations%symmetric = equations%symmetric
+    call number_equations(joint%equations, connectivity, constrained, joint%matrix, changed, error, places)
+  end subroutine number_all
+
+  !> Find which of all equations those of this process are.
+  subroutine find_numbers(joint, team, equations, labels, joint_labels, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(equations_type), intent(in) :: equations
+    integer, intent(in) :: labels(:)
+    !> On the first process.
+    integer, allocatable, intent(inout) :: joint_labels(:)
+    type(error_type), allocatable, intent(out) :: error
+    integer(long) :: counts(2)
+    integer(long), allocatable :: table(:)
+    integer :: a, c, d, k
+
+    d = size(equations%number, 1)
+    counts = 0
+    if (team%rank == 0) counts = [size(joint_labels), joint%equations%count]
+    call spread_from(team, 0, counts)
+    joint%count = int(counts(2))
+    allocate (table((d + 1)*counts(1)), source=0_long)
+    if (team%rank == 0) then
+      do k = 1, size(joint_labels)
+        table((d + 1)*(k - 1) + 1:(d + 1)*k) = [joint_labels(k), joint%equations%number(:, k)]
+      end do
+    end if
+    call spread_from(team, 0, table)
+    joint_labels = int(table(1::d + 1))
+    if (allocated(joint%number)) deallocate (joint%number)
+    allocate (joint%number(equations%count), source=0)
+    do a = 1, size(labels)
+      if (.not. equations%active(a)) cycle
+      k = place_in_order(joint_labels, labels(a))
+      do c = 1, d
+        if (equations%number(c, a) == 0) cycle
+        if (k > 0) joint%number(equations%number(c, a)) = int(table((d + 1)*(k - 1) + 1 + c))
+      end do
+    end do
+    if (any(joint%number == 0)) call fail(error, error_other, torn//': an equation is in no part')
+  end subroutine find_numbers
+
+  !> Which entries and equations this process sends, and where they go.
+  subroutine find_places(joint, team, equations, matrix, own, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(equations_type), intent(in) :: equations
+    type(sparse_matrix_type), intent(in) :: matrix
+    logical, intent(in) :: own(:)
+    type(error_type), allocatable, intent(out) :: error
+    logical :: own_equation(equations%count)
+    integer(long), allocatable :: entries(:), all_entries(:)
+    integer, allocatable :: first(:)
+    integer :: a, c, i, j, k, n, row, column
+
+    own_equation = .false.
+    do a = 1, size(own)
+      do c = 1, size(equations%number, 1)
+        if (equations%number(c, a) > 0) own_equation(equations%number(c, a)) = own(a)
+      end do
+    end do
+    joint%own = pack([(i, i=1, equations%count)], own_equation)
+    call collect(team, int(joint%number(joint%own), long), joint%own_number, first)
+    allocate (entries(2*size(matrix%column)))
+    if (allocated(joint%sent)) deallocate (joint%sent)
+    allocate (joint%sent(size(matrix%column)))
+    n = 0
+    do i = 1, equations%count
+      do k = matrix%row_first(i), matrix%row_first(i + 1) - 1
+        j = matrix%column(k)
+        row = i
+        column = j
+        if (matrix%symmetric .and. joint%number(j) < joint%number(i)) then
+          row = j
+          column = i
+        end if
+        if (.not. own_equation(row)) cycle
+        n = n + 1
+        joint%sent(n) = k
+        entries(2*n - 1:2*n) = [joint%number(row), joint%number(column)]
+      end do
+    end do
+    joint%sent = joint%sent(:n)
+    call collect(team, entries(:2*n), all_entries, first)
+    if (allocated(joint%place)) deallocate (joint%place)
+    allocate (joint%place(size(all_entries)/2))
+    if (team%rank > 0) return
+    do k = 1, size(joint%place)
+      i = int(all_entries(2*k - 1))
+      associate (row_columns => joint%matrix%column(joint%matrix%row_first(i):joint%matrix%row_first(i + 1) - 1))
+        j = place_in_order(row_columns, int(all_entries(2*k)))
+      end associate
+      if (j == 0) call fail(error, error_other, torn//': a value has no place')
+      if (allocated(error)) return
+      joint%place(k) = joint%matrix%row_first(i) - 1 + j
+    end do
+    if (size(joint%place) /= size(joint%matrix%column)) call fail(error, error_other, torn//': a value is missing')
+  end subroutine find_places
+
+  !> Take new values of the matrix.
+  subroutine factorise_jointly(joint, team, system, matrix, error)
+    type(joint_system_type), intent(inout) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    !> Of this process.
+    type(sparse_matrix_type), intent(in) :: matrix
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: values(:)
+    integer, allocatable :: first(:)
+
+    if (team%ranks == 1) then
+      call factorise_system(system, matrix, error)
+      return
+    end if
+    call collect(team, matrix%values(joint%sent), values, first)
+    if (team%rank == 0) then
+      joint%matrix%values(joint%place) = values
+      call factorise_system(system, joint%matrix, error)
+    end if
+    call agree(team, error)
+  end subroutine factorise_jointly
+
+  !> Solve for the matrix taken last.
+  subroutine solve_jointly(joint, team, system, matrix, rhs, tolerance, x, error)
+    type(joint_system_type), intent(in) :: joint
+    type(team_type), intent(in) :: team
+    type(linear_system_type), intent(inout) :: system
+    !> Of this process.
+    type(sparse_matrix_type), intent(in) :: matrix
+    !> Right-hand side, good at own equations (equations).
+    real(wp), intent(in) :: rhs(:)
+    !> Residual allowed relative to it where the solution is iterated.
+    real(wp), intent(in) :: tolerance
+    !> Solution, good at all equations of this process.
+    real(wp), intent(out) :: x(:)
+    type(error_type), allocatable, intent(out) :: error
+    real(wp), allocatable :: values(:)
+    real(wp) :: all_rhs(merge(joint%count, 0, team%ranks > 1)), all_x(merge(joint%count, 0, team%ranks > 1))
+    integer, allocatable :: first(:)
+
+    if (team%ranks == 1) then
+      call solve_system(system, matrix, rhs, tolerance, x, error)
+      return
+    end if
+    call collect(team, rhs(joint%own), values, first)
+    all_x = 0.0_wp
+    if (team%rank == 0) then
+      all_rhs(joint%own_number) = values
+      call solve_system(system, joint%matrix, all_rhs, tolerance, all_x, error)
+    end if
+    x = 0.0_wp
+    call agree(team, error)
+    if (allocated(error)) return
+    call spread_from(team, 0, all_x)
+    x = all_x(joint%number)
+  end subroutine solve_jointly
+end module qsmpm_joint_system

@@ -1,0 +1,75 @@
+!> What a team of processes cannot share yet: it is refused by name, before anything is computed.
+module qsmpm_sharing_limits
+  use qsmpm_kinds, only: wp
+  use qsmpm_active_bodies, only: has_stages
+  use qsmpm_analysis, only: analysis_type, mesh_grid, basis_fem, phase_safety
+  use qsmpm_error, only: error_type, fail, error_deck
+  use qsmpm_model, only: model_type
+  use qsmpm_pore_water, only: has_pore_pressure
+  use qsmpm_text, only: integer_text
+  implicit none
+  private
+
+  public :: refuse_sharing
+
+contains
+
+  !> Refuse a model that cannot be divided.
+  subroutine refuse_sharing(model, ranks, error)
+    type(model_type), intent(in) :: model
+    !> Processes that are to share it.
+    integer, intent(in) :: ranks
+    !> error_deck: everything that stands in the way, by its keyword.
+    type(error_type), allocatable, intent(out) :: error
+    character(len=:), allocatable :: list
+    integer :: p
+
+    if (ranks == 1) return
+    list = ''
+    call refuse_mesh(model%analysis, list)
+    associate (analysis => model%analysis)
+      if (size(analysis%surfaces) > 0) call add(list, '*SURFACE')
+      if (size(analysis%rigid_bodies) > 0) call add(list, '*RIGID BODY')
+      if (has_stages(analysis)) call add(list, '*ACTIVATE, *DEACTIVATE and *CHANGE MATERIAL')
+      if (has_pore_pressure(model)) call add(list, 'pore water')
+      if (analysis%confinement > 0.0_wp) call add(list, '*CONFINEMENT')
+      if (any(model%outlines%integrates)) call add(list, &
+        'bodies that are integrated inside of their outlines (*METHOD, INTEGRATION=CELL of bodies that cut cells)')
+      do p = 1, size(analysis%phases)
+        if (analysis%phases(p)%kind == phase_safety) call add(list, '*SAFETY')
+        if (analysis%phases(p)%controls%step_error > 0.0_wp) call add(list, 'STEP ERROR of *CONTROLS')
+      end do
+    end associate
+    if (allocated(model%loading%point_force)) call add(list, 'forces on material points')
+    if (len(list) == 0) return
+    call fail(error, error_deck, integer_text(ranks)//' processes cannot share this deck yet, for it has '//list// &
+      ': run it on one (docs/distributed.md)')
+  end subroutine refuse_sharing
+
+  !> What of the mesh stands in the way.
+  subroutine refuse_mesh(analysis, list)
+    type(analysis_type), intent(in) :: analysis
+    character(len=:), allocatable, intent(inout) :: list
+
+    associate (mesh => analysis%mesh)
+      if (mesh%kind /= mesh_grid) then
+        call add(list, 'a mesh that is no *GRID')
+      else if (all(mesh%element /= ['QUAD4', 'HEX8 '])) then
+        call add(list, 'ELEMENT='//mesh%element//' of *GRID')
+      end if
+      if (mesh%perturbation > 0.0_wp) call add(list, 'PERTURB of *GRID')
+    end associate
+    if (analysis%method%basis == basis_fem) call add(list, 'BASIS=FEM')
+    if (analysis%moving_mesh%active) call add(list, '*MOVING MESH')
+  end subroutine refuse_mesh
+
+  !> One more, once.
+  subroutine add(list, name)
+    character(len=:), allocatable, intent(inout) :: list
+    character(len=*), intent(in) :: name
+
+    if (index(list, name) > 0) return
+    if (len(list) > 0) list = list//'; '
+    list = list//name
+  end subroutine add
+end module qsmpm_sharing_limits

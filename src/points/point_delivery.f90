@@ -1,0 +1,152 @@
+!> Material points that go from process to process of a team with all that they carry. A point goes wherever its sender
+!> says, to several processes or to none; what comes in stands in the order of the numbers of the points, so that sums
+!> over them do not depend on who sent them.
+module qsmpm_point_delivery
+  use qsmpm_kinds, only: wp, long
+  use qsmpm_exchange, only: hand_over
+  use qsmpm_field_list, only: field_list_type
+  use qsmpm_point_selection, only: select_points
+  use qsmpm_points, only: points_type
+  use qsmpm_sorting, only: order_columns
+  use qsmpm_team, only: team_type
+  implicit none
+  private
+
+  public :: deliver_points, number_order
+
+contains
+
+  !> Send points and get those that others send.
+  subroutine deliver_points(team, points, goes, like, got)
+    type(team_type), intent(in) :: team
+    type(points_type), intent(in), target :: points
+    !> Whether a point goes to a rank (ranks, points).
+    logical, intent(in) :: goes(:, :)
+    !> A point that carries what all of them do: a process may have none.
+    type(points_type), intent(in), target :: like
+    !> What has come, sorted by number.
+    type(points_type), intent(out) :: got
+    type(points_type) :: unsorted
+    real(wp), allocatable :: reals(:), their_reals(:)
+    integer(long), allocatable :: longs(:), their_longs(:)
+    integer, allocatable :: first(:), first_reals(:), first_longs(:), their_first(:), order(:)
+    integer :: reals_each, longs_each, r, n
+
+    call count_numbers(like, reals_each, longs_each)
+    allocate (first(team%ranks + 1), source=1)
+    do r = 1, team%ranks
+      first(r + 1) = first(r) + count(goes(r, :))
+    end do
+    first_reals = (first - 1)*reals_each + 1
+    first_longs = (first - 1)*longs_each + 1
+    call pack_points(points, like, goes, reals, longs)
+    call hand_over(team, reals, first_reals, their_reals, their_first)
+    call hand_over(team, longs, first_longs, their_longs, their_first)
+    n = size(their_longs)/longs_each
+    call select_points(like, spread(1, 1, n), unsorted)
+    call unpack_points(their_reals, their_longs, like, unsorted)
+    order = number_order(unsorted%number)
+    call select_points(unsorted, order, got)
+    ! What a process without points does not carry, it carries from now on.
+    if (n == 0) call select_points(like, spread(1, 1, 0), got)
+  end subroutine deliver_points
+
+  !> Reals and whole numbers that a point carries.
+  subroutine count_numbers(like, reals, longs)
+    type(points_type), intent(in), target :: like
+    integer, intent(out) :: reals, longs
+    type(field_list_type) :: list
+    integer :: i
+
+    reals = 0
+    longs = 0
+    call like%list_fields(list)
+    do i = 1, list%count
+      associate (field => list%fields(i))
+        if (field%point_count() == 0) cycle
+        if (associated(field%reals)) reals = reals + field%component_count()
+        if (associated(field%labels) .or. associated(field%numbers)) longs = longs + 1
+      end associate
+    end do
+  end subroutine count_numbers
+
+  !> The numbers of points, rank after rank, point after point.
+  subroutine pack_points(points, like, goes, reals, longs)
+    type(points_type), intent(in), target :: points, like
+    !> (ranks, points)
+    logical, intent(in) :: goes(:, :)
+    real(wp), allocatable, intent(out) :: reals(:)
+    integer(long), allocatable, intent(out) :: longs(:)
+    type(field_list_type) :: list, carried
+    integer :: i, p, r, nr, nl, n
+
+    call count_numbers(like, nr, nl)
+    allocate (reals(nr*count(goes)), longs(nl*count(goes)))
+    call points%list_fields(list)
+    call like%list_fields(carried)
+    nr = 0
+    nl = 0
+    do r = 1, size(goes, 1)
+      do p = 1, size(goes, 2)
+        if (.not. goes(r, p)) cycle
+        do i = 1, list%count
+          if (carried%fields(i)%point_count() == 0) cycle
+          associate (field => list%fields(i))
+            n = field%component_count()
+            if (associated(field%reals)) then
+              reals(nr + 1:nr + n) = field%reals(:, p)
+              nr = nr + n
+              cycle
+            end if
+            nl = nl + 1
+            if (associated(field%labels)) longs(nl) = field%labels(p)
+            if (associated(field%numbers)) longs(nl) = field%numbers(p)
+          end associate
+        end do
+      end do
+    end do
+  end subroutine pack_points
+
+  !> The same back into points.
+  subroutine unpack_points(reals, longs, like, points)
+    real(wp), intent(in) :: reals(:)
+    integer(long), intent(in) :: longs(:)
+    type(points_type), intent(in), target :: like
+    type(points_type), intent(inout), target :: points
+    type(field_list_type) :: list, carried
+    integer :: i, p, nr, nl, n
+
+    call points%list_fields(list)
+    call like%list_fields(carried)
+    nr = 0
+    nl = 0
+    do p = 1, points%count
+      do i = 1, list%count
+        if (carried%fields(i)%point_count() == 0) cycle
+        associate (field => list%fields(i))
+          n = field%component_count()
+          if (associated(field%reals)) then
+            field%reals(:, p) = reals(nr + 1:nr + n)
+            nr = nr + n
+            cycle
+          end if
+          nl = nl + 1
+          if (associated(field%labels)) field%labels(p) = int(longs(nl))
+          if (associated(field%numbers)) field%numbers(p) = longs(nl)
+        end associate
+      end do
+    end do
+  end subroutine unpack_points
+
+  !> Order of numbers.
+  pure function number_order(numbers) result(order)
+    integer(long), intent(in) :: numbers(:)
+    integer :: order(size(numbers))
+    integer(long), parameter :: base = 2_long**30
+    integer :: halves(2, size(numbers))
+
+    halves(1, :) = int(numbers/base)
+    halves(2, :) = int(mod(numbers, base))
+    call order_columns(halves, order)
+  end function number_order
+end module qsmpm_point_delivery

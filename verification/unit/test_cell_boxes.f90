@@ -1,0 +1,79 @@
+!> Boxes of cells for the processes of a team: they make up the grid, share what lies in it, and are the same again.
+module test_cell_boxes
+  use testing, only: tests_type
+  use qsmpm_cell_boxes, only: share_cells, box_of, is_inside
+  use qsmpm_grid_window, only: window_type, cells_of
+  use qsmpm_sorting, only: place_in_order
+  implicit none
+  private
+
+  public :: collect_cell_boxes
+
+contains
+
+  !> All checks of this module.
+  subroutine collect_cell_boxes(tests)
+    type(tests_type), intent(inout) :: tests
+
+    call tests%start('cell_boxes')
+    call check_shares(tests)
+    call check_narrow(tests)
+    call tests%check('a value is found in a rising list', place_in_order([2, 5, 9], 5) == 2)
+    call tests%check('one that is not there is not', place_in_order([2, 5, 9], 6) == 0 .and. &
+      place_in_order([2, 5, 9], 10) == 0 .and. place_in_order([integer ::], 1) == 0)
+  end subroutine collect_cell_boxes
+
+  !> A slope of 12 by 6 cells, four points in each: 1 to 7 processes.
+  subroutine check_shares(tests)
+    type(tests_type), intent(inout) :: tests
+    type(window_type), parameter :: whole = window_type([1, 1, 1], [20, 8, 1])
+    integer :: at(3, 4*12*6), owner(20, 8), shared(7), n, i, j, k, ranks
+    type(window_type), allocatable :: boxes(:), again(:)
+    logical :: short
+
+    n = 0
+    do j = 1, 6
+      do i = 1, 12 - j
+        do k = 1, 4
+          n = n + 1
+          at(:, n) = [i, j, 1]
+        end do
+      end do
+    end do
+    do ranks = 1, 7
+      if (allocated(boxes)) deallocate (boxes, again)
+      allocate (boxes(ranks), again(ranks))
+      call share_cells(at(:, :n), whole, boxes, short)
+      call share_cells(at(:, :n), whole, again, short)
+      owner = 0
+      do j = 1, 8
+        do i = 1, 20
+          owner(i, j) = count([(is_inside(boxes(k), [i, j, 1]), k=1, ranks)])
+        end do
+      end do
+      call tests%check('every cell is in one box', all(owner == 1) .and. .not. short)
+      call tests%check('the boxes are the grid', sum([(product(cells_of(boxes(k))), k=1, ranks)]) == 20*8)
+      shared = 0
+      do i = 1, n
+        k = box_of(boxes, at(:, i))
+        shared(k) = shared(k) + 1
+      end do
+      call tests%check('no box has more than 1.5 times its share of points', &
+        maxval(shared) <= 1.5*real(n)/real(ranks) .and. minval(shared(:ranks)) > 0)
+      call tests%check('the same boxes again', all([(all(boxes(k)%first == again(k)%first) .and. &
+        all(boxes(k)%last == again(k)%last), k=1, ranks)]))
+    end do
+  end subroutine check_shares
+
+  !> More processes than there are cells with something in them.
+  subroutine check_narrow(tests)
+    type(tests_type), intent(inout) :: tests
+    type(window_type) :: boxes(4)
+    logical :: short
+
+    call share_cells(reshape([3, 1, 1, 4, 1, 1, 5, 1, 1], [3, 3]), window_type([1, 1, 1], [9, 9, 1]), boxes, short)
+    call tests%check('three cells are too few for four', short)
+    call share_cells(reshape([3, 1, 1, 4, 1, 1, 5, 1, 1], [3, 3]), window_type([1, 1, 1], [9, 9, 1]), boxes(:3), short)
+    call tests%check('and enough for three', .not. short)
+  end subroutine check_narrow
+end module test_cell_boxes
