@@ -8,7 +8,7 @@ module qsmpm_phases
   use qsmpm_contact_gaps, only: widest_gap
   use qsmpm_error, only: error_type, fail
   use qsmpm_histories, only: take_histories
-  use qsmpm_division, only: divide_model, join_model, unevenness
+  use qsmpm_division, only: divide_model, division_text, join_model, unevenness
   use qsmpm_constant_load_test, only: test_constant_load
   use qsmpm_initial_balance, only: check_initial_balance
   use qsmpm_initialisation, only: step_type, begin_analysis
@@ -129,7 +129,7 @@ contains
       call enter_phase(model, loop, observer, error)
       if (allocated(error)) return
     end if
-    call take_parts(model, loop, error)
+    if (loop%team%ranks > 1) call take_parts(model, loop, observer, error)
     if (.not. allocated(error)) &
       call reach_step(model, loop, model%analysis%phases(model%state%progress%phase), observer, error)
     if (allocated(error) .or. phase_is_complete(model%state%progress)) call put_together(model, loop, error)
@@ -142,15 +142,19 @@ contains
   end subroutine advance_step_loop
 
   !> Give every process of the team its part of the model; alone it keeps the whole.
-  subroutine take_parts(model, loop, error)
+  subroutine take_parts(model, loop, observer, error)
     type(model_type), intent(inout) :: model
     type(step_loop_type), intent(inout) :: loop
+    class(observer_type), intent(inout) :: observer
     type(error_type), allocatable, intent(out) :: error
 
     if (loop%team%ranks == 1 .or. is_divided(model%part)) return
     call divide_model(model, loop%team, error)
     call agree(loop%team, error)
-    if (.not. allocated(error)) loop%unevenness = unevenness(model)
+    if (.not. allocated(error)) then
+      loop%unevenness = unevenness(model)
+      call observer%note(division_text(model))
+    end if
     ! Equations of another division are none of this one.
     if (allocated(loop%step%equations%number)) deallocate (loop%step%equations%number)
   end subroutine take_parts
@@ -480,7 +484,7 @@ contains
     if (joins) call put_together(model, loop, error)
     if (.not. allocated(error)) call observer%accepted(model, record, error)
     call agree(loop%team, error)
-    if (.not. allocated(error)) call take_parts(model, loop, error)
+    if (loop%team%ranks > 1 .and. .not. allocated(error)) call take_parts(model, loop, observer, error)
     call report_stabilisation(model%state%progress%load_factor, share_named(record%shares, stabilisation_share), &
       loop%report, observer)
     call switch_timer(loop%step%profile%watch, part_control)

@@ -27,11 +27,11 @@ module qsmpm_division
   use qsmpm_sorting, only: order_columns, place_in_order
   use qsmpm_space, only: node_label
   use qsmpm_team, only: team_type, largest, total
-  use qsmpm_text, only: integer_text
+  use qsmpm_text, only: integer_text, real_text
   implicit none
   private
 
-  public :: divide_model, join_model, migrate_points, unevenness
+  public :: divide_model, division_text, join_model, migrate_points, unevenness
 
 contains
 
@@ -150,6 +150,30 @@ contains
     call number_cells(whole_of(model), model%state%window, model%state%watched)
     call put_forces(model, labels, forces)
   end subroutine join_model
+
+  !> How the points are shared, for the log.
+  function division_text(model) result(text)
+    type(model_type), intent(in) :: model
+    character(len=:), allocatable :: text
+    real(wp) :: copies
+
+    associate (part => model%part)
+      copies = real(total(part%team, count(.not. part%points, kind=long)), wp) &
+        /real(total(part%team, count(part%points, kind=long)), wp)
+      text = 'shared by '//integer_text(part%team%ranks)//' processes: imbalance '//two_digits(unevenness(model))// &
+        ' of their points, '//two_digits(copies)//' copies of a point'
+    end associate
+
+  contains
+
+    !> With two digits behind the point.
+    function two_digits(x) result(text)
+      real(wp), intent(in) :: x
+      character(len=:), allocatable :: text
+
+      text = real_text(real(nint(100.0_wp*x), wp)/100.0_wp)
+    end function two_digits
+  end function division_text
 
   !> Own points of the process that has most of them, over the mean; 1 for a model that is whole.
   real(wp) function unevenness(model)
